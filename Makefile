@@ -1,0 +1,53 @@
+# Needs only python3 (>= 3.11) and make. `make demo` and `make test` are the two commands of the README.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+DEMO := demo
+
+.DEFAULT_GOAL := help
+.PHONY: help install install-dev demo test lint types layers check bench soak lock clean
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+install: $(VENV)/.installed ## the environment in .venv and the command .venv/bin/damperlab
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+install-dev: $(VENV)/.installed-dev
+
+$(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
+	@touch $@
+
+demo: install ## Figure 11 of the paper: computed, stored, its optimum in words, drawn to demo/figure-11.png
+	$(BIN)/damperlab run figure-11 --data-dir $(DEMO)/data
+	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --objective resonance --exclude-locked
+	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
+
+test: install-dev ## every test that ends in minutes
+	$(BIN)/python -m pytest
+
+lint: install-dev ## style, types, layers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: install-dev ## run time of the kernels beside the paper's RK4, and the share of time spent in kernels
+	$(BIN)/python -m tests.benchmarks
+
+lock: ## renew the lock files (needs uv); names and hashes only
+	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes \
+	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
+	uv pip compile pyproject.toml --extra build --extra dev -c requirements.lock --universal --python-version 3.11 \
+	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
+
+clean: ## what the commands above made, and nothing else
+	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

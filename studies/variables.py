@@ -1,0 +1,186 @@
+"""Every result variable, its unit and its meaning: the one registry that the cube, the queries and the documents read."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import nan
+
+DIMENSIONS: tuple[str, ...] = (
+    "damping_ratio",
+    "restitution",
+    "mass_ratio",
+    "clearance_ratio",
+    "friction_ratio",
+    "frequency_ratio",
+)
+"""The dimensions of every cube, in this order, always all present."""
+
+DIMENSION_LONG_NAMES: dict[str, str] = {
+    "damping_ratio": "structural damping ratio ζ",
+    "restitution": "coefficient of restitution e",
+    "mass_ratio": "mass ratio β, particle over primary",
+    "clearance_ratio": "clearance ratio d/Z",
+    "friction_ratio": "friction ratio γ_F",
+    "frequency_ratio": "frequency ratio r = ω/ω_n",
+}
+
+
+class Status(IntEnum):
+    """How the computation of one design point ended; 2 and above failed."""
+
+    NOT_COMPUTED = -1
+    CONVERGED = 0
+    MAX_CYCLES = 1
+    TOO_MANY_EVENTS = 2
+    UNBOUNDED = 3
+    NO_PROGRESS = 4
+    BLOCK_FAILED = 5
+
+    @property
+    def sentence(self) -> str:
+        """What happened and, where something can be done, what."""
+        return _STATUS_SENTENCES[self]
+
+
+_STATUS_SENTENCES = {
+    Status.NOT_COMPUTED: "This point has not been computed yet.",
+    Status.CONVERGED: "The steady response was found to the asked tolerance.",
+    Status.MAX_CYCLES: (
+        "The cycle limit was reached first; values are given with their error. Try increasing `steady.max_cycles`."
+    ),
+    Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
+    Status.UNBOUNDED: "The response grows without bound (no damping at resonance).",
+    Status.NO_PROGRESS: "Events repeated without time moving on.",
+    Status.BLOCK_FAILED: "The block that held this point failed in its worker; the study's record has the reason.",
+}
+
+
+class ResponseClass(IntEnum):
+    """What kind of steady response a design point has."""
+
+    UNKNOWN = -1
+    LINEAR = 0
+    LOCKED = 1
+    NO_IMPACT = 2
+    SYMMETRIC = 3
+    ASYMMETRIC = 4
+    SUBHARMONIC = 5
+    MODULATED = 6
+    CHAOTIC = 7
+
+    @property
+    def sentence(self) -> str:
+        """The class in words."""
+        return _CLASS_SENTENCES[self]
+
+
+_CLASS_SENTENCES = {
+    ResponseClass.UNKNOWN: "Not computed, or failed.",
+    ResponseClass.LINEAR: "Linear: neither friction nor impacts act; the closed form holds.",
+    ResponseClass.LOCKED: "Locked: friction holds the mass to the base all the time.",
+    ResponseClass.NO_IMPACT: "Periodic, and the particle never meets a wall.",
+    ResponseClass.SYMMETRIC: "Periodic with the excitation, each half cycle the mirror of the other.",
+    ResponseClass.ASYMMETRIC: "Periodic with the excitation, symmetry broken: a mirrored twin response exists.",
+    ResponseClass.SUBHARMONIC: "Periodic over several excitation periods.",
+    ResponseClass.MODULATED: "Not periodic: modulated (quasi-periodic, bursting, or not told apart from chaos).",
+    ResponseClass.CHAOTIC: "Chaotic: the largest Lyapunov exponent is positive.",
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One result variable of the cube.
+
+    Parameters
+    ----------
+    name : str
+        Name in the cube, the queries and every document.
+    dtype : str
+        Type in the store, as numpy spells it.
+    units : str
+        UDUNITS spelling; "1" for ratios.
+    long_name : str
+        For axis titles.
+    doc : str
+        What it is, in one sentence, with its normalisation.
+    flags : type of IntEnum, optional
+        The meaning of the values, where they are codes.
+    """
+
+    name: str
+    dtype: str
+    units: str
+    long_name: str
+    doc: str
+    flags: type[Status] | type[ResponseClass] | None = None
+
+    @property
+    def fill(self) -> float | int:
+        """Value of a point that has not been computed."""
+        return nan if self.dtype.startswith("f") else -1
+
+
+def _ratio(name: str, long_name: str, doc: str, units: str = "1") -> Variable:
+    return Variable(name, "f8", units, long_name, doc)
+
+
+VARIABLES: dict[str, Variable] = {
+    v.name: v
+    for v in (
+        _ratio("amplitude_ratio", "amplitude ratio X/Z", "Mean over steady cycles of the cycle's peak |x|/Z."),
+        _ratio(
+            "amplitude_ratio_max",
+            "largest amplitude ratio",
+            "Largest |x|/Z over the steady cycles that were measured.",
+        ),
+        _ratio(
+            "amplitude_ratio_rms",
+            "rms amplitude ratio",
+            "√2 times the rms of x/Z over the steady cycles; equals the amplitude for a sinusoid.",
+        ),
+        _ratio(
+            "relative_amplitude_ratio",
+            "relative amplitude ratio |x−z|/Z",
+            "Mean over steady cycles of the cycle's peak |x−z|/Z.",
+        ),
+        _ratio(
+            "amplitude_error",
+            "error of the amplitude ratio",
+            "What is unknown about amplitude_ratio: the distance from periodicity of a periodic response, "
+            "one standard error (batch means) of a modulated one.",
+        ),
+        _ratio(
+            "energy_residual",
+            "energy residual",
+            "|work in − (viscous + friction + impact loss) − stored| over work in, for the measured cycles.",
+        ),
+        Variable(
+            "response_class", "i1", "1", "class of the response", "What kind of response it is.", ResponseClass
+        ),
+        Variable(
+            "period",
+            "i4",
+            "1",
+            "period in excitation cycles",
+            "Period of a periodic response in excitation cycles; 0 for one that is not periodic.",
+        ),
+        _ratio(
+            "floquet_multiplier",
+            "Floquet multiplier",
+            "Largest modulus over one period of the response; NaN where it is not periodic.",
+        ),
+        _ratio("impacts_per_cycle", "impacts per cycle", "Impacts on either wall per excitation cycle."),
+        _ratio(
+            "impact_speed_max",
+            "largest impact speed",
+            "Largest approach speed at an impact, over Z·ω_n.",
+        ),
+        _ratio("stick_fraction", "share of time stuck", "Share of the steady time in which friction holds the mass."),
+        _ratio("dissipation_viscous", "viscous share of dissipation", "Share of the loss that is viscous."),
+        _ratio("dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."),
+        _ratio("dissipation_impact", "impact share of dissipation", "Share of the loss that is impact."),
+        Variable("cycles", "i4", "1", "excitation cycles computed", "Excitation cycles stepped to find the response."),
+        _ratio("run_time", "run time", "Run time of the point in its kernel.", "s"),
+        Variable("status", "i1", "1", "status", "How the computation ended.", Status),
+    )
+}
+"""The variables of a cube, in the order of the cube and of CSV exports."""

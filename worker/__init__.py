@@ -1,0 +1,1 @@
+"""How a design point is computed: physics, solver, steady states, and the Dask door."""
