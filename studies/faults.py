@@ -1,0 +1,132 @@
+"""A fault: what is wrong with a study, where, and what to do about it."""
+
+import difflib
+import json
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+MAX_FAULTS = 100
+"""Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
+
+_TEXT_SHOWN = 60
+_PLAIN_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}\Z")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong with a study.
+
+    Parameters
+    ----------
+    field : str
+        Where, as a path into the document: ``axes.clearance_ratio[3]``; ``study`` for the whole document.
+    found : str
+        What stands there.
+    allowed : str
+        What may stand there.
+    advice : str
+        What to do.
+    """
+
+    field: str
+    found: str
+    allowed: str
+    advice: str
+
+    def __str__(self) -> str:
+        """Put the fault in one sentence."""
+        return f"{self.field}: found {self.found}, allowed is {self.allowed}; {self.advice}."
+
+    def under(self, parent: str) -> "Fault":
+        """Return the same fault, seen from a document that holds this one at ``parent``."""
+        return Fault(join(parent, self.field), self.found, self.allowed, self.advice)
+
+
+class StudyFaults(ValueError):
+    """Every fault of a refused study.
+
+    Parameters
+    ----------
+    faults : iterable of Fault
+        At least one; beyond `MAX_FAULTS` they are counted, not listed.
+    """
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        listed = list(faults)
+        if len(listed) > MAX_FAULTS:
+            more = len(listed) - MAX_FAULTS
+            listed = listed[:MAX_FAULTS]
+            listed.append(
+                Fault("study", f"{more} more faults", "none", "mend the ones listed first, then submit again")
+            )
+        self.faults: tuple[Fault, ...] = tuple(listed)
+        super().__init__("\n".join(str(fault) for fault in listed))
+
+    def __reduce__(self) -> tuple[type["StudyFaults"], tuple[tuple[Fault, ...]]]:
+        """Let the faults travel between processes."""
+        return StudyFaults, (self.faults,)
+
+
+def join(parent: str, child: str) -> str:
+    """Join two paths: ``axes`` and ``clearance_ratio``, ``axes.clearance_ratio`` and ``[3]``; empty parts vanish."""
+    if not parent or not child:
+        return parent or child
+    return parent + child if child.startswith("[") else f"{parent}.{child}"
+
+
+def path(parts: Iterable[object]) -> str:
+    """Write a location in a document as text; an odd key is quoted and shortened."""
+    joined = ""
+    for part in parts:
+        if isinstance(part, int):
+            joined += f"[{part}]"
+        elif isinstance(part, str) and _PLAIN_KEY.match(part):
+            joined = join(joined, part)
+        else:
+            joined += f"[{describe(part)}]"
+    return joined
+
+
+def printable(text: str) -> str:
+    """Return text that every encoder and terminal takes: quoted, shortened, control characters and surrogates escaped."""
+    shown = json.dumps(text[:_TEXT_SHOWN], ensure_ascii=not text[:_TEXT_SHOWN].isprintable())
+    return shown if len(text) <= _TEXT_SHOWN else f"{shown}… ({len(text)} characters)"
+
+
+def describe(value: object) -> str:
+    """Say what was found in a few words, whatever it is; never fails and never grows with the value."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        if value.bit_length() > 200:
+            return f"an integer of about {round(value.bit_length() * math.log10(2))} digits"
+        return str(value)
+    if isinstance(value, float):
+        return "NaN" if math.isnan(value) else repr(value).replace("inf", "infinity")
+    if isinstance(value, str):
+        return f"the text {printable(value)}"
+    if isinstance(value, dict):
+        return "an empty mapping" if not value else f"a mapping of {counted(len(value), 'key')}"
+    if isinstance(value, list | tuple):
+        return "an empty list" if not value else f"a list of {counted(len(value), 'value')}"
+    return f"a value of type {type(value).__name__[:_TEXT_SHOWN]}"
+
+
+def counted(number: int, noun: str) -> str:
+    """Write ``1 value``, ``2 values``, ``10,000 values``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known name that was probably meant, or None."""
+    matches = difflib.get_close_matches(word[:_TEXT_SHOWN].lower(), list(known), n=1, cutoff=0.6)
+    return matches[0] if matches else None
+
+
+def listing(names: Iterable[str]) -> str:
+    """Write names as a plain enumeration."""
+    return ", ".join(names)
