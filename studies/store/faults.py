@@ -1,0 +1,29 @@
+"""What the store tells its users when it cannot do what was asked."""
+
+from studies.faults import Fault
+
+
+class StoreFault(Exception):
+    """Something that the user can put right; the text says how.
+
+    Parameters
+    ----------
+    fault : Fault
+        Which field, what was found, what is allowed, what to do.
+    """
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(str(fault))
+        self.fault = fault
+
+    def __reduce__(self) -> tuple[type["StoreFault"], tuple[Fault]]:
+        """Pickle by the fault, so that it travels from a worker process whole."""
+        return type(self), (self.fault,)
+
+
+class StudyNotFound(StoreFault):
+    """No study, or more than one, goes by the name or id that was given."""
+
+
+class StudyBusy(StoreFault):
+    """The study is being worked on, so what was asked has to wait."""

@@ -1,0 +1,119 @@
+"""What the catalogue knows about one study, and what it is told about one block."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
+"""Every state of a study; the last three are ends."""
+
+
+@dataclass(frozen=True)
+class BlockOutcome:
+    """What a worker reports about one block once its region is on the disk.
+
+    Parameters
+    ----------
+    index : int
+        Index of the block in its plan.
+    points, failed : int
+        Points of the block, and how many of them ended with a status of 2 or above.
+    seconds, kernel_seconds : float
+        Wall time of the whole block, and the part of it spent in kernels [s].
+    message : str, optional
+        Why the block failed, where it did.
+    """
+
+    index: int
+    points: int
+    failed: int
+    seconds: float
+    kernel_seconds: float
+    message: str | None = None
+
+
+@dataclass(frozen=True)
+class Record:
+    """One study as the catalogue knows it at one moment.
+
+    Parameters
+    ----------
+    id, name, state : str
+        The first 12 hex digits of the digest; the study's free text; one of `STATES`.
+    points_total, points_done, points_failed, blocks_total, blocks_done : int
+        Progress; failed points count as done.
+    created, started, finished : datetime
+        In UTC; None for what has not happened.
+    seconds_left : float, optional
+        Expected wall time to the end at the pace since the study last began to run [s]; None where there
+        is no pace to go by.
+    definition : dict
+        The study as JSON.
+    digest : str
+        Of the definition, 64 hex digits.
+    chunk : tuple of int
+        Largest extent of a block along each of the six dimensions.
+    provenance : dict
+        Versions, machine, who and when.
+    message : str, optional
+        Why the study or its first failed block failed.
+    seconds, kernel_seconds : float
+        Summed over the done blocks [s].
+    owner : str, optional
+        Who works on the study now.
+    """
+
+    id: str
+    name: str
+    state: str
+    points_total: int
+    points_done: int
+    points_failed: int
+    blocks_total: int
+    blocks_done: int
+    created: datetime
+    started: datetime | None
+    finished: datetime | None
+    seconds_left: float | None
+    definition: dict[str, Any]
+    digest: str
+    chunk: tuple[int, ...]
+    provenance: dict[str, str]
+    message: str | None
+    seconds: float
+    kernel_seconds: float
+    owner: str | None
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more happens unless somebody asks for it."""
+        return self.state in ("done", "cancelled", "failed")
+
+    def document(self) -> dict[str, Any]:
+        """Give the record as JSON-able values; times in ISO 8601, UTC."""
+        document = dict(vars(self))
+        for key in ("created", "started", "finished"):
+            document[key] = None if document[key] is None else document[key].isoformat()
+        document["chunk"] = list(self.chunk)
+        return document
+
+
+@dataclass(frozen=True)
+class Page:
+    """One page of records, newest first.
+
+    Parameters
+    ----------
+    records : tuple of Record
+        The records of the page.
+    cursor : str, optional
+        Ask with it for the next page; None at the end.
+    """
+
+    records: tuple[Record, ...]
+    cursor: str | None
+
+
+def utc(seconds: float | None) -> datetime | None:
+    """Give seconds since 1970 as a time in UTC, and None as None."""
+    return None if seconds is None else datetime.fromtimestamp(seconds, UTC)
