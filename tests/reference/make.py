@@ -1,0 +1,104 @@
+"""Write `states.json`: end states from rest in 40 digits, with how sensitive each is.
+
+Run from the root of the repository: ``python -m tests.reference.make [--only SCENE]``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tests.reference.numbers import ExtendedNumbers, Real
+from tests.reference.points import POINTS, Point
+from tests.reference.simulator import State, simulate
+
+STATES = Path(__file__).with_name("states.json")
+DIGITS = 40
+NUDGE = ExtendedNumbers(DIGITS).convert("1e-12")
+NAMES = ("u", "u_rate", "p", "p_rate")
+COUNTS = ("impacts", "turns", "sticks", "attachments", "releases")
+CHAOTIC = 1e8  # an error of one rounding then costs half of the digits of a double
+
+HOW = (
+    "States of the model after whole excitation cycles from rest in the absolute frame, computed in "
+    f"{DIGITS} decimal digits by tests/reference/simulator.py (instantaneous contact); made by "
+    "python -m tests.reference.make. Parameters are the binary doubles printed. amplification: largest change "
+    "of the end state (maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: "
+    "largest error of the same algorithm in double precision. chaotic: amplification above 1e8."
+)
+
+
+def distance(one: dict[str, Any], other: dict[str, Any]) -> Real:
+    """Return the maximum norm of the difference of two end states."""
+    return max(abs(one[name] - other[name]) for name in NAMES)
+
+
+def nudged(state: State, attached: bool, has_particle: bool) -> list[State]:
+    """Return the state with u, u', and, for a free particle, p moved by `NUDGE`."""
+    moves = [
+        replace(state, v=state.v + NUDGE, gap=state.gap + (0 if attached else NUDGE)),
+        replace(state, v_rate=state.v_rate + NUDGE),
+    ]
+    if has_particle and not attached:
+        moves.append(replace(state, gap=state.gap - NUDGE))
+    return moves
+
+
+def measure(point: Point) -> dict[str, Any]:
+    """Return the record of one design point."""
+    numbers = ExtendedNumbers(DIGITS)
+    scene = (point.damping_ratio, point.frequency_ratio, point.friction_ratio, point.particle)
+    truth = simulate(*scene, cycles=point.cycles, digits=DIGITS)
+    rough = simulate(*scene, cycles=point.cycles, digits=None)
+    zero = numbers.convert(0)
+    rest = State(zero, zero, -numbers.convert(point.frequency_ratio), zero, zero)
+    half = point.cycles // 2
+    half_way = simulate(*scene, cycles=half, digits=DIGITS)["end"]
+    worst = zero
+    for start, cycles in ((rest, point.cycles), (half_way, point.cycles - half)):
+        for state in nudged(start, bool(start.wall), point.particle is not None):
+            other = simulate(*scene, cycles=cycles, digits=DIGITS, start=state)
+            worst = max(worst, distance(truth, other) / NUDGE)
+    record: dict[str, Any] = {
+        "scene": point.scene,
+        "damping_ratio": point.damping_ratio,
+        "frequency_ratio": point.frequency_ratio,
+        "friction_ratio": point.friction_ratio,
+    }
+    if point.particle is not None:
+        names = ("clearance_ratio", "restitution", "mass_ratio")
+        record["particle"] = dict(zip(names, point.particle, strict=True))
+    else:
+        record["particle"] = None
+    record["cycles"] = point.cycles
+    record["state"] = {name: numbers.text(truth[name]) for name in NAMES}
+    record["events"] = {name: truth[name] for name in COUNTS}
+    record["amplification"] = float(f"{float(worst):.3g}")
+    record["double_error"] = float(f"{float(distance(truth, rough)):.3g}")
+    record["chaotic"] = bool(worst > CHAOTIC)
+    return record
+
+
+def main() -> None:
+    """Compute every point, or those of one scene, and write the file."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--only", help="compute the points of this scene alone and keep the others of the file"
+    )
+    only = parser.parse_args().only
+    kept = json.loads(STATES.read_text())["points"] if only and STATES.exists() else []
+    records = [record for record in kept if record["scene"] != only]
+    for point in POINTS:
+        if only in (None, point.scene):
+            begun = time.perf_counter()
+            records.append(measure(point))
+            print(f"{time.perf_counter() - begun:6.1f} s", json.dumps(records[-1]), flush=True)
+    STATES.write_text(json.dumps({"how": HOW, "points": records}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""Closed-form motion of the primary mass between two events."""
+
+from __future__ import annotations
+
+from tests.reference.numbers import Numbers, Real
+
+Triple = tuple[Real, Real, Real]
+
+
+class Motion:
+    """Solution of mu v'' + 2 zeta v' + v + load = mu r^2 sin(r t) from a state at t = start_time.
+
+    v is the displacement relative to the base s = sin(r t); mu is 1, or 1 + beta while the particle
+    rides on a wall; load is the friction force (constant while slipping). The solution is
+    particular + homogeneous: v = A sin rt + B cos rt - load + exp(-a h)(P cos wh + Q sin wh), h = t - start_time,
+    where at undamped resonance (zeta = 0, mu r^2 = 1) the particular part is -(r/2) t cos rt instead.
+
+    A motion with ``stuck=True`` is v = constant: the mass moves with the base.
+    """
+
+    ORDERS = 5  # v and four derivatives: what event location needs
+
+    def __init__(
+        self,
+        numbers: Numbers,
+        zeta: Real,
+        r: Real,
+        mu: Real,
+        load: Real,
+        start_time: Real,
+        start: tuple[Real, Real],
+        stuck: bool = False,
+    ) -> None:
+        self._numbers = numbers
+        self._r = r
+        self._start_time = start_time
+        self._stuck = stuck
+        self._load = load
+        self.mu = mu
+        v, v_rate = start
+        self._v = v
+        if stuck:
+            return
+        stiffness = 1 - mu * r * r
+        drag = 2 * zeta * r
+        determinant = stiffness * stiffness + drag * drag
+        # Below this the two parts of the closed form would cancel to nothing; the secular form is then
+        # as exact: it differs by (1 - mu r^2) t^2.
+        self._secular = determinant < numbers.rounding**2
+        if self._secular:
+            self._steady = self._secular_orders(r)
+        else:
+            a = mu * r * r * stiffness / determinant
+            b = -mu * r * r * drag / determinant
+            self._steady = []
+            for _ in range(self.ORDERS):
+                self._steady.append((a, 0, b, 0))
+                a, b = -r * b, r * a
+        decay = zeta / mu
+        omega = numbers.sqrt(1 / mu - decay * decay)
+        self._decay, self._omega = decay, omega
+        cos_base, sin_base = numbers.cos_sin(r * start_time)
+        p = v - self._steady_value(0, start_time, sin_base, cos_base) + load
+        q = (v_rate - self._steady_value(1, start_time, sin_base, cos_base) + decay * p) / omega
+        self._free = []
+        for _ in range(self.ORDERS):
+            self._free.append((p, q))
+            p, q = -decay * p + omega * q, -omega * p - decay * q
+
+    def _secular_orders(self, r: Real) -> list[tuple[Real, Real, Real, Real]]:
+        """Return (a0, a1, b0, b1) of (a0 + a1 t) sin rt + (b0 + b1 t) cos rt for v and its derivatives."""
+        a0, a1, b0, b1 = 0 * r, 0 * r, 0 * r, -r / 2
+        orders = []
+        for _ in range(self.ORDERS):
+            orders.append((a0, a1, b0, b1))
+            a0, a1, b0, b1 = a1 - r * b0, -r * b1, b1 + r * a0, r * a1
+        return orders
+
+    def _steady_value(self, order: int, time: Real, sin_base: Real, cos_base: Real) -> Real:
+        a0, a1, b0, b1 = self._steady[order]
+        if self._secular:
+            return (a0 + a1 * time) * sin_base + (b0 + b1 * time) * cos_base
+        return a0 * sin_base + b0 * cos_base
+
+    def at(self, h: Real) -> tuple[list[Real], list[Real]]:
+        """Return v and the base s, each with four derivatives, at h after the start of the motion."""
+        time = self._start_time + h
+        r = self._r
+        cos_base, sin_base = self._numbers.cos_sin(r * time)
+        base = [sin_base, r * cos_base]
+        for order in range(2, self.ORDERS):
+            base.append(-r * r * base[order - 2])
+        if self._stuck:
+            return [self._v] + [0 * self._v] * (self.ORDERS - 1), base
+        shrink = self._numbers.exp(-self._decay * h)
+        cos_free, sin_free = self._numbers.cos_sin(self._omega * h)
+        cos_free, sin_free = shrink * cos_free, shrink * sin_free
+        v = [
+            self._steady_value(order, time, sin_base, cos_base) + p * cos_free + q * sin_free
+            for order, (p, q) in enumerate(self._free)
+        ]
+        v[0] -= self._load
+        return v, base
