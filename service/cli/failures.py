@@ -1,0 +1,101 @@
+"""How an error leaves the command line: a message on standard error or, with --json, a problem document; a status."""
+
+import typer
+
+from service.cli.output import note, print_json
+from studies.faults import Fault, StudyFaults
+
+DONE = 0
+FAILED = 1
+BAD_USAGE = 2
+
+
+class CommandFailed(Exception):
+    """The command could not do what was asked; its text says why and what to do.
+
+    Parameters
+    ----------
+    kind : str
+        Short name that programs can tell failures apart by.
+    text : str
+        One or two sentences.
+    """
+
+    def __init__(self, kind: str, text: str) -> None:
+        super().__init__(text)
+        self.kind = kind
+
+
+def report(error: Exception, as_json: bool) -> int:
+    """Tell the user about an error that is no defect.
+
+    Parameters
+    ----------
+    error : Exception
+        What a command raised.
+    as_json : bool
+        Whether standard output must hold a JSON document.
+
+    Returns
+    -------
+    int
+        The exit status: 2 for bad usage or a bad study, 1 for anything else that failed.
+
+    Raises
+    ------
+    Exception
+        `error` itself, where it is a defect in the program.
+    """
+    if isinstance(error, typer.TyperException):
+        return _report_usage(error, as_json)
+    faults: tuple[Fault, ...] = ()
+    kind, status, text = "failed", FAILED, str(error)
+    if isinstance(error, CommandFailed):
+        kind = error.kind
+    elif isinstance(error, StudyFaults):
+        kind, status, faults = "invalid", BAD_USAGE, error.faults
+        text = f"The request has {len(faults)} fault{'' if len(faults) == 1 else 's'}; nothing was stored."
+    elif isinstance(fault := getattr(error, "fault", None), Fault):
+        # Store and cluster raise errors of their own that carry the one fault.
+        kind, faults = type(error).__name__, (fault,)
+        status = BAD_USAGE if kind == "StudyNotFound" else FAILED
+    elif isinstance(error, OSError):
+        kind = "system"
+    else:
+        raise error
+    if as_json:
+        _print_problem(kind, status, text, faults)
+    else:
+        for line in faults or (text,):
+            note(f"damperlab: {line}")
+    return status
+
+
+def _report_usage(error: typer.TyperException, as_json: bool) -> int:
+    if as_json:
+        _print_problem("usage", error.exit_code, error.format_message(), ())
+    else:
+        note(error.format_message() if _asks_for_help(error) else f"damperlab: {error.format_message()}")
+        if not _asks_for_help(error):
+            note("`damperlab --help` and `damperlab COMMAND --help` list what is allowed.")
+    return error.exit_code
+
+
+def _asks_for_help(error: typer.TyperException) -> bool:
+    """Tell `damperlab` alone, whose message is the help, from wrong usage."""
+    return type(error).__name__ == "NoArgsIsHelpError"
+
+
+def _print_problem(kind: str, status: int, detail: str, faults: tuple[Fault, ...]) -> None:
+    print_json(
+        {
+            "type": f"urn:damperlab:problem:{kind}",
+            "title": "Bad usage" if status == BAD_USAGE else "Failed",
+            "exit_status": status,
+            "detail": detail,
+            "errors": [
+                {"field": fault.field, "found": fault.found, "allowed": fault.allowed, "advice": fault.advice}
+                for fault in faults
+            ],
+        }
+    )

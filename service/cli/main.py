@@ -1,0 +1,67 @@
+"""Entry point of `damperlab`: the commands by name, and the exit status of whatever happens in them."""
+
+import sys
+
+import typer
+
+from service.cli.doctor import doctor
+from service.cli.export import export
+from service.cli.failures import DONE, FAILED, report
+from service.cli.output import note
+from service.cli.queries import map_, optimum, response
+from service.cli.run import resume, run
+from service.cli.serve import serve
+from service.cli.simulate import simulate
+from service.cli.studies import cancel, delete, show, studies
+
+INTERRUPTED = 130
+"""What typer returns for Ctrl-C in a command that does not handle it itself."""
+
+app = typer.Typer(
+    name="damperlab",
+    help="Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction.",
+    epilog="Exit status: 0 done, 1 failed, 2 bad usage or bad study.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for name, command, panel in (
+    ("run", run, "Compute"),
+    ("resume", resume, "Compute"),
+    ("simulate", simulate, "Compute"),
+    ("map", map_, "Ask"),
+    ("response", response, "Ask"),
+    ("optimum", optimum, "Ask"),
+    ("export", export, "Ask"),
+    ("studies", studies, "Keep"),
+    ("show", show, "Keep"),
+    ("cancel", cancel, "Keep"),
+    ("delete", delete, "Keep"),
+    ("serve", serve, "Serve"),
+    ("doctor", doctor, "Serve"),
+):
+    app.command(name, rich_help_panel=panel)(command)
+
+
+def main() -> None:
+    """Run the command that the arguments name, and end the process with its exit status."""
+    sys.exit(_run(sys.argv[1:]))
+
+
+def _run(arguments: list[str]) -> int:
+    try:
+        # A command ends early with typer.Exit(status), which is returned here; one that is done returns None.
+        status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE
+    except typer.Abort:
+        note("damperlab: stopped; nothing was changed.")
+        return FAILED
+    except Exception as error:
+        return report(error, as_json="--json" in arguments)
+    if status == INTERRUPTED:
+        note("damperlab: interrupted.")
+        return FAILED
+    return int(status)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""What the command line prints: answers on standard output, everything else on standard error."""
+
+import json
+import math
+import sys
+import threading
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+NOTES = Console(stderr=True, highlight=False)
+"""For messages and progress, so that standard output holds answers alone."""
+
+ANSWERS = Console(highlight=False)
+"""For tables and sentences that answer the command."""
+
+
+def print_json(document: object) -> None:
+    """Print one JSON document; floats are spelled so that they read back bit for bit, and NaN is null."""
+    from service.documents import plain
+
+    sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def note(text: str) -> None:
+    """Print a message on standard error, as it is: no markup, and no line breaks of the console's own."""
+    NOTES.print(text, markup=False, soft_wrap=True)
+
+
+def say(text: str) -> None:
+    """Print an answer in words on standard output."""
+    ANSWERS.print(text, markup=False, soft_wrap=True)
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
+    """Print a table; numbers come right-aligned. Through a pipe no cell is cut to the width of a terminal."""
+    table = Table(title=title, title_justify="left", header_style="bold", box=None, pad_edge=False)
+    cells = [tuple(row) for row in rows]
+    for index, column in enumerate(columns):
+        numeric = all(_is_number(row[index]) for row in cells)
+        table.add_column(column, justify="right" if numeric else "left", overflow="fold")
+    for row in cells:
+        table.add_row(*row)
+    if ANSWERS.is_terminal:
+        ANSWERS.print(table, markup=False)
+    else:
+        Console(width=10_000, highlight=False).print(table, markup=False)
+
+
+def number(value: float, digits: int = 6) -> str:
+    """Spell `value` with `digits` significant digits, a dash for one that is not there."""
+    return f"{value:.{digits}g}" if math.isfinite(value) else "—"
+
+
+def duration(seconds: float | None) -> str:
+    """Spell a time span for people: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
+    if seconds is None or not math.isfinite(seconds):
+        return "unknown"
+    if seconds < 10:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Show on standard error that `what` goes on and for how long, once it has taken two seconds."""
+    done = threading.Event()
+    started = time.monotonic()
+
+    def show() -> None:
+        if done.wait(2.0):
+            return
+        if NOTES.is_terminal:
+            with NOTES.status("") as status:
+                while not done.wait(0.5):
+                    status.update(f"{what} … {duration(time.monotonic() - started)}")
+        else:
+            note(f"{what} …")
+            while not done.wait(10.0):
+                note(f"{what} … {duration(time.monotonic() - started)}")
+
+    thread = threading.Thread(target=show, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def make_parent(path: Path) -> Path:
+    """Create the folder that `path` will lie in."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return text == "—"
+    return True

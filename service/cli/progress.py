@@ -1,0 +1,68 @@
+"""Progress of a study on standard error: bars on a terminal, a line now and then elsewhere."""
+
+import time
+from types import TracebackType
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from service.cli.output import NOTES, duration, note
+
+LINE_EVERY_SECONDS = 5.0
+"""Between two lines where there is no terminal: a log stays short, and a reader sees that work goes on."""
+
+
+class StudyProgress:
+    """Shows points done, points failed, the rate and the time left of one study.
+
+    Parameters
+    ----------
+    name : str
+        What to call the study.
+    points : int
+        Points of the whole study.
+    """
+
+    def __init__(self, name: str, points: int) -> None:
+        self._name = name
+        self._points = points
+        self._first: tuple[float, int] | None = None
+        self._last_line = time.monotonic()
+        self._bars: Progress | None = None
+        if NOTES.is_terminal:
+            self._bars = Progress(
+                SpinnerColumn(),
+                TextColumn("{task.description}", markup=False),
+                BarColumn(bar_width=None),
+                MofNCompleteColumn(),
+                TextColumn("points, {task.fields[figures]}", markup=False),
+                TimeElapsedColumn(),
+                console=NOTES,
+            )
+            self._task = self._bars.add_task(name, total=points, figures="starting workers")
+
+    def __enter__(self) -> "StudyProgress":
+        if self._bars is not None:
+            self._bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bars is not None:
+            self._bars.stop()
+
+    def update(self, done: int, failed: int, seconds_left: float | None) -> None:
+        """Take the counts of the study as they are now."""
+        now = time.monotonic()
+        if self._first is None:
+            # A resumed study starts with points done; they are not this run's speed.
+            self._first = (now, done)
+        elapsed = now - self._first[0]
+        rate = (done - self._first[1]) / elapsed if elapsed > 0 else 0.0
+        left = "" if seconds_left is None else f", {duration(seconds_left)} left"
+        figures = f"{failed} failed, {rate:.3g} points/s{left}"
+        if self._bars is not None:
+            self._bars.update(self._task, completed=done, figures=figures)
+        elif now - self._last_line >= LINE_EVERY_SECONDS:
+            self._last_line = now
+            note(f"{self._name}: {done} of {self._points} points, {figures}")

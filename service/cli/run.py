@@ -1,0 +1,155 @@
+"""Commands that compute a study here, on an embedded Dask cluster or a scheduler elsewhere: run, resume."""
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.failures import FAILED, CommandFailed
+from service.cli.options import AsJson, DataDir, Scheduler, StudyId, Workers, check_cluster
+from service.cli.output import duration, note, print_json, say, working
+from service.cli.progress import StudyProgress
+from service.cli.store import open_store
+from service.cli.studies import summary
+
+if TYPE_CHECKING:
+    from studies.definition import Study
+    from studies.store.record import Record
+    from studies.store.store import Store
+
+BYTES_PER_MEGABYTE = 1e6
+
+
+def run(
+    study: Annotated[
+        str,
+        typer.Argument(metavar="STUDY", help="A .json or .yaml file, or a study of the paper such as figure-11."),
+    ],
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compute a study and store it; what is there already is not computed again."""
+    check_cluster(workers, scheduler)
+    from studies.reading import read_study
+
+    asked = read_study(study)
+    if dry_run:
+        _print_size(asked, as_json)
+        return
+    store = open_store(data_dir)
+    record = _stored(store, asked) or _submit(store, asked)
+    _finish(store, record, workers, scheduler, as_json)
+
+
+def resume(
+    study: StudyId,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Go on with a study that was cancelled, interrupted or failed; only what is missing is computed."""
+    check_cluster(workers, scheduler)
+    store = open_store(data_dir)
+    _finish(store, store.find(study), workers, scheduler, as_json)
+
+
+def _stored(store: "Store", asked: "Study") -> "Record | None":
+    """Look the study up first: a plan, with the cost model behind it, is needed for a new one alone."""
+    from studies.store.faults import StudyNotFound
+
+    try:
+        return store.find(asked.digest[:12])
+    except StudyNotFound:
+        return None
+
+
+def _submit(store: "Store", asked: "Study") -> "Record":
+    from studies.plan import make_plan
+    from worker.cost import seconds_per_point
+    from worker.provenance import provenance
+
+    with working("Planning"):
+        record, _ = store.submit(asked, make_plan(asked, seconds_per_point), provenance())
+    return record
+
+
+def _finish(
+    store: "Store", record: "Record", workers: int | None, scheduler: str | None, as_json: bool
+) -> None:
+    """Compute what is missing, if anything is, and print the record."""
+    if record.state == "done":
+        note(f"Study {record.id} ({record.name}) is done already; nothing was computed.")
+    else:
+        record = _compute(store, record, workers, scheduler)
+    if as_json:
+        print_json(record.document())
+    else:
+        say(summary(record))
+    if record.state != "done":
+        left = record.points_total - record.points_done
+        note(
+            f"damperlab: study {record.id} is {record.state} with {left} points left; what is done is kept. "
+            f"Go on with: damperlab resume {record.id}{_data_dir_argument()}"
+        )
+        raise typer.Exit(FAILED)
+
+
+def _compute(store: "Store", record: "Record", workers: int | None, scheduler: str | None) -> "Record":
+    from worker.cluster import connect
+    from worker.runner import run_study
+
+    with _stop_on_signals() as stop, StudyProgress(record.name, record.points_total) as progress:
+        return run_study(
+            store,
+            record.id,
+            lambda: connect(workers=workers, scheduler=scheduler),
+            progress.update,
+            stop,
+        )
+
+
+@contextmanager
+def _stop_on_signals() -> Iterator[threading.Event]:
+    """Turn the first Ctrl-C or termination request into a stop that keeps what is done; the second one ends at once."""
+    stop = threading.Event()
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        if stop.is_set():
+            signal.signal(number, before[number])
+            signal.raise_signal(number)
+        stop.set()
+        note("Stopping: running blocks may finish. Once more to end at once.")
+
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, ask)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _print_size(asked: "Study", as_json: bool) -> None:
+    """Print what POST /studies?dry_run=true answers."""
+    from studies.plan import make_plan
+    from worker.cost import seconds_per_point
+
+    with working("Planning"):
+        plan = make_plan(asked, seconds_per_point)
+    print((asked, plan, as_json, duration, CommandFailed, sys))
+
+
+def _data_dir_argument() -> str:
+    return ""

@@ -1,0 +1,135 @@
+"""Commands on the studies that are stored: studies, show, cancel, delete."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.failures import CommandFailed
+from service.cli.options import AsJson, DataDir, StudyId, check_name
+from service.cli.output import duration, note, print_json, print_table, say, working
+from service.cli.store import open_store
+
+if TYPE_CHECKING:
+    from studies.store.record import Record
+
+STATES = ("queued", "running", "done", "cancelled", "failed")
+
+
+def studies(
+    data_dir: DataDir = None,
+    state: Annotated[str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")] = None,
+    name: Annotated[str | None, typer.Option(help="Only studies of this name.")] = None,
+    limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
+    cursor: Annotated[str | None, typer.Option(help="Where the page before ended.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the stored studies, newest first."""
+    check_name("--state", state, STATES)
+    page = open_store(data_dir).page(limit, cursor, state, name)
+    if as_json:
+        print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
+        return
+    if not page.records:
+        note("There is no such study yet; `damperlab run figure-11` makes one.")
+        return
+    print_table(
+        ("id", "name", "state", "points", "done", "failed", "created"),
+        (
+            (
+                record.id,
+                record.name,
+                record.state,
+                str(record.points_total),
+                str(record.points_done),
+                str(record.points_failed),
+                f"{record.created:%Y-%m-%d %H:%M:%S}",
+            )
+            for record in page.records
+        ),
+    )
+    if page.cursor is not None:
+        note(f"There are more: --cursor {page.cursor}")
+
+
+def show(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
+    """Show one study: its state, progress and definition."""
+    record = open_store(data_dir).find(study)
+    if as_json:
+        print_json(record.document())
+    else:
+        say(summary(record))
+
+
+def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
+    """Stop a study wherever it runs; what is done is kept, and `resume` goes on with it."""
+    store = open_store(data_dir)
+    record = store.find(study)
+    if record.state == "cancelled":
+        note(f"Study {record.id} ({record.name}) was cancelled before.")
+    elif record.ended:
+        raise CommandFailed("study-ended", f"study {record.id} is {record.state} already; there is nothing to cancel.")
+    else:
+        record = store.set_state(record.id, "cancelled")
+        note(
+            f"Study {record.id} ({record.name}) is cancelled at {record.points_done} of {record.points_total} points; "
+            f"a process that runs it stops within seconds. Go on with: damperlab resume {record.id}"
+        )
+    if as_json:
+        print_json(record.document())
+
+
+def delete(
+    study: StudyId,
+    data_dir: DataDir = None,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+) -> None:
+    """Delete a study and its cube for good."""
+    store = open_store(data_dir)
+    record = store.find(study)
+    if not yes:
+        question = f"Delete study {record.id} ({record.name}) with {record.points_done} computed points for good?"
+        typer.confirm(question, abort=True, err=True)
+    with working("Deleting"):
+        store.delete(record.id)
+    note(f"Study {record.id} ({record.name}) is deleted.")
+
+
+def summary(record: "Record") -> str:
+    """Describe a study in a few aligned lines.
+
+    Parameters
+    ----------
+    record : Record
+        As the store knows it.
+    """
+    share = 100 * record.points_done / record.points_total
+    lines = [
+        ("study", f"{record.name} ({record.id})"),
+        ("state", record.state),
+        ("points", f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"),
+        ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
+        ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),
+    ]
+    if record.started is not None and record.finished is not None:
+        took = (record.finished - record.started).total_seconds()
+        lines.append(("finished", f"{record.finished:%Y-%m-%d %H:%M:%S} UTC, {duration(took)} after its start"))
+    if record.kernel_seconds > 0.0:
+        lines.append(("in kernels", f"{duration(record.kernel_seconds)} of {duration(record.seconds)} in blocks"))
+    if record.state == "running":
+        lines.append(("time left", duration(record.seconds_left)))
+    if record.message:
+        lines.append(("message", record.message))
+    for axis, value in record.definition.get("axes", {}).items():
+        lines.append((str(axis), _spell_axis(value)))
+    width = max(len(label) for label, _ in lines)
+    return "\n".join(f"{label:<{width}}  {text}" for label, text in lines)
+
+
+def _spell_axis(value: object) -> str:
+    if isinstance(value, dict):
+        text = f"{value.get('start')} to {value.get('stop')}, {value.get('num')} values"
+        return text + (", logarithmic" if value.get("spacing") == "log" else "")
+    if isinstance(value, list):
+        shown = ", ".join(f"{item:g}" for item in value[:6])
+        return shown + (f", … ({len(value)} values)" if len(value) > 6 else "")
+    return str(value)
