@@ -1,0 +1,237 @@
+"""Clusters of real processes on loopback: what connects, what is refused, and what is left behind."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+
+from worker.cluster import ClusterUnusable, connect, core_count
+from worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
+
+ROOT = Path(__file__).parents[2]
+
+
+def _threads_environment() -> dict[str, str | None]:
+    return {
+        name: os.environ.get(name)
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    }
+
+
+def _working(parent: psutil.Process) -> list[psutil.Process]:
+    # multiprocessing's own tracker stays until the process ends and holds nothing.
+    return [
+        child
+        for child in parent.children(recursive=True)
+        if "resource_tracker" not in " ".join(child.cmdline())
+    ]
+
+
+def _gone(processes: list[psutil.Process], seconds: float = 20.0) -> bool:
+    _, alive = psutil.wait_procs(processes, timeout=seconds)
+    return not alive
+
+
+@contextmanager
+def dask_process(*arguments: str, cwd: Path = ROOT) -> Iterator[subprocess.Popen[str]]:
+    environment = {**os.environ, "PYTHONPATH": str(cwd)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "dask", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=environment,
+        cwd=cwd,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+        assert process.stdout is not None
+        process.stdout.close()
+
+
+@contextmanager
+def scheduler_process() -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    with dask_process("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard") as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if found := re.search(r"Scheduler at:\s+(tcp://\S+)", line):
+                # What it still prints must not fill the pipe.
+                threading.Thread(target=process.stdout.read, daemon=True).start()
+                yield found.group(1), process
+                return
+        raise AssertionError("the scheduler ended before it listened")
+
+
+def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> None:
+    with connect(workers=2) as client:
+        assert list(client.nthreads().values()) == [1, 1]
+        for environment in client.run(_threads_environment).values():
+            assert set(environment.values()) == {"1"}
+        me = psutil.Process()
+        listening = [
+            connection.laddr.ip
+            for process in (me, *_working(me))
+            for connection in process.net_connections()
+            if connection.status == psutil.CONN_LISTEN
+        ]
+        assert listening
+        assert set(listening) == {"127.0.0.1"}
+
+
+def test_no_process_is_left_after_an_exception() -> None:
+    me = psutil.Process()
+    before = set(_working(me))
+    workers = []
+    try:
+        with connect(workers=1):
+            workers = [child for child in _working(me) if child not in before]
+            raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        assert workers
+        assert _gone(workers)
+
+
+_HOLD = """
+import sys, time
+from worker.cluster import connect
+if __name__ == "__main__":
+    with connect(workers=2) as client:
+        print(" ".join(str(pid) for pid in client.run(__import__("os").getpid).values()), flush=True)
+        time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(("number", "whole_group"), [(signal.SIGINT, True), (signal.SIGKILL, False)])
+def test_no_worker_outlives_its_coordinator(tmp_path: Path, number: int, whole_group: bool) -> None:
+    script = tmp_path / "hold.py"
+    script.write_text(_HOLD)
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout is not None
+        workers = [psutil.Process(int(pid)) for pid in process.stdout.readline().split()]
+        assert len(workers) == 2
+        # A terminal's Ctrl-C reaches every process of the group, the workers too.
+        (os.killpg if whole_group else os.kill)(process.pid, number)
+        _, errors = process.communicate(timeout=30)
+        assert _gone(workers)
+        if whole_group:
+            assert errors.count("Traceback") == 1, errors
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_scheduler_and_its_workers_are_used_and_left_alone() -> None:
+    with (
+        scheduler_process() as (address, process),
+        dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
+    ):
+        for _ in range(2):
+            with connect(scheduler=address) as client:
+                assert sum(client.nthreads().values()) == 1
+        assert process.poll() is None
+
+
+def test_worker_with_other_sources_is_named(tmp_path: Path) -> None:
+    for package in ("worker", "studies"):
+        for source in (ROOT / package).rglob("*.py"):
+            copy = tmp_path / source.relative_to(ROOT)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(source.read_bytes())
+    (tmp_path / "studies" / "extra.py").write_text("")
+    with scheduler_process() as (address, _):
+        odd = dask_process("worker", address, "--nthreads", "1", "--no-dashboard", cwd=tmp_path)
+        with odd, pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
+            pass
+    fault = refused.value.fault
+    assert fault.field == "scheduler"
+    assert re.search(
+        r"worker tcp://127\.0\.0\.1:\d+ on \S+ holds version \S+ with sources [0-9a-f]{12}", fault.found
+    )
+    assert code_hash()[:12] in fault.allowed
+
+
+def test_scheduler_without_workers_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
+    with (
+        scheduler_process() as (address, _),
+        pytest.raises(ClusterUnusable, match="has no workers"),
+        connect(scheduler=address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["garbage", "", "ftp://127.0.0.1:3", "tcp://127.0.0.1:1", "mute"])
+def test_what_is_no_scheduler_is_refused_and_leaves_no_thread(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
+    before = threading.active_count()
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        if address == "mute":
+            address = f"tcp://127.0.0.1:{mute.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
+            pass
+        # Ten times the limit: it must give up, not how fast.
+        assert time.monotonic() - began < 10.0
+    assert repr(address) in refused.value.fault.found
+    assert threading.active_count() <= before
+
+
+@pytest.mark.parametrize("workers", [0, -3])
+def test_impossible_number_of_workers_is_refused(workers: int) -> None:
+    with pytest.raises(ClusterUnusable) as refused, connect(workers=workers):
+        pass
+    assert refused.value.fault.found == str(workers)
+
+
+def test_workers_and_scheduler_together_are_refused() -> None:
+    with (
+        pytest.raises(ClusterUnusable, match="one of the two"),
+        connect(workers=2, scheduler="tcp://127.0.0.1:8786"),
+    ):
+        pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="affinity is read on Linux only")
+def test_core_count_follows_the_affinity() -> None:
+    allowed = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        assert core_count() == 1
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def test_code_hash_is_what_workers_are_held_to() -> None:
+    require_code(code_hash())
+    with pytest.raises(WrongCode, match="0000"):
+        require_code("0" * 64)
+
+
+def test_cube_begun_by_another_solver_is_not_continued() -> None:
+    require_solver(provenance())
+    require_solver({})
+    with pytest.raises(WrongCode, match="delete it and start again"):
+        require_solver({**provenance(), "kernels": "0" * 16})

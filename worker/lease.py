@@ -1,0 +1,103 @@
+"""The claim of one runner on one study, renewed from a thread for as long as the study runs."""
+
+import logging
+import os
+import socket
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from studies.faults import Fault
+from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.store import Store
+
+logger = logging.getLogger(__name__)
+
+RENEW_SECONDS = 5.0
+"""Between two renewals; many fit into a claim's life, so that a busy catalogue costs no claim."""
+
+
+class Lease:
+    """What the renewing thread has learned; made by `hold`.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    study_id : str
+        Its id.
+    """
+
+    def __init__(self, store: Store, study_id: str) -> None:
+        self.store = store
+        self.study_id = study_id
+        self.owner = f"{socket.gethostname()}:{os.getpid()}:{uuid.uuid4().hex[:8]}"
+        self.withdrawn = threading.Event()
+        """Set when somebody else cancelled or deleted the study."""
+        self.lost = threading.Event()
+        """Set when another runner holds the claim now: this one must not touch the study any more."""
+        self._released = threading.Event()
+
+    @property
+    def over(self) -> bool:
+        """Whether the runner must stop."""
+        return self.withdrawn.is_set() or self.lost.is_set()
+
+    def _keep(self) -> None:
+        while not self._released.wait(RENEW_SECONDS):
+            try:
+                self._renew()
+            except StoreFault as error:
+                # A full disk or a locked file may pass; if not, the claim expires and the marks fail too.
+                logger.warning("the claim on study %s could not be renewed: %s", self.study_id, error)
+
+    def _renew(self) -> None:
+        try:
+            if not self.store.renew(self.study_id, self.owner):
+                self.lost.set()
+            elif self.store.find(self.study_id).state != "running":
+                self.withdrawn.set()
+        except StudyNotFound:
+            self.withdrawn.set()
+
+
+@contextmanager
+def hold(store: Store, study_id: str) -> Iterator[Lease]:
+    """Claim a study for the time of the context.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    study_id : str
+        Its full id.
+
+    Yields
+    ------
+    Lease
+        To be watched for the loss of the claim.
+
+    Raises
+    ------
+    StudyBusy
+        If another runner holds it.
+    """
+    lease = Lease(store, study_id)
+    if not store.claim(study_id, lease.owner):
+        raise StudyBusy(
+            Fault(
+                "id",
+                f"study {study_id}, which another process is running",
+                "a study that nobody runs",
+                "wait for it, or cancel it there; the claim of a process that died expires by itself",
+            )
+        )
+    thread = threading.Thread(target=lease._keep, name=f"lease-{study_id}", daemon=True)
+    thread.start()
+    try:
+        yield lease
+    finally:
+        lease._released.set()
+        thread.join()
+        store.release(study_id, lease.owner)

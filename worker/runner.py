@@ -1,0 +1,225 @@
+"""One study from claimed to done: its pending blocks through a cluster into the store."""
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from threading import Event
+
+from distributed import Client, Future
+
+from studies.definition import parse_study
+from studies.plan import Plan, make_plan
+from studies.store.cube import write_region
+from studies.store.faults import StoreFault
+from studies.store.record import BlockOutcome, Record
+from studies.store.store import Store
+from worker.cost import seconds_per_point
+from worker.lease import Lease, hold
+from worker.progress import Meter, Progress
+from worker.provenance import WrongCode, code_hash, require_solver
+from worker.tasks import failed_values, run_block
+from worker.window import Failure, Interrupted, Window
+
+GRACE_SECONDS = 15.0
+"""How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
+POLL_SECONDS = 0.2
+"""Longest sleep of the coordinator: how late it notices that it shall stop."""
+REPORT_SECONDS = 0.5
+"""Shortest time between two reports of progress."""
+
+
+def run_study(
+    store: Store,
+    study_id: str,
+    client_factory: Callable[[], AbstractContextManager[Client]],
+    on_progress: Callable[[Progress], None],
+    stop: Event,
+) -> Record:
+    """Compute what a study lacks, and no more.
+
+    The study ends `done` when every block has its mark, also where blocks were given up and recorded as
+    failed points; it ends `failed` where each of its blocks was given up. Stopped, here or by a cancel in
+    another process, it is `cancelled`. Where it could not go on for a reason outside its points (the scheduler
+    is lost, the disk is full, a worker holds other code) it is `failed` with that message while blocks are
+    pending. Whatever the end, what is done is kept, and another call goes on from there.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study was submitted.
+    study_id : str
+        Its full id.
+    client_factory : callable
+        Makes a context that gives a client, such as `worker.cluster.connect`; called only if blocks are pending.
+    on_progress : callable
+        Called in this thread as the study starts, about twice a second while it moves, and at its end.
+    stop : Event
+        Set it from elsewhere to stop: no block begins, and those that run may finish within `GRACE_SECONDS`.
+
+    Returns
+    -------
+    Record
+        The study as it ended.
+
+    Raises
+    ------
+    StudyNotFound
+        If there is no such study, or it was deleted while it ran.
+    StudyBusy
+        If another process runs it; nothing is changed then.
+    ClusterUnusable
+        From `connect`; the study is `failed` with that message and can be run again.
+    """
+    store.find(study_id)
+    with hold(store, study_id) as lease:
+        run = _Run(store, lease, on_progress, stop)
+        try:
+            run.compute(client_factory)
+        except (Interrupted, WrongCode, StoreFault) as error:
+            return run.put_down("failed", f"{error}; {run.left()}")
+        except KeyboardInterrupt:
+            run.put_down("cancelled", None)
+            raise
+        except Exception as error:
+            run.put_down("failed", f"{error}")
+            raise
+        return run.end()
+
+
+class _Run:
+    """One run of one claimed study.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    on_progress : callable
+        Takes the progress.
+    stop : Event
+        Set from outside.
+    """
+
+    def __init__(
+        self, store: Store, lease: Lease, on_progress: Callable[[Progress], None], stop: Event
+    ) -> None:
+        self._store = store
+        self._lease = lease
+        self._study_id = lease.study_id
+        self._on_progress = on_progress
+        self._stop = stop
+        self._failures: list[str] = []
+        self._reported = 0.0
+        self._record = store.set_state(self._study_id, "running")
+
+    def compute(self, client_factory: Callable[[], AbstractContextManager[Client]]) -> None:
+        """Compute every pending block, or as many as there is leave for."""
+        study = parse_study(self._record.definition)
+        self._plan: Plan = make_plan(study, seconds_per_point)
+        pending = self._store.pending(self._study_id)
+        self._meter = Meter(_progress(self._record), work_left=float(self._plan.costs(pending).sum()))
+        self._report(at_once=True)
+        if not pending.size or self._stopping:
+            return
+        if self._record.blocks_done:
+            require_solver(self._record.provenance)
+        cube_path = self._store.cube_path(self._study_id)
+        order = (int(index) for index in self._plan.order(pending))
+        with client_factory() as client:
+
+            def submit(index: int, key: str) -> Future:
+                block = self._plan.block(index)
+                return client.submit(
+                    run_block, cube_path, self._record.digest, block, code_hash(), key=key, pure=False
+                )
+
+            window = Window(client, submit, order)
+            try:
+                self._pump(window, cube_path)
+            finally:
+                window.close()
+
+    def end(self) -> Record:
+        """Put the study into the state that its blocks say."""
+        record = self._store.find(self._study_id)
+        self._report(at_once=True)
+        if self._lease.lost.is_set():
+            return record
+        if record.blocks_done < record.blocks_total:
+            return self.put_down("cancelled", None)
+        count = len(self._failures)
+        message = (
+            f"{count} of {record.blocks_total} blocks failed; the first: {self._failures[0]}" if count else ""
+        )
+        state = "failed" if count == record.blocks_total else "done"
+        return self._store.set_state(self._study_id, state, message or (record.message and ""))
+
+    def put_down(self, state: str, message: str | None) -> Record:
+        """End a study that is not complete, unless somebody else has said what becomes of it."""
+        if self._lease.lost.is_set():
+            return self._store.find(self._study_id)
+        return self._store.set_state(self._study_id, state, message, only_from=("running",))
+
+    def left(self) -> str:
+        """What remains, and how to go on."""
+        record = self._store.find(self._study_id)
+        pending = record.blocks_total - record.blocks_done
+        return (
+            f"{record.blocks_done} of {record.blocks_total} blocks are kept, {pending} left: resume the study"
+        )
+
+    @property
+    def _stopping(self) -> bool:
+        return self._stop.is_set() or self._lease.over
+
+    def _pump(self, window: Window, cube_path: str) -> None:
+        while not self._stopping:
+            window.fill()
+            if window.empty:
+                return
+            for ended in window.collect(POLL_SECONDS):
+                self._keep(ended, cube_path)
+            self._report()
+        for ended in window.drain(GRACE_SECONDS):
+            self._keep(ended, cube_path)
+            self._report()
+
+    def _keep(self, ended: BlockOutcome | Failure, cube_path: str) -> None:
+        if self._lease.lost.is_set():
+            return
+        if isinstance(ended, Failure):
+            ended = self._give_up(ended, cube_path)
+        self._store.mark(self._study_id, ended)
+        self._meter.add(ended.points, ended.failed, float(self._plan.costs([ended.index])[0]))
+
+    def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:
+        block = self._plan.block(failure.index)
+        began = time.perf_counter()
+        values = failed_values(block)
+        try:
+            write_region(cube_path, block, values)
+        except OSError as error:
+            raise Interrupted(f"the study's data cannot be written ({error})") from error
+        self._failures.append(f"block {failure.index}: {failure.message}")
+        points = values["status"].size
+        seconds = time.perf_counter() - began
+        return BlockOutcome(failure.index, points, points, seconds, 0.0, failure.message)
+
+    def _report(self, at_once: bool = False) -> None:
+        now = time.monotonic()
+        if at_once or now - self._reported >= REPORT_SECONDS:
+            self._reported = now
+            self._on_progress(self._meter.progress())
+
+
+def _progress(record: Record) -> Progress:
+    return Progress(
+        record.points_total,
+        record.points_done,
+        record.points_failed,
+        record.blocks_total,
+        record.blocks_done,
+        points_per_second=0.0,
+        seconds_left=None,
+    )

@@ -1,0 +1,96 @@
+"""The worker's side of Dask: one block solved and stored, and what the coordinator asks about it."""
+
+import json
+import time
+from functools import lru_cache
+
+import numpy as np
+import zarr
+from distributed import Worker
+
+from studies.definition import Study, parse_study
+from studies.plan import Block
+from studies.store.cube import write_region
+from studies.store.record import BlockOutcome
+from studies.variables import VARIABLES, Status
+from worker.block import solve_block
+from worker.provenance import require_code
+
+
+def run_block(cube_path: str, digest: str, block: Block, code: str) -> BlockOutcome:
+    """Solve one block and write its region; the value of the Dask task.
+
+    The study's definition does not travel with the task: it may hold axes of a million values, and the worker
+    must reach the cube anyway.
+
+    Parameters
+    ----------
+    cube_path : str
+        Where the cube is.
+    digest : str
+        Of the study, so that another study's definition is never taken from a cache.
+    block : Block
+        Which block.
+    code : str
+        `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
+
+    Returns
+    -------
+    BlockOutcome
+        `kernel_seconds` is CPU time of this thread inside `solve_block`.
+
+    Raises
+    ------
+    WrongCode
+        If this worker's sources differ from the coordinator's.
+    OSError
+        If the cube cannot be read or written.
+    """
+    require_code(code)
+    began = time.perf_counter()
+    study = _study(cube_path, digest)
+    began_kernel = time.thread_time()
+    values = solve_block(study, block)
+    kernel_seconds = time.thread_time() - began_kernel
+    write_region(cube_path, block, values)
+    return BlockOutcome(
+        index=block.index,
+        points=values["status"].size,
+        failed=int(np.count_nonzero(values["status"] >= Status.TOO_MANY_EVENTS)),
+        seconds=time.perf_counter() - began,
+        kernel_seconds=kernel_seconds,
+    )
+
+
+def failed_values(block: Block) -> dict[str, np.ndarray]:
+    """Values of a block that could not be computed.
+
+    Parameters
+    ----------
+    block : Block
+        Which block.
+
+    Returns
+    -------
+    dict of ndarray
+        Every variable, shaped `block.shape`: status BLOCK_FAILED, all else empty.
+    """
+    values = {
+        name: np.full(block.shape, variable.fill, dtype=variable.dtype)
+        for name, variable in VARIABLES.items()
+    }
+    values["status"][...] = Status.BLOCK_FAILED
+    return values
+
+
+def executing_keys(dask_worker: Worker) -> list[str]:
+    """Keys of the tasks that a worker's threads are at just now; Dask fills in the worker."""
+    return [str(task.key) for task in dask_worker.state.executing]
+
+
+@lru_cache(maxsize=4)
+def _study(cube_path: str, digest: str) -> Study:
+    attributes = zarr.open_group(cube_path, mode="r").attrs
+    if attributes["digest"] != digest:
+        raise OSError(f"the cube {cube_path} holds study {attributes['digest']}, not {digest}")
+    return parse_study(json.loads(str(attributes["study"])))
