@@ -1,7 +1,5 @@
 """The store: the catalogue and the cubes of one data directory, behind one door."""
 
-import base64
-import binascii
 import json
 import shutil
 import time
@@ -11,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from sqlalchemy import Connection, Row, delete, func, insert, select, update
+from sqlalchemy import delete, func, insert, select, update
 from sqlalchemy.dialects import sqlite
 
 from studies.definition import Study
@@ -20,15 +18,24 @@ from studies.plan import Plan
 from studies.store.catalogue import Catalogue, done_blocks, open_catalogue, studies
 from studies.store.cube import block_grid, create_cube, open_cube
 from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
-from studies.store.record import STATES, BlockOutcome, Page, Record, utc
+from studies.store.record import STATES, BlockOutcome, Page, Record
+from studies.store.rows import (
+    ALIVE,
+    alive_row,
+    claim_owner,
+    cursor_of,
+    done_flags,
+    number_before,
+    record_of,
+    study_row,
+    unknown_study,
+)
 
 CLAIM_SECONDS = 60.0
 """How long a claim holds without being renewed [s]."""
 
 PAGE_LIMIT = 1000
 """Most records on one page."""
-
-_ALIVE = studies.c.deleted.is_(None)
 
 
 class Store:
@@ -96,13 +103,13 @@ class Store:
         study_id = study.digest[:12]
         # seen without a turn at writing first: the same study is asked for again and again
         with self._catalogue.reading() as connection:
-            row = _alive(connection, study_id)
+            row = alive_row(connection, study_id)
         if row is not None:
-            return _record(row), False
+            return record_of(row), False
         with self._catalogue.writing() as connection:
-            row = _alive(connection, study_id)
+            row = alive_row(connection, study_id)
             if row is not None:
-                return _record(row), False
+                return record_of(row), False
             number = connection.execute(
                 insert(studies).values(
                     id=study_id,
@@ -127,7 +134,7 @@ class Store:
                 if isinstance(error, OSError):
                     raise self._disk_fault(path, error) from error
                 raise
-            return _record(_get(connection, study_id)), True
+            return record_of(study_row(connection, study_id)), True
 
     def find(self, ref: str) -> Record:
         """Look a study up by its id, a prefix of it that no other id has, or its name (the newest so named).
@@ -140,17 +147,17 @@ class Store:
         # SQLite takes no half characters, which a command line may hold
         ref = ref.encode(errors="replace").decode()
         with self._catalogue.reading() as connection:
-            row = _alive(connection, ref)
+            row = alive_row(connection, ref)
             if row is not None:
-                return _record(row)
-            newest = select(studies).where(_ALIVE).order_by(studies.c.number.desc())
+                return record_of(row)
+            newest = select(studies).where(ALIVE).order_by(studies.c.number.desc())
             starts = func.substr(studies.c.id, 1, len(ref)) == ref.lower()
             fits = connection.execute(newest.where(starts).limit(4)).all() if ref else []
             if len(fits) == 1:
-                return _record(fits[0])
+                return record_of(fits[0])
             named = connection.execute(newest.where(studies.c.name == ref).limit(1)).one_or_none()
             if named is not None:
-                return _record(named)
+                return record_of(named)
             if fits:
                 several = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
                 raise StudyNotFound(
@@ -161,7 +168,7 @@ class Store:
                         "write more digits of the id",
                     )
                 )
-            raise _unknown(connection, ref)
+            raise unknown_study(connection, ref)
 
     def page(
         self,
@@ -192,9 +199,9 @@ class Store:
             raise StoreFault(Fault("limit", str(limit), f"1 to {PAGE_LIMIT}", "ask page by page"))
         if state is not None and state not in STATES:
             raise StoreFault(Fault("state", describe(state), listing(STATES), "leave it out for every state"))
-        query = select(studies).where(_ALIVE)
+        query = select(studies).where(ALIVE)
         if cursor is not None:
-            query = query.where(studies.c.number < _decode(cursor))
+            query = query.where(studies.c.number < number_before(cursor))
         if state is not None:
             query = query.where(studies.c.state == state)
         if name:
@@ -204,7 +211,7 @@ class Store:
         with self._catalogue.reading() as connection:
             rows = connection.execute(query).all()
         more = len(rows) > limit
-        return Page(tuple(map(_record, rows[:limit])), _encode(rows[limit - 1].number) if more else None)
+        return Page(tuple(map(record_of, rows[:limit])), cursor_of(rows[limit - 1].number) if more else None)
 
     def set_state(
         self,
@@ -237,9 +244,9 @@ class Store:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
         with self._catalogue.writing() as connection:
-            row = _get(connection, study_id)
+            row = study_row(connection, study_id)
             if row.state not in only_from:
-                return _record(row)
+                return record_of(row)
             change: dict[str, Any] = {"state": state}
             if message is not None:
                 change["message"] = message
@@ -251,7 +258,7 @@ class Store:
             elif row.state != state:
                 change["finished"] = now
             connection.execute(update(studies).where(studies.c.number == row.number).values(change))
-            return _record(_get(connection, study_id))
+            return record_of(study_row(connection, study_id))
 
     def delete(self, study_id: str) -> None:
         """Forget a study and remove its cube.
@@ -267,8 +274,8 @@ class Store:
             If somebody works on it and it was not cancelled.
         """
         with self._catalogue.writing() as connection:
-            row = _get(connection, study_id)
-            owner = _owner(row)
+            row = study_row(connection, study_id)
+            owner = claim_owner(row)
             if owner is not None and row.state != "cancelled":
                 raise StudyBusy(
                     Fault(
@@ -288,7 +295,7 @@ class Store:
     def pending(self, study_id: str) -> np.ndarray:
         """Give the indices of the blocks without a done-mark, ascending, int64."""
         with self._catalogue.reading() as connection:
-            return np.flatnonzero(~_done(connection, _get(connection, study_id)))
+            return np.flatnonzero(~done_flags(connection, study_row(connection, study_id)))
 
     def mark(self, study_id: str, outcome: BlockOutcome) -> None:
         """Set the done-mark of a block whose region is on the disk; a block that has one keeps its first.
@@ -300,7 +307,7 @@ class Store:
         """
         now = time.time()
         with self._catalogue.writing() as connection:
-            row = _get(connection, study_id)
+            row = study_row(connection, study_id)
             if not 0 <= outcome.index < row.blocks_total:
                 raise ValueError(f"block {outcome.index} of {row.blocks_total}")
             values = {
@@ -358,7 +365,7 @@ class Store:
         self._set_claim(study_id, studies.c.claim_owner == owner, None, None)
 
     def _set_claim(self, study_id: str, condition: Any, owner: str | None, expires: float | None) -> bool:
-        change = update(studies).where(studies.c.id == study_id, _ALIVE, condition)
+        change = update(studies).where(studies.c.id == study_id, ALIVE, condition)
         with self._catalogue.writing() as connection:
             return connection.execute(change.values(claim_owner=owner, claim_expires=expires)).rowcount == 1
 
@@ -367,7 +374,7 @@ class Store:
     def cube_path(self, study_id: str) -> str:
         """Give the folder of a study's cube; `xarray.open_zarr` opens it, but knows nothing of done-marks."""
         with self._catalogue.reading() as connection:
-            return str(self._path(study_id, _get(connection, study_id).number))
+            return str(self._path(study_id, study_row(connection, study_id).number))
 
     def cube(self, study_id: str) -> xr.Dataset:
         """Open a study's cube as it is now: lazy, and every block wholly there or wholly not computed.
@@ -380,8 +387,8 @@ class Store:
             If its files are gone.
         """
         with self._catalogue.reading() as connection:
-            row = _get(connection, study_id)
-            done = None if row.blocks_done == row.blocks_total else _done(connection, row)
+            row = study_row(connection, study_id)
+            done = None if row.blocks_done == row.blocks_total else done_flags(connection, row)
         path = self._path(study_id, row.number)
         try:
             return open_cube(path, done)
@@ -394,7 +401,7 @@ class Store:
     def _sweep(self) -> None:
         # a tombstone's row goes last, so that a removal that was cut short is found again
         with self._catalogue.reading() as connection:
-            rows = connection.execute(select(studies).where(~_ALIVE)).all()
+            rows = connection.execute(select(studies).where(~ALIVE)).all()
         for row in rows:
             path = self._path(row.id, row.number)
             shutil.rmtree(path, ignore_errors=True)
@@ -412,92 +419,3 @@ class Store:
                 "computed again after `damperlab delete`",
             )
         )
-
-
-def _alive(connection: Connection, study_id: str) -> Row[Any] | None:
-    return connection.execute(select(studies).where(studies.c.id == study_id, _ALIVE)).one_or_none()
-
-
-def _get(connection: Connection, study_id: str) -> Row[Any]:
-    row = _alive(connection, study_id)
-    if row is None:
-        raise _unknown(connection, study_id)
-    return row
-
-
-def _unknown(connection: Connection, ref: str) -> StudyNotFound:
-    newest = select(studies.c.id, studies.c.name).where(_ALIVE).order_by(studies.c.number.desc()).limit(3)
-    known = ", ".join(f"{row.id} ({row.name})" for row in connection.execute(newest))
-    allowed = (
-        f"an id, a prefix of an id, or a name; newest: {known}"
-        if known
-        else "nothing: there are no studies yet"
-    )
-    return StudyNotFound(Fault("study", describe(ref), allowed, "`damperlab studies` lists what there is"))
-
-
-def _done(connection: Connection, row: Row[Any]) -> np.ndarray:
-    done = np.zeros(row.blocks_total, bool)
-    marks = connection.execute(select(done_blocks.c.block).where(done_blocks.c.study == row.number)).scalars()
-    done[np.fromiter(marks, np.int64)] = True
-    return done
-
-
-def _owner(row: Row[Any]) -> str | None:
-    held = row.claim_owner is not None and row.claim_expires >= time.time()
-    return str(row.claim_owner) if held else None
-
-
-def _seconds_left(row: Row[Any]) -> float | None:
-    left = row.points_total - row.points_done
-    if left == 0:
-        return 0.0
-    if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
-        return None
-    # wall time, so that the pace holds for however many workers there are
-    pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
-    return float(max(0.0, left * pace - (time.time() - row.last_mark)))
-
-
-def _record(row: Row[Any]) -> Record:
-    created = utc(row.created)
-    assert created is not None
-    return Record(
-        id=row.id,
-        name=row.name,
-        state=row.state,
-        points_total=row.points_total,
-        points_done=row.points_done,
-        points_failed=row.points_failed,
-        blocks_total=row.blocks_total,
-        blocks_done=row.blocks_done,
-        created=created,
-        started=utc(row.started),
-        finished=utc(row.finished),
-        seconds_left=_seconds_left(row),
-        definition=json.loads(row.definition),
-        digest=row.digest,
-        chunk=tuple(json.loads(row.chunk)),
-        provenance=json.loads(row.provenance),
-        message=row.message,
-        seconds=row.seconds,
-        kernel_seconds=row.kernel_seconds,
-        owner=_owner(row),
-    )
-
-
-def _encode(number: int) -> str:
-    return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
-
-
-def _decode(cursor: str) -> int:
-    try:
-        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
-        word, number = text.split(" ")
-        if word == "before" and number.isascii() and number.isdigit() and len(number) < 19:
-            return int(number)
-    except (binascii.Error, ValueError):
-        pass
-    raise StoreFault(
-        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
-    )

@@ -1,0 +1,1 @@
+"""Questions to a cube: Dataset in, Dataset out, one question per file."""

@@ -1,0 +1,142 @@
+"""The question for the best designs, checked against the cube it is put to."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.faults import QueryFault
+from studies.answers.selection import check_dimension, check_metric
+from studies.faults import Fault, counted, describe, listing
+from studies.variables import DIMENSIONS
+
+OBJECTIVES: dict[str, str] = {
+    "resonance": "amplitude ratio at the frequency nearest r = 1",
+    "peak": "largest amplitude ratio in the band",
+    "band_mean": "mean amplitude ratio over the band",
+    "band_rms": "rms of the amplitude ratio over the band",
+}
+"""What a design can be judged by; the smaller, the better."""
+
+MOST = 10_000
+"""Most designs in one answer."""
+
+FREQUENCY = "frequency_ratio"
+DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY)
+METRIC = "amplitude_ratio"
+
+
+@dataclass(frozen=True)
+class DesignQuestion:
+    """The question, checked; `axes` holds the grid indices that count, the frequencies in ascending order."""
+
+    objective: str
+    axes: dict[str, np.ndarray]
+    frequencies: np.ndarray
+    weights: np.ndarray
+    nearest: int
+    exclude_locked: bool
+    max_impact_speed: float | None
+
+    @classmethod
+    def ask(
+        cls,
+        cube: xr.Dataset,
+        objective: str,
+        band: tuple[float, float] | None,
+        top: int,
+        exclude_locked: bool,
+        max_impact_speed: float | None,
+        ranges: Mapping[str, tuple[float, float]],
+    ) -> "DesignQuestion":
+        """Check the arguments of `optimal_designs`; raise `QueryFault` for what cannot be answered."""
+        check_metric(cube, METRIC, "objective")
+        if objective not in OBJECTIVES:
+            raise QueryFault(
+                Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
+            )
+        if not 1 <= top <= MOST:
+            raise QueryFault(Fault("top", describe(top), f"1 to {MOST}", "ask for fewer designs"))
+        if band is not None and objective == "resonance":
+            raise QueryFault(
+                Fault(
+                    "band",
+                    describe(list(band)),
+                    "nothing with objective resonance",
+                    "choose peak or a band mean",
+                )
+            )
+        if max_impact_speed is not None:
+            if not max_impact_speed >= 0:
+                raise QueryFault(
+                    Fault(
+                        "max_impact_speed", describe(max_impact_speed), "0 or more", "mend it or leave it out"
+                    )
+                )
+            check_metric(cube, "impact_speed_max", "max_impact_speed")
+        if exclude_locked:
+            check_metric(cube, "response_class", "exclude_locked")
+        for name in ranges:
+            if name == FREQUENCY:
+                raise QueryFault(
+                    Fault(
+                        name,
+                        describe(list(ranges[name])),
+                        "a range of a design dimension",
+                        "use `band` for it",
+                    )
+                )
+            check_dimension(name, name)
+        axes = {name: _within(cube, name, name, ranges.get(name)) for name in DESIGN}
+        counting = _within(cube, "band", FREQUENCY, band)
+        if objective == "resonance":
+            distance = np.abs(cube[FREQUENCY].values[counting] - 1.0)
+            counting = counting[[int(distance.argmin())]]
+        counting = counting[np.argsort(cube[FREQUENCY].values[counting], kind="stable")]
+        axes[FREQUENCY] = counting
+        frequencies = cube[FREQUENCY].values[counting]
+        return cls(
+            objective,
+            axes,
+            frequencies,
+            _trapezoid(frequencies),
+            int(np.abs(frequencies - 1.0).argmin()),
+            exclude_locked,
+            max_impact_speed,
+        )
+
+
+def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
+    values = cube[name].values
+    if limits is None:
+        return np.arange(values.size)
+    low, high = limits
+    shown = f"{low:.10g} to {high:.10g}"
+    if math.isnan(low) or math.isnan(high) or low > high:
+        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "mend the range"))
+    inside = np.flatnonzero((values >= low) & (values <= high))
+    if inside.size == 0:
+        span = f"{values.min():.10g} to {values.max():.10g}"
+        near = values[np.abs(values - low).argmin()]
+        raise QueryFault(
+            Fault(
+                field,
+                f"{shown}, which holds no grid point",
+                f"a range with some of the {counted(values.size, 'grid point')} of {name} from {span}",
+                f"widen it; {near:.10g} is the nearest",
+            )
+        )
+    return inside
+
+
+def _trapezoid(frequencies: np.ndarray) -> np.ndarray:
+    """Weights of the trapezoidal rule over ascending `frequencies`, scaled to a sum of 1."""
+    if frequencies.size == 1:
+        return np.ones(1)
+    steps = np.diff(frequencies)
+    weights = np.zeros(frequencies.size)
+    weights[:-1] += steps / 2
+    weights[1:] += steps / 2
+    return np.asarray(weights / weights.sum())

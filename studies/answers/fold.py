@@ -1,0 +1,68 @@
+"""Reduce along one dimension slab by slab, keeping what stands beside the values."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from studies.variables import Status
+
+
+class Extremum:
+    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with what stands beside."""
+
+    def __init__(self, sign: float) -> None:
+        self._sign = sign
+        self._best: dict[str, np.ndarray] = {}
+
+    def take(self, start: int, values: np.ndarray, beside: Mapping[str, np.ndarray]) -> None:
+        """Take in one slab whose first index along the axis is `start`."""
+        ranked = np.where(np.isnan(values), -np.inf, self._sign * values)
+        place = ranked.argmax(axis=0)[None]
+
+        def pick(array: np.ndarray) -> np.ndarray:
+            return np.asarray(np.take_along_axis(array, place, axis=0)[0])
+
+        found = {"rank": pick(ranked), "value": pick(values), "at": start + place[0]}
+        found |= {name: pick(array) for name, array in beside.items()}
+        if not self._best:
+            self._best = found
+            return
+        better = found["rank"] > self._best["rank"]
+        for name, array in found.items():
+            self._best[name] = np.where(better, array, self._best[name])
+
+    def result(self) -> dict[str, np.ndarray]:
+        """Give the value, the index where it lies, with what stands beside."""
+        return {name: array for name, array in self._best.items() if name != "rank"}
+
+
+class Mean:
+    """The mean along the first axis of what has a value, with the mean error and the worst status."""
+
+    def __init__(self) -> None:
+        self._sums: dict[str, np.ndarray] = {}
+        self._worst: np.ndarray | None = None
+
+    def take(self, start: int, values: np.ndarray, beside: Mapping[str, np.ndarray]) -> None:
+        """Take in one slab."""
+        known = ~np.isnan(values)
+        parts = {"value": np.where(known, values, 0.0).sum(axis=0), "count": known.sum(axis=0)}
+        if "amplitude_error" in beside:
+            parts["amplitude_error"] = np.where(known, beside["amplitude_error"], 0.0).sum(axis=0)
+        for name, array in parts.items():
+            self._sums[name] = self._sums[name] + array if name in self._sums else array
+        # failed is worse than not computed, which is worse than converged
+        status = beside["status"].astype(np.int64)
+        badness = np.where(status == Status.NOT_COMPUTED, 1.5, status).max(axis=0)
+        self._worst = badness if self._worst is None else np.maximum(self._worst, badness)
+
+    def result(self) -> dict[str, np.ndarray]:
+        """Give the mean, the mean error and the worst status."""
+        assert self._worst is not None
+        number = self._sums.pop("count")
+        means = {
+            name: np.where(number > 0, total / np.maximum(number, 1), np.nan)
+            for name, total in self._sums.items()
+        }
+        means["status"] = np.where(self._worst == 1.5, Status.NOT_COMPUTED, self._worst).astype(np.int8)
+        return means

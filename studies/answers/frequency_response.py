@@ -1,0 +1,69 @@
+"""A curve: one metric over the frequency ratio at one design."""
+
+from collections.abc import Mapping
+
+import xarray as xr
+
+from studies.answers.faults import QueryFault
+from studies.answers.selection import (
+    COMPANIONS,
+    as_float,
+    check_metric,
+    choose,
+    coded,
+    completeness,
+    count,
+    read,
+    say,
+    scalars,
+)
+from studies.faults import Fault, describe
+
+FREQUENCY = "frequency_ratio"
+
+
+def frequency_response(
+    cube: xr.Dataset, metric: str = "amplitude_ratio", at: Mapping[str, float] | None = None
+) -> xr.Dataset:
+    """Follow one design along the frequency ratio.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube; only the curve is read.
+    metric : str
+        The variable to show.
+    at : mapping of float, optional
+        Values of the other five dimensions; see `selection.choose`.
+
+    Returns
+    -------
+    Dataset
+        Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` where
+        the cube has them. Coordinates without a dimension and attributes as in `resonance_map`.
+
+    Raises
+    ------
+    QueryFault
+        If a dimension or the metric is not in the cube, or `at` names the frequency ratio.
+    """
+    at = at or {}
+    check_metric(cube, metric)
+    if FREQUENCY in at:
+        raise QueryFault(
+            Fault(FREQUENCY, describe(at[FREQUENCY]), "nothing: the curve runs along it", "leave it out")
+        )
+    index = choose(cube, at, (FREQUENCY,))
+    names = [metric, *(name for name in COMPANIONS if name in cube.data_vars and name != metric)]
+    values = {name: read(cube, name, index, (FREQUENCY,)) for name in names}
+    status = values["status"]
+    if not coded(cube, metric):
+        values[metric] = as_float(values[metric])
+    note = say(cube, index, at)
+    if status.size == 1:
+        note += " Only one frequency was computed, so the curve is one point."
+    return xr.Dataset(
+        {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
+        {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
+        {**completeness(*count(status), status.size), "note": note},
+    )

@@ -1,0 +1,167 @@
+"""A map: one metric over two dimensions, at a point of the others or reduced over one of them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.faults import QueryFault
+from studies.answers.fold import Extremum, Mean
+from studies.answers.selection import (
+    COMPANIONS,
+    as_float,
+    check_dimension,
+    check_metric,
+    choose,
+    coded,
+    completeness,
+    count,
+    read,
+    say,
+    scalars,
+)
+from studies.faults import Fault, describe, listing
+from studies.store.slabs import BUDGET
+
+REDUCTIONS: tuple[str, ...] = ("max", "min", "mean")
+"""What can be done over a further dimension."""
+
+
+def resonance_map(
+    cube: xr.Dataset,
+    x: str,
+    y: str,
+    metric: str = "amplitude_ratio",
+    over: str | None = None,
+    reduce: str | None = None,
+    at: Mapping[str, float] | None = None,
+) -> xr.Dataset:
+    """Slice the cube along two dimensions.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube; only what is needed of it is read.
+    x, y : str
+        The dimensions of the map.
+    metric : str
+        The variable to show.
+    over, reduce : str, optional
+        A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
+        that have a value. Its slabs are read one after the other.
+    at : mapping of float, optional
+        Values of the other dimensions; see `selection.choose`.
+
+    Returns
+    -------
+    Dataset
+        Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
+        cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
+        names. Of a mean, the error is the mean error and the status the worst, and there is no class. The
+        other dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
+        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `note` (what was chosen,
+        in words).
+
+    Raises
+    ------
+    QueryFault
+        If a dimension or the metric is not in the cube, or one is used twice.
+    """
+    at = at or {}
+    check_dimension("x", x)
+    check_dimension("y", y, (x,))
+    check_metric(cube, metric)
+    if over is None and reduce is not None:
+        raise QueryFault(
+            Fault(
+                "reduce",
+                describe(reduce),
+                "nothing without `over`",
+                "name the dimension to reduce with `over`",
+            )
+        )
+    if over is not None:
+        check_dimension("over", over, (x, y))
+        reduce = reduce or "max"
+        if reduce not in REDUCTIONS:
+            raise QueryFault(
+                Fault("reduce", describe(reduce), f"one of {listing(REDUCTIONS)}", "leave it out for max")
+            )
+        if coded(cube, metric):
+            raise QueryFault(
+                Fault(
+                    "metric",
+                    metric,
+                    "a quantity where `over` is given",
+                    f"{metric} has codes, which have no {reduce}: leave `over` out",
+                )
+            )
+    free = (x, y) if over is None else (x, y, over)
+    index = choose(cube, at, free)
+    if over is None or reduce is None:
+        answer = _slice(cube, x, y, metric, index)
+    else:
+        answer = _reduced(cube, x, y, metric, over, reduce, index)
+    answer.attrs["note"] = say(cube, index, at)
+    return answer
+
+
+def _companions(cube: xr.Dataset, metric: str) -> list[str]:
+    return [name for name in COMPANIONS if name in cube.data_vars and name != metric]
+
+
+def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, int]) -> xr.Dataset:
+    status = read(cube, "status", index, (y, x))
+    values = {
+        name: status if name == "status" else read(cube, name, index, (y, x))
+        for name in (metric, *_companions(cube, metric))
+    }
+    if not coded(cube, metric):
+        values[metric] = as_float(values[metric])
+    attributes = completeness(*count(status), status.size)
+    return _answer(cube, x, y, values, index, attributes)
+
+
+def _reduced(
+    cube: xr.Dataset, x: str, y: str, metric: str, over: str, reduce: str, index: Mapping[str, int]
+) -> xr.Dataset:
+    extent = cube.sizes[over]
+    area = cube.sizes[x] * cube.sizes[y]
+    step = max(1, BUDGET // area)
+    names = _companions(cube, metric)
+    fold: Mean | Extremum = Mean() if reduce == "mean" else Extremum(1.0 if reduce == "max" else -1.0)
+    computed = failed = 0
+    for start in range(0, extent, step):
+        part = {**index, over: slice(start, start + step)}
+        values = as_float(read(cube, metric, part, (over, y, x)))
+        beside = {name: read(cube, name, part, (over, y, x)) for name in names}
+        counts = count(beside["status"])
+        computed, failed = computed + counts[0], failed + counts[1]
+        fold.take(start, values, beside)
+    folded = fold.result()
+    at = folded.pop("at", None)
+    answers = {metric: folded.pop("value"), **folded}
+    attributes = {**completeness(computed, failed, extent * area), "over": over, "reduce": reduce}
+    answer = _answer(cube, x, y, answers, index, attributes)
+    if at is not None:
+        where = np.where(np.isnan(answers[metric]), np.nan, cube[over].values[at])
+        answer[f"{over}_at"] = (
+            (y, x),
+            where,
+            {"units": "1", "long_name": f"{cube[over].attrs.get('long_name', over)} of the {reduce}"},
+        )
+    return answer
+
+
+def _answer(
+    cube: xr.Dataset,
+    x: str,
+    y: str,
+    values: Mapping[str, np.ndarray],
+    index: Mapping[str, int],
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    variables = {name: ((y, x), array, dict(cube[name].attrs)) for name, array in values.items()}
+    coordinates = {y: cube[y], x: cube[x], **scalars(cube, index)}
+    return xr.Dataset(variables, coordinates, dict(attributes))

@@ -1,0 +1,96 @@
+"""A cube as one netCDF file or one CSV table, piece by piece, so that memory does not grow with it."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+
+from studies.store.slabs import BUDGET, rows, slabs
+from studies.variables import DIMENSIONS
+
+ROWS_AT_ONCE = 2**13
+"""Rows in one piece of CSV text; about four megabytes."""
+
+
+def write_netcdf(cube: xr.Dataset, path: Path) -> None:
+    """Write a cube as netCDF-4; the file appears under its name when it is whole.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, `Store.cube`.
+    path : Path
+        The file, replaced if it is there.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    try:
+        with h5netcdf.File(partial, "w") as file:
+            _fill(file, cube)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _fill(file: Any, cube: xr.Dataset) -> None:
+    file.dimensions = {name: cube.sizes[name] for name in DIMENSIONS}
+    file.attrs.update({str(name): value for name, value in cube.attrs.items()})
+    for name in DIMENSIONS:
+        coordinate = file.create_variable(name, (name,), data=cube[name].values)
+        coordinate.attrs.update(cube[name].attrs)
+    for key, variable in cube.data_vars.items():
+        chunks = variable.encoding.get("chunks", variable.shape)
+        target = file.create_variable(
+            str(key),
+            DIMENSIONS,
+            dtype=variable.dtype,
+            chunks=chunks,
+            compression="gzip",
+            compression_opts=1,
+            shuffle=True,
+        )
+        target.attrs.update(variable.attrs)
+        for slab in slabs(variable.shape, chunks, BUDGET):
+            target[slab] = variable[slab].values
+
+
+def csv_lines(cube: xr.Dataset) -> Iterator[str]:
+    """Give a cube as CSV: one row a point in C order, the six coordinates, then the variables.
+
+    Numbers have the 17 digits that bring every float64 back; a missing value is `nan`, codes are integers.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, `Store.cube`.
+
+    Yields
+    ------
+    str
+        The header line, then pieces of whole lines.
+    """
+    names = [str(name) for name in cube.data_vars]
+    yield ",".join((*DIMENSIONS, *names)) + "\n"
+    if not names:
+        return
+    first = cube[names[0]]
+    formats = ["%.17g"] * len(DIMENSIONS)
+    formats += ["%.17g" if cube[name].dtype.kind == "f" else "%d" for name in names]
+    line = ",".join(formats) + "\n"
+    for slab in rows(first.shape, first.encoding.get("chunks", first.shape), BUDGET):
+        index = dict(zip(DIMENSIONS, slab, strict=True))
+        piece = cube.isel(index)
+        axes = np.meshgrid(*(piece[name].values for name in DIMENSIONS), indexing="ij", copy=False)
+        columns = [*axes, *(piece[name].values for name in names)]
+        flat = [column.reshape(-1) for column in columns]
+        for start in range(0, flat[0].size, ROWS_AT_ONCE):
+            lists = [column[start : start + ROWS_AT_ONCE].tolist() for column in flat]
+            yield "".join(map(line.__mod__, zip(*lists, strict=True)))

@@ -1,0 +1,115 @@
+"""Rows of the catalogue, as records, flags and faults."""
+
+import base64
+import binascii
+import json
+import time
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, Row, select
+
+from studies.faults import Fault, describe
+from studies.store.catalogue import done_blocks, studies
+from studies.store.faults import StoreFault, StudyNotFound
+from studies.store.record import Record, utc
+
+ALIVE = studies.c.deleted.is_(None)
+"""The studies that were not deleted."""
+
+
+def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
+    """Find a study by its whole id; None if there is none."""
+    return connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
+
+
+def study_row(connection: Connection, study_id: str) -> Row[Any]:
+    """Find a study by its whole id; raise `StudyNotFound` if there is none."""
+    row = alive_row(connection, study_id)
+    if row is None:
+        raise unknown_study(connection, study_id)
+    return row
+
+
+def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
+    """Make the fault for a study that is not there; it names a few that are."""
+    newest = select(studies.c.id, studies.c.name).where(ALIVE).order_by(studies.c.number.desc()).limit(3)
+    known = ", ".join(f"{row.id} ({row.name})" for row in connection.execute(newest))
+    allowed = (
+        f"an id, a prefix of an id, or a name; newest: {known}"
+        if known
+        else "nothing: there are no studies yet"
+    )
+    return StudyNotFound(Fault("study", describe(ref), allowed, "`damperlab studies` lists what there is"))
+
+
+def done_flags(connection: Connection, row: Row[Any]) -> np.ndarray:
+    """Give one flag per block of a study: whether it has its done-mark."""
+    done = np.zeros(row.blocks_total, bool)
+    marks = connection.execute(select(done_blocks.c.block).where(done_blocks.c.study == row.number)).scalars()
+    done[np.fromiter(marks, np.int64)] = True
+    return done
+
+
+def claim_owner(row: Row[Any]) -> str | None:
+    """Say whose claim on the study holds now."""
+    held = row.claim_owner is not None and row.claim_expires >= time.time()
+    return str(row.claim_owner) if held else None
+
+
+def _seconds_left(row: Row[Any]) -> float | None:
+    left = row.points_total - row.points_done
+    if left == 0:
+        return 0.0
+    if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
+        return None
+    # wall time, so that the pace holds for however many workers there are
+    pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
+    return float(max(0.0, left * pace - (time.time() - row.last_mark)))
+
+
+def record_of(row: Row[Any]) -> Record:
+    """Give a study's row as a record."""
+    created = utc(row.created)
+    assert created is not None
+    return Record(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        points_total=row.points_total,
+        points_done=row.points_done,
+        points_failed=row.points_failed,
+        blocks_total=row.blocks_total,
+        blocks_done=row.blocks_done,
+        created=created,
+        started=utc(row.started),
+        finished=utc(row.finished),
+        seconds_left=_seconds_left(row),
+        definition=json.loads(row.definition),
+        digest=row.digest,
+        chunk=tuple(json.loads(row.chunk)),
+        provenance=json.loads(row.provenance),
+        message=row.message,
+        seconds=row.seconds,
+        kernel_seconds=row.kernel_seconds,
+        owner=claim_owner(row),
+    )
+
+
+def cursor_of(number: int) -> str:
+    """Give the cursor of the page that follows the study of this number."""
+    return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
+
+
+def number_before(cursor: str) -> int:
+    """Read a cursor back; raise `StoreFault` if it is none."""
+    try:
+        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
+        word, number = text.split(" ")
+        if word == "before" and number.isascii() and number.isdigit() and len(number) < 19:
+            return int(number)
+    except (binascii.Error, ValueError):
+        pass
+    raise StoreFault(
+        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
+    )

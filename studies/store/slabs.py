@@ -1,0 +1,70 @@
+"""Cut a cube into pieces that fit in memory, for whoever reads all of it."""
+
+from collections.abc import Iterator
+from itertools import product
+from math import prod
+
+BUDGET = 2**18
+"""Points that are held at once; at eighteen variables some tens of megabytes."""
+
+
+def slabs(
+    shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET
+) -> Iterator[tuple[slice, ...]]:
+    """Cut along chunk borders, so that every chunk is read once; for reductions, where order does not matter.
+
+    Parameters
+    ----------
+    shape, chunk : tuple of int
+        Of the array.
+    budget : int
+        Most points of a slab; one chunk is taken whole even if it is larger.
+
+    Yields
+    ------
+    tuple of slice
+        Every point is in exactly one slab.
+    """
+    steps = [min(extent, step) for extent, step in zip(shape, chunk, strict=True)]
+    for axis in reversed(range(len(shape))):
+        steps[axis] = min(shape[axis], steps[axis] * max(1, budget // prod(steps)))
+        if steps[axis] < shape[axis]:
+            break
+    yield from _boxes(shape, steps)
+
+
+def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
+    """Cut so that slab after slab the points come in C order, last dimension fastest.
+
+    A chunk that is longer than a slab along a leading dimension is read once per slab that it meets.
+
+    Parameters
+    ----------
+    shape, chunk : tuple of int
+        Of the array.
+    budget : int
+        Most points of a slab.
+
+    Yields
+    ------
+    tuple of slice
+        Every point is in exactly one slab.
+    """
+    steps = [1] * len(shape)
+    for axis in reversed(range(len(shape))):
+        step = min(shape[axis], max(1, budget // prod(shape[axis + 1 :])))
+        if chunk[axis] <= step < shape[axis]:
+            # a slab that ends inside a chunk makes the next one read it again
+            step -= step % chunk[axis]
+        steps[axis] = step
+        if step < shape[axis]:
+            break
+    yield from _boxes(shape, steps)
+
+
+def _boxes(shape: tuple[int, ...], steps: list[int]) -> Iterator[tuple[slice, ...]]:
+    starts = [range(0, extent, step) for extent, step in zip(shape, steps, strict=True)]
+    for corner in product(*starts):
+        yield tuple(
+            slice(at, min(at + step, extent)) for at, step, extent in zip(corner, steps, shape, strict=True)
+        )
