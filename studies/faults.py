@@ -70,7 +70,7 @@ class StudyFaults(ValueError):
 
 
 def join(parent: str, child: str) -> str:
-    """Join two paths: ``axes`` and ``clearance_ratio``, ``axes.clearance_ratio`` and ``[3]``; empty parts vanish."""
+    """Join two paths, as in ``axes.clearance_ratio`` or ``metrics[3]``; an empty part vanishes."""
     if not parent or not child:
         return parent or child
     return parent + child if child.startswith("[") else f"{parent}.{child}"
@@ -90,7 +90,7 @@ def path(parts: Iterable[object]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return text that every encoder and terminal takes: quoted, shortened, control characters and surrogates escaped."""
+    """Return text as every encoder and terminal takes it: quoted, shortened, odd characters escaped."""
     shown = json.dumps(text[:_TEXT_SHOWN], ensure_ascii=not text[:_TEXT_SHOWN].isprintable())
     return shown if len(text) <= _TEXT_SHOWN else f"{shown}… ({len(text)} characters)"
 
@@ -130,3 +130,11 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 def listing(names: Iterable[str]) -> str:
     """Write names as a plain enumeration."""
     return ", ".join(names)
+
+
+def unknown_key(field: str, key: object, known: tuple[str, ...]) -> Fault:
+    """Return the fault of a key that no document has here, with the near name where there is one."""
+    near = nearest(key, known) if isinstance(key, str) else None
+    advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
+    found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
+    return Fault(field, found, f"the keys {', '.join(known)}", advice)

@@ -1,0 +1,8 @@
+"""What the schema of a study has but this version cannot compute yet: the one place that knows."""
+
+RESERVED: dict[str, tuple[str, ...]] = {
+    "contact": ("dwell", "compliant"),
+    "solver": ("rk4",),
+    "start": ("ensemble", "continuation"),
+}
+"""Choices that are refused, by field; whoever teaches the solver one of them deletes it here."""

@@ -1,0 +1,237 @@
+"""An axis: the values that one quantity takes in a study, written as a number, a list or a range."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+from studies.faults import Fault, StudyFaults, counted, describe, join, path, unknown_key
+from studies.quantity import (
+    CLEARANCE_RATIO,
+    DAMPING_RATIO,
+    DEFAULTS,
+    FREQUENCY_RATIO,
+    FRICTION_RATIO,
+    MASS_RATIO,
+    RESTITUTION,
+    Quantity,
+    read_count,
+)
+from studies.reads import Reads
+
+MAX_AXIS_VALUES = 1_000_000
+"""Values on one axis."""
+
+MAX_FAULTS_PER_AXIS = 20
+"""Faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
+
+
+class Range(BaseModel):
+    """Evenly or logarithmically spaced values, both ends included."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    start: float
+    stop: float
+    num: int
+    spacing: Literal["linear", "log"] = "linear"
+
+    def values(self) -> NDArray[np.float64]:
+        """Return the values, float64 of shape (num,), the ends exact."""
+        if self.spacing == "log":
+            return np.geomspace(self.start, self.stop, self.num)
+        return np.linspace(self.start, self.stop, self.num)
+
+
+AxisSpec = float | tuple[float, ...] | Range
+"""An axis as it was written: one number, sorted numbers, or a range."""
+
+
+def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
+    """Expand an axis: float64, one dimension, strictly increasing."""
+    if isinstance(spec, Range):
+        return spec.values()
+    return np.atleast_1d(np.asarray(spec, dtype=np.float64))
+
+
+def axis_count(spec: AxisSpec) -> int:
+    """Return the number of values of an axis without expanding it."""
+    if isinstance(spec, Range):
+        return spec.num
+    return len(spec) if isinstance(spec, tuple) else 1
+
+
+def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
+    """Read one axis of a document.
+
+    Parameters
+    ----------
+    raw : object
+        A number; a list of numbers in any order (an axis is a set of values: it is sorted here); or a mapping
+        ``{start, stop, num, spacing}``.
+    quantity : Quantity
+        What is measured along the axis.
+    field : str
+        Where `raw` stands, for the faults.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the axis.
+    """
+    if isinstance(raw, Range):
+        raw = raw.model_dump()
+    if isinstance(raw, dict):
+        return _read_range(raw, quantity, field)
+    if isinstance(raw, list | tuple):
+        return _read_list(raw, quantity, field)
+    try:
+        return quantity.read(raw, field)
+    except StudyFaults as error:
+        if isinstance(raw, int | float) and not isinstance(raw, bool):
+            raise
+        allowed = f"{quantity.allowed}, a list of such numbers, or {{start, stop, num, spacing}}"
+        raise StudyFaults([Fault(f.field, f.found, allowed, f.advice) for f in error.faults]) from None
+
+
+def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str) -> tuple[float, ...]:
+    if not raw:
+        advice = "give at least one value, or leave the axis out to get its default"
+        raise StudyFaults([Fault(field, "an empty list", "at least one value", advice)])
+    if len(raw) > MAX_AXIS_VALUES:
+        raise StudyFaults([_too_many(field, len(raw))])
+    faults: list[Fault] = []
+    first: dict[float, int] = {}
+    for index, item in enumerate(raw):
+        if len(faults) == MAX_FAULTS_PER_AXIS:
+            rest = f"{counted(len(raw) - index, 'more value')} that may be faulty too"
+            faults.append(
+                Fault(field, rest, "valid values only", "mend the ones listed first, then submit again")
+            )
+            break
+        here = f"{field}[{index}]"
+        try:
+            value = quantity.read(item, here)
+        except StudyFaults as error:
+            faults.extend(error.faults)
+            continue
+        if value in first:
+            found = f"{describe(item)}, the value of entry {first[value]} again"
+            faults.append(Fault(here, found, "each value once", "remove one of the two"))
+        else:
+            first[value] = index
+    if faults:
+        raise StudyFaults(faults)
+    return tuple(sorted(first))
+
+
+def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
+    faults: list[Fault] = []
+    known = tuple(Range.model_fields)
+    faults.extend(unknown_key(join(field, path([key])), key, known) for key in raw if key not in known)
+    faults.extend(
+        Fault(join(field, key), "nothing", "a number", f"add `{key}`; a range needs start, stop and num")
+        for key in ("start", "stop", "num")
+        if key not in raw
+    )
+    numbers: dict[str, float] = {}
+    for key in ("start", "stop"):
+        if key in raw:
+            _collect(faults, numbers, key, partial(quantity.read, raw[key], join(field, key)))
+    if "num" in raw:
+        count = partial(read_count, raw["num"], 1, MAX_AXIS_VALUES, join(field, "num"))
+        _collect(faults, numbers, "num", count)
+    spacing = raw.get("spacing", "linear")
+    if not isinstance(spacing, str) or spacing not in ("linear", "log"):
+        faults.append(
+            Fault(join(field, "spacing"), describe(spacing), "linear or log", "choose one of the two")
+        )
+        spacing = None
+    if "start" in numbers and spacing == "log" and numbers["start"] == 0:
+        faults.append(
+            Fault(
+                join(field, "start"),
+                "0",
+                "a number above 0 for log spacing",
+                "start above 0, or use linear spacing",
+            )
+        )
+    if len(numbers) == 3 and spacing is not None:
+        faults.extend(_order_faults(numbers, field))
+    if faults:
+        raise StudyFaults(faults)
+    spaced: Literal["linear", "log"] = "log" if spacing == "log" else "linear"
+    result = Range(start=numbers["start"], stop=numbers["stop"], num=int(numbers["num"]), spacing=spaced)
+    if result.num > 1 and not bool(np.all(np.diff(result.values()) > 0.0)):
+        found = f"{counted(result.num, 'value')} between {result.start!r} and {result.stop!r}"
+        raise StudyFaults(
+            [
+                Fault(
+                    field,
+                    found,
+                    "values that differ in double precision",
+                    "use fewer values or a wider range",
+                )
+            ]
+        )
+    return result
+
+
+def _collect(faults: list[Fault], numbers: dict[str, float], key: str, read: Callable[[], float]) -> None:
+    try:
+        numbers[key] = read()
+    except StudyFaults as error:
+        faults.extend(error.faults)
+
+
+def _order_faults(numbers: dict[str, float], field: str) -> list[Fault]:
+    start, stop, num = numbers["start"], numbers["stop"], int(numbers["num"])
+    if num == 1 and start != stop:
+        found = f"1, with start {start:g} and stop {stop:g}"
+        advice = "ask for more values, or write the one value as a plain number"
+        return [Fault(join(field, "num"), found, "at least 2 between two different ends", advice)]
+    if num > 1 and not start < stop:
+        advice = "exchange start and stop, or write a single value as a plain number"
+        return [Fault(join(field, "stop"), f"{stop:g}", f"a number above start, which is {start:g}", advice)]
+    return []
+
+
+def _too_many(field: str, count: int) -> Fault:
+    allowed = f"at most {MAX_AXIS_VALUES:,} values on one axis"
+    return Fault(field, counted(count, "value"), allowed, "use fewer values")
+
+
+def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, Any]:
+    """Return the JSON schema of an axis."""
+    number: dict[str, Any] = {"type": "number", "minimum": quantity.lowest}
+    number["exclusiveMaximum" if quantity.below else "maximum"] = quantity.highest
+    span = {
+        "type": "object",
+        "properties": {
+            "start": number,
+            "stop": number,
+            "num": {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_VALUES},
+            "spacing": {"type": "string", "enum": ["linear", "log"], "default": "linear"},
+        },
+        "required": ["start", "stop", "num"],
+        "additionalProperties": False,
+    }
+    numbers = {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
+    schema: dict[str, Any] = {"description": quantity.meaning, "anyOf": [number, numbers, span]}
+    return schema if default is None else schema | {"default": default}
+
+
+def along(quantity: Quantity, default: float | None = None) -> Reads:
+    """Return the annotation that makes a model's field an axis of `quantity`."""
+    return Reads(lambda raw: read_axis(raw, quantity), axis_schema(quantity, default))
+
+
+DampingRatio = Annotated[AxisSpec | None, along(DAMPING_RATIO, DEFAULTS["damping_ratio"])]
+Restitution = Annotated[AxisSpec | None, along(RESTITUTION, DEFAULTS["restitution"])]
+MassRatio = Annotated[AxisSpec | None, along(MASS_RATIO, DEFAULTS["mass_ratio"])]
+ClearanceRatio = Annotated[AxisSpec | None, along(CLEARANCE_RATIO)]
+FrictionRatio = Annotated[AxisSpec | None, along(FRICTION_RATIO, DEFAULTS["friction_ratio"])]
+FrequencyRatio = Annotated[AxisSpec | None, along(FREQUENCY_RATIO)]

@@ -1,0 +1,156 @@
+"""The choices of a study that are no axes: contact, steady state, solver, start."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Tag,
+)
+
+from studies.available import RESERVED
+from studies.faults import Fault, StudyFaults, describe
+from studies.quantity import Quantity, read_count
+from studies.reads import Reads
+
+
+def real(quantity: Quantity) -> Reads:
+    """Return the annotation that makes a model's field a number within bounds."""
+    bounds = {"type": "number", "minimum": quantity.lowest, "maximum": quantity.highest}
+    return Reads(quantity.read, bounds | {"description": quantity.meaning})
+
+
+def whole(lowest: int, highest: int, meaning: str) -> Reads:
+    """Return the annotation that makes a model's field a whole number within bounds."""
+    bounds = {"type": "integer", "minimum": lowest, "maximum": highest, "description": meaning}
+    return Reads(lambda raw: read_count(raw, lowest, highest), bounds)
+
+
+CONTACT_TIME = Quantity(
+    "contact_time", "contact time, in units of 1/ω_n", 1e-9, 1e3, "give the time in units of 1/ω_n"
+)
+# A standard error falls only as N^-½; rounding alone leaves a periodic response about 1e-14 from its period.
+TOLERANCE = Quantity(
+    "tolerance", "relative standard error at which a modulated response is accepted", 1e-8, 0.5,
+    "the default is 1e-4; the cycles needed grow as its inverse square",
+)  # fmt: skip
+PERIODIC_TOLERANCE = Quantity(
+    "periodic_tolerance", "relative distance from periodicity at which a response counts as periodic",
+    1e-13, 1e-2,
+    "the default is 1e-9; below 1e-13 is rounding",
+)  # fmt: skip
+
+
+class Choice(BaseModel):
+    """What the parts of a study have in common: immutable, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class InstantContact(Choice):
+    """Impacts take no time: the rebound law (7), (8) of the paper."""
+
+    model: Literal["instant"] = "instant"
+
+
+class DwellContact(Choice):
+    """The particle moves with the wall for a contact time, then leaves."""
+
+    model: Literal["dwell"] = "dwell"
+    contact_time: Annotated[float, real(CONTACT_TIME)]
+
+
+class CompliantContact(Choice):
+    """A unilateral spring and dashpot wall with the given contact time."""
+
+    model: Literal["compliant"] = "compliant"
+    contact_time: Annotated[float, real(CONTACT_TIME)]
+
+
+class Steady(Choice):
+    """When the response of a design point counts as steady."""
+
+    max_cycles: Annotated[int, whole(1, 1_000_000, "excitation cycles after which a point stops")] = 4000
+    tolerance: Annotated[float, real(TOLERANCE)] = 1e-4
+    periodic_tolerance: Annotated[float, real(PERIODIC_TOLERANCE)] = 1e-9
+
+
+class EventSolver(Choice):
+    """Exact between events."""
+
+    method: Literal["event"] = "event"
+
+
+class Rk4Solver(Choice):
+    """The paper's method: classical Runge-Kutta with a fixed step."""
+
+    method: Literal["rk4"] = "rk4"
+    steps_per_cycle: Annotated[int, whole(20, 1_000_000, "steps per excitation cycle")] = 400
+
+
+class Ensemble(Choice):
+    """Start from `n` perturbed states."""
+
+    kind: Literal["ensemble"]
+    n: Annotated[int, whole(1, 10_000, "start states of each design point")]
+    seed: Annotated[int, whole(0, 2**32 - 1, "seed of the start states")] = 0
+
+
+class Continuation(Choice):
+    """Start each frequency from the response at its neighbour."""
+
+    kind: Literal["continuation"]
+    direction: Literal["up", "down"] = "up"
+
+
+def _choice(
+    field: str, key: str, tags: tuple[str, ...], plain: bool = False
+) -> tuple[Discriminator, BeforeValidator]:
+    """Return the two annotations that pick one model of several by the text under `key`.
+
+    The first of `tags` is the default. A choice without settings is written as a mapping, or, where `plain`,
+    as its bare name.
+    """
+
+    def name(raw: Any) -> Any:
+        if isinstance(raw, dict):
+            return raw.get(key, None if plain else tags[0])
+        return getattr(raw, key, raw)
+
+    def check(raw: Any) -> Any:
+        written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
+        able = tuple(tag for tag in tags if tag not in RESERVED[field])
+        if not written:
+            allowed = able[0] if plain else f"a mapping, such as {{{key}: {able[0]}}}"
+            raise StudyFaults([Fault("", describe(raw), allowed, f"write {allowed}")])
+        chosen = name(raw)
+        where = key if isinstance(raw, dict | BaseModel) else ""
+        if chosen not in tags:
+            raise StudyFaults([Fault(where, describe(chosen), " or ".join(able), f"write {able[0]}")])
+        if chosen in RESERVED[field]:
+            allowed = f"only {' or '.join(able)} in this version"
+            advice = f"write {able[0]}; {chosen} is reserved for a later version"
+            raise StudyFaults([Fault(where, describe(chosen), allowed, advice)])
+        return raw
+
+    return Discriminator(name), BeforeValidator(check)
+
+
+Contact = Annotated[
+    Annotated[InstantContact, Tag("instant")]
+    | Annotated[DwellContact, Tag("dwell")]
+    | Annotated[CompliantContact, Tag("compliant")],
+    *_choice("contact", "model", ("instant", "dwell", "compliant")),
+]
+Solver = Annotated[
+    Annotated[EventSolver, Tag("event")] | Annotated[Rk4Solver, Tag("rk4")],
+    *_choice("solver", "method", ("event", "rk4")),
+]
+Start = Annotated[
+    Annotated[Literal["rest"], Tag("rest")]
+    | Annotated[Ensemble, Tag("ensemble")]
+    | Annotated[Continuation, Tag("continuation")],
+    *_choice("start", "kind", ("rest", "ensemble", "continuation"), plain=True),
+]

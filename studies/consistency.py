@@ -1,0 +1,86 @@
+"""What must hold between the fields of a study, checked on the document so that faulty fields hide nothing."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from studies.axes import MAX_AXIS_VALUES
+from studies.faults import Fault, counted
+from studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
+from studies.quantity import DEFAULTS, RATIOS
+
+MAX_POINTS = 1_000_000_000
+"""Design points of one study."""
+
+OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
+"""Dimensions that a scene without a particle does not have: length 1, value 0."""
+
+
+def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document with defaults for ratios that it neither gives nor makes of physical quantities."""
+    physical = document.get("physical")
+    made = {d.ratio for d in derivations(physical, particle=True)} if isinstance(physical, dict) else set()
+    filled = dict(document)
+    axes = document.get("axes", {})
+    for name, value in DEFAULTS.items():
+        if name in made:
+            continue
+        if name == "damping_ratio":
+            filled.setdefault(name, value)
+        elif isinstance(axes, dict):
+            axes = {name: value} | axes
+    filled["axes"] = axes
+    return filled
+
+
+def faults_between(document: Mapping[str, Any]) -> list[Fault]:
+    """Find what is wrong between the fields of a document whose fields may themselves be faulty."""
+    axes, physical = document.get("axes", {}), document.get("physical", {})
+    particle = document.get("particle", True) is not False
+    faults: list[Fault] = []
+    if not isinstance(axes, dict) or not isinstance(physical, dict):
+        return faults
+    given = dict(axes)
+    if "damping_ratio" in document:
+        given["damping_ratio"] = document["damping_ratio"]
+    faults.extend(physical_faults(physical, particle))
+    made = derivations(physical, particle=True)
+    faults.extend(_given_twice(given, made))
+    sources = {d.ratio: d.source for d in made}
+    required = ("clearance_ratio", "frequency_ratio") if particle else ("frequency_ratio",)
+    faults.extend(_required(name) for name in required if name not in given and name not in sources)
+    sizes = [_size(value) for name, value in given.items() if particle or name not in OF_PARTICLE]
+    sizes += [_size(value) for value in physical.values()]
+    points = math.prod(sizes)
+    if points > MAX_POINTS:
+        found, allowed = counted(points, "design point"), f"at most {MAX_POINTS:,} design points"
+        faults.append(Fault("axes", found, allowed, "use fewer values, or split the study"))
+    return faults
+
+
+def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:
+    for derivation in made:
+        if derivation.ratio in given:
+            ratio = derivation.ratio if derivation.ratio == "damping_ratio" else f"axes.{derivation.ratio}"
+            found = f"{derivation.ratio} given a second time, beside {ratio}"
+            allowed = "each ratio once, as a ratio or by physical quantities"
+            advice = f"remove `{derivation.source}` or `{ratio}`"
+            yield Fault(f"physical.{derivation.source}", found, allowed, advice)
+
+
+def _required(name: str) -> Fault:
+    source = DERIVATIONS[name].source
+    advice = f"add it, or give `physical.{source}`"
+    if name == "clearance_ratio":
+        advice += ", or write `particle: false`"
+    return Fault(f"axes.{name}", "nothing", RATIOS[name].allowed, advice)
+
+
+def _size(raw: object) -> int:
+    """Return how many values an axis as written asks for; 1 where it is too faulty to tell."""
+    if isinstance(raw, list | tuple):
+        return max(len(raw), 1)
+    num = raw.get("num") if isinstance(raw, dict) else None
+    if isinstance(num, bool) or not isinstance(num, int | float) or not 1 <= num <= MAX_AXIS_VALUES:
+        return 1
+    return int(num)

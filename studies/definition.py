@@ -1,0 +1,234 @@
+"""A study: the question that is asked, as validated data."""
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import (
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+
+from studies.axes import (
+    AxisSpec,
+    ClearanceRatio,
+    DampingRatio,
+    FrequencyRatio,
+    FrictionRatio,
+    MassRatio,
+    Restitution,
+    axis_values,
+)
+from studies.choices import Choice, Contact, EventSolver, InstantContact, Solver, Start, Steady
+from studies.consistency import OF_PARTICLE, faults_between, with_defaults
+from studies.digest import study_digest
+from studies.examples import EXAMPLES
+from studies.faults import Fault, StudyFaults, describe, listing, nearest
+from studies.guard import guard
+from studies.physical import Physical, derivations, derived_faults
+from studies.pydantic_faults import faults_of
+from studies.reads import Reads
+from studies.variables import DIMENSIONS, VARIABLES
+
+MAX_NAME = 200
+"""Characters of a study's name."""
+
+
+def _read_name(raw: object) -> str:
+    allowed = f"a text of at most {MAX_NAME} printable characters"
+    if not isinstance(raw, str) or len(raw) > MAX_NAME or not raw.isprintable():
+        raise StudyFaults(
+            [Fault("", describe(raw), allowed, "write a short text on one line, or leave it out")]
+        )
+    return raw.strip()
+
+
+def _read_particle(raw: object) -> bool:
+    if not isinstance(raw, bool):
+        advice = "write false for a scene without a particle"
+        raise StudyFaults([Fault("", describe(raw), "true or false", advice)])
+    return raw
+
+
+def _read_metrics(raw: object) -> tuple[str, ...]:
+    if not isinstance(raw, list | tuple) or not raw:
+        allowed = "a list of at least one name of a result variable"
+        advice = "leave `metrics` out to store every variable"
+        raise StudyFaults([Fault("", describe(raw), allowed, advice)])
+    faults: list[Fault] = []
+    seen: set[str] = set()
+    for index, item in enumerate(raw[: 4 * len(VARIABLES)]):
+        if not isinstance(item, str) or item not in VARIABLES:
+            near = nearest(item, VARIABLES) if isinstance(item, str) else None
+            advice = f"write `{near}` if that is meant" if near else "write the name of a result variable"
+            faults.append(Fault(f"[{index}]", describe(item), listing(VARIABLES), advice))
+        elif item in seen:
+            faults.append(
+                Fault(f"[{index}]", f"{item} a second time", "each name once", "remove one of the two")
+            )
+        else:
+            seen.add(item)
+    if len(raw) > len(VARIABLES):
+        faults.append(
+            Fault(
+                "",
+                describe(raw),
+                f"at most the {len(VARIABLES)} result variables",
+                "leave `metrics` out to store all",
+            )
+        )
+    if faults:
+        raise StudyFaults(faults)
+    # Without its status no value of a point can be judged, so it is always stored.
+    return tuple(name for name in VARIABLES if name in seen or name == "status")
+
+
+class Axes(Choice):
+    """What is varied: each a number, a list of numbers, or ``{start, stop, num, spacing}``."""
+
+    restitution: Restitution = None
+    mass_ratio: MassRatio = None
+    clearance_ratio: ClearanceRatio = None
+    friction_ratio: FrictionRatio = None
+    frequency_ratio: FrequencyRatio = None
+
+
+class Study(Choice):
+    """A study: a grid of design points, how each is computed, and what is stored.
+
+    Made by `parse_study`; an instance is always valid. A ratio that is None is made of the physical block, or
+    belongs to a particle that is not there; `coordinates` has the values of every dimension.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_extra={"examples": list(EXAMPLES)})
+
+    name: Annotated[
+        str,
+        Reads(
+            _read_name, {"type": "string", "maxLength": MAX_NAME, "default": "", "description": "free text"}
+        ),
+    ] = ""
+    damping_ratio: DampingRatio = None
+    axes: Axes = Field(default_factory=Axes)
+    particle: Annotated[
+        bool,
+        Reads(
+            _read_particle,
+            {"type": "boolean", "default": True, "description": "false: a scene without a particle"},
+        ),
+    ] = True
+    contact: Contact = InstantContact()
+    metrics: Annotated[
+        tuple[str, ...],
+        Reads(
+            _read_metrics,
+            {
+                "type": "array",
+                "items": {"type": "string", "enum": list(VARIABLES)},
+                "minItems": 1,
+                "uniqueItems": True,
+                "description": "what to store; every variable where left out, and status in any case",
+            },
+        ),
+    ] = tuple(VARIABLES)
+    steady: Steady = Steady()
+    solver: Solver = EventSolver()
+    start: Start = "rest"
+    physical: Physical | None = None
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _every_fault(cls, raw: Any, handler: ModelWrapValidatorHandler["Study"]) -> "Study":
+        """Validate the fields and what holds between them, and raise all faults together."""
+        if isinstance(raw, Study):
+            return raw
+        document = guard(raw)
+        faults: list[Fault] = []
+        study: Study | None = None
+        try:
+            study = handler(with_defaults(document))
+        except ValidationError as error:
+            faults.extend(faults_of(error, KEYS))
+        faults.extend(faults_between(document))
+        if study is not None and study.physical is not None and not faults:
+            faults.extend(derived_faults(study.physical, study.particle))
+        if study is None or faults:
+            raise StudyFaults(faults)
+        return study
+
+    @property
+    def coordinates(self) -> dict[str, NDArray[np.float64]]:
+        """The six dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed."""
+        given = self.physical.values() if self.physical is not None else {}
+        made = {d.ratio: d.values(given) for d in derivations(given, self.particle)}
+        values: dict[str, NDArray[np.float64]] = {}
+        for name in DIMENSIONS:
+            if name in OF_PARTICLE and not self.particle:
+                values[name] = np.zeros(1)
+            else:
+                values[name] = made[name] if name in made else axis_values(self._spec(name))
+        return values
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each of the six dimensions."""
+        return tuple(len(values) for values in self.coordinates.values())
+
+    @property
+    def points(self) -> int:
+        """Number of design points."""
+        return math.prod(self.shape)
+
+    @property
+    def digest(self) -> str:
+        """Digest of what the study asks for, 64 hexadecimal digits; see `studies.digest`."""
+        return study_digest(self)
+
+    def document(self) -> dict[str, Any]:
+        """Return the study as JSON-able data that parses back to an equal study."""
+        dumped: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
+        return dumped
+
+    def _spec(self, name: str) -> AxisSpec:
+        # Validation leaves no ratio empty that is neither made of the physical block nor the particle's.
+        spec: AxisSpec = getattr(self if name == "damping_ratio" else self.axes, name)
+        return spec
+
+
+def parse_study(document: object) -> Study:
+    """Validate a study.
+
+    Parameters
+    ----------
+    document : object
+        The study as read from JSON or YAML.
+
+    Returns
+    -------
+    Study
+        Valid, with its defaults filled in.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the document.
+    """
+    try:
+        return Study.model_validate(document)
+    except ValidationError as error:
+        raise StudyFaults(faults_of(error, KEYS)) from None
+
+
+KEYS: dict[str, tuple[str, ...]] = {
+    "": tuple(Study.model_fields),
+    "axes": tuple(Axes.model_fields),
+    "physical": tuple(Physical.model_fields),
+    "steady": tuple(Steady.model_fields),
+    "contact.instant": tuple(InstantContact.model_fields),
+    "solver.event": tuple(EventSolver.model_fields),
+}
+"""The keys that each mapping of a study may have."""

@@ -1,0 +1,51 @@
+"""The digest of a study: equal for equal questions, however they were written."""
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.physical import DERIVATIONS
+
+if TYPE_CHECKING:
+    from studies.definition import Study
+
+_SCHEME = b"damperlab study 1"
+"""To be changed when the same study gets computed or stored differently, lest old answers pass for new."""
+
+
+def study_digest(study: "Study") -> str:
+    """Return SHA-256 over the canonical content of a study, in hexadecimal.
+
+    Axes count by their expanded values (float64, little endian), so a range and the equal list are one study.
+    Key order, the spelling of numbers and the name do not count, nor does what the scene ignores: without a
+    particle its dimensions, its contact and its physical quantities. The physical block counts, because it is
+    kept with the answer and gives the coordinates their units.
+    """
+    content = hashlib.sha256(_SCHEME)
+    for name, values in study.coordinates.items():
+        _feed(content, name, _bytes(values))
+    if study.physical is not None:
+        ignored = () if study.particle else tuple(d.source for d in DERIVATIONS.values() if d.of_particle)
+        for name, values in study.physical.values().items():
+            if name not in ignored:
+                _feed(content, f"physical.{name}", _bytes(values))
+    settings: dict[str, Any] = study.model_dump(
+        mode="json", include={"particle", "contact", "metrics", "steady", "solver", "start"}
+    )
+    if not study.particle:
+        del settings["contact"]
+    _feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
+    return content.hexdigest()
+
+
+def _bytes(values: NDArray[np.float64]) -> bytes:
+    return values.astype("<f8").tobytes()
+
+
+def _feed(content: "hashlib._Hash", label: str, data: bytes) -> None:
+    # The length goes first: otherwise the end of one axis could be read as the start of the next.
+    content.update(f"{label}:{len(data)}:".encode())
+    content.update(data)

@@ -1,0 +1,34 @@
+"""Studies that can be submitted as they stand, shown beside the schema."""
+
+from typing import Any
+
+EXAMPLES: tuple[dict[str, Any], ...] = (
+    {
+        "name": "hybrid damper at resonance",
+        "axes": {
+            "clearance_ratio": {"start": 2, "stop": 20, "num": 7},
+            "friction_ratio": [0, 0.4, 0.6],
+            "frequency_ratio": 1.0,
+        },
+    },
+    {
+        "name": "friction alone over a band",
+        "particle": False,
+        "axes": {
+            "friction_ratio": 0.6,
+            "frequency_ratio": {"start": 0.5, "stop": 2, "num": 31, "spacing": "log"},
+        },
+    },
+    {
+        "name": "a physical damper",
+        "axes": {"frequency_ratio": [0.95, 1.0, 1.05]},
+        "physical": {
+            "mass_kg": 1.605,
+            "natural_frequency_hz": 2.5,
+            "base_amplitude_m": 0.0015,
+            "clearance_m": [0.0075, 0.0225, 0.0375],
+            "particle_mass_kg": 0.16,
+        },
+    },
+)
+"""Studies that can be submitted as they stand."""

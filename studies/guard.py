@@ -1,0 +1,111 @@
+"""A guard before the study's model: no document of any size, depth or shape may cost more than a moment."""
+
+from typing import Any
+
+from studies.faults import Fault, StudyFaults, counted, describe, path
+
+MAX_DEPTH = 8
+"""Levels of lists and mappings; a study needs four."""
+
+MAX_CONTAINERS = 500
+"""Lists and mappings in one document."""
+
+MAX_VALUES = 100_000
+"""Values in all lists of one document; a longer axis is written as a range."""
+
+MAX_KEYS = 100
+"""Keys of one mapping."""
+
+
+class Repeated(dict[str, Any]):
+    """A mapping that was written with the same key more than once.
+
+    JSON and YAML readers keep the last of them without a word; the keys are remembered here to be refused.
+    """
+
+    keys_repeated: tuple[str, ...] = ()
+
+
+def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
+    """Build a mapping from its pairs as they were written, and remember repeated keys."""
+    built = dict(pairs)
+    if len(built) == len(pairs):
+        return built
+    seen: set[Any] = set()
+    again: list[str] = []
+    for key, _ in pairs:
+        if key in seen:
+            again.append(key)
+        seen.add(key)
+    repeated = Repeated(built)
+    repeated.keys_repeated = tuple(dict.fromkeys(again))[:MAX_KEYS]
+    return repeated
+
+
+def guard(document: object) -> dict[str, Any]:
+    """Return the document as a mapping of bounded depth and size, or refuse it.
+
+    Raises
+    ------
+    StudyFaults
+        Where the document is no mapping, is too deep or too large to look at closely, or has a key twice.
+    """
+    if not isinstance(document, dict):
+        raise StudyFaults([_not_a_study(document)])
+    faults: list[Fault] = []
+    pending: list[tuple[tuple[object, ...], Any]] = [((), document)]
+    containers = values = 0
+    while pending:
+        where, held = pending.pop()
+        containers += 1
+        if len(where) >= MAX_DEPTH:
+            raise StudyFaults(
+                [_too_much(where, f"more than {MAX_DEPTH} levels of nesting", f"{MAX_DEPTH} levels")]
+            )
+        if containers > MAX_CONTAINERS:
+            found = f"more than {MAX_CONTAINERS} lists and mappings"
+            raise StudyFaults([_too_much((), found, f"{MAX_CONTAINERS} of them")])
+        if isinstance(held, dict):
+            if len(held) > MAX_KEYS:
+                raise StudyFaults(
+                    [_too_much(where, f"a mapping of {counted(len(held), 'key')}", f"{MAX_KEYS} keys")]
+                )
+            faults.extend(_repeats(where, held))
+            pending.extend(
+                ((*where, key), v) for key, v in held.items() if isinstance(v, dict | list | tuple)
+            )
+        else:
+            values += len(held)
+            if values > MAX_VALUES:
+                found = f"more than {MAX_VALUES:,} values in lists"
+                raise StudyFaults(
+                    [_too_much(where, found, f"{MAX_VALUES:,} values; write long axes as ranges")]
+                )
+            pending.extend(((*where, i), v) for i, v in enumerate(held) if isinstance(v, dict | list | tuple))
+    if faults:
+        raise StudyFaults(faults)
+    return document
+
+
+def _repeats(where: tuple[object, ...], held: dict[str, Any]) -> list[Fault]:
+    repeated = held.keys_repeated if isinstance(held, Repeated) else ()
+    return [
+        Fault(
+            path((*where, key)), "the key more than once in one mapping", "each key once", "keep one of them"
+        )
+        for key in repeated
+    ]
+
+
+def _not_a_study(document: object) -> Fault:
+    advice = "write keys and values, at least `axes: {frequency_ratio: 1.0, clearance_ratio: 10}`"
+    return Fault("study", describe(document), "a mapping", advice)
+
+
+def _too_much(where: tuple[object, ...], found: str, limit: str) -> Fault:
+    return Fault(
+        path(where) or "study",
+        found,
+        f"at most {limit}",
+        "write axes as {start, stop, num} and nest no deeper",
+    )

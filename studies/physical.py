@@ -1,0 +1,185 @@
+"""A physical case: masses, forces and lengths in SI units, and the ratios that they make."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict
+
+from studies.axes import AxisSpec, along, axis_values
+from studies.choices import Choice
+from studies.faults import Fault, describe
+from studies.quantity import RATIOS, Quantity
+
+Values = Mapping[str, NDArray[np.float64]]
+
+
+def _si(name: str, meaning: str, lowest: float = 1e-12, highest: float = 1e12) -> Quantity:
+    unit = meaning[meaning.rindex("[") :]
+    return Quantity(name, meaning, lowest, highest, f"give it in {unit}, a physically sensible number")
+
+
+MASS = _si("mass_kg", "mass M of the primary structure [kg]")
+NATURAL_FREQUENCY = _si("natural_frequency_hz", "undamped natural frequency ω_n/2π [Hz]", 1e-9, 1e9)
+BASE_AMPLITUDE = _si("base_amplitude_m", "amplitude Z of the base [m]")
+EXCITATION_FREQUENCY = _si("excitation_frequency_hz", "excitation frequency ω/2π [Hz]", 1e-9, 1e9)
+DAMPING = _si("damping_n_s_per_m", "viscous damping coefficient c [N s/m]", 0.0)
+FRICTION_FORCE = _si("friction_force_n", "Coulomb friction force F_f [N]", 0.0)
+CLEARANCE = _si("clearance_m", "clearance d on either side of the particle, half the free cavity length [m]")
+PARTICLE_MASS = _si("particle_mass_kg", "mass m of the particle [kg]", 0.0)
+
+
+class Physical(Choice):
+    """A physical case; each entry is a number or an axis.
+
+    A ratio is made where its own quantity is given: `clearance_m` makes the clearance ratio, and needs
+    `base_amplitude_m` for it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
+    natural_frequency_hz: Annotated[AxisSpec | None, along(NATURAL_FREQUENCY)] = None
+    base_amplitude_m: Annotated[AxisSpec | None, along(BASE_AMPLITUDE)] = None
+    excitation_frequency_hz: Annotated[AxisSpec | None, along(EXCITATION_FREQUENCY)] = None
+    damping_n_s_per_m: Annotated[AxisSpec | None, along(DAMPING)] = None
+    friction_force_n: Annotated[AxisSpec | None, along(FRICTION_FORCE)] = None
+    clearance_m: Annotated[AxisSpec | None, along(CLEARANCE)] = None
+    particle_mass_kg: Annotated[AxisSpec | None, along(PARTICLE_MASS)] = None
+
+    def values(self) -> dict[str, NDArray[np.float64]]:
+        """Return the given quantities, expanded."""
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: axis_values(spec) for name, spec in given.items() if spec is not None}
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """How one ratio is made of physical quantities.
+
+    Parameters
+    ----------
+    ratio : str
+        The ratio that is made.
+    source : str
+        The quantity whose presence asks for it.
+    partners : tuple of str
+        The other quantities that it needs.
+    law : callable
+        From the expanded quantities to the ratio.
+    of_particle : bool
+        True where a scene without a particle ignores it.
+    """
+
+    ratio: str
+    source: str
+    partners: tuple[str, ...]
+    law: Callable[[Values], NDArray[np.float64]]
+    of_particle: bool = False
+
+    def values(self, given: Values) -> NDArray[np.float64]:
+        """Return the ratio's values in increasing order, float64 of one dimension.
+
+        At most one of the quantities may be an axis; a ratio may fall while that quantity grows.
+        """
+        return np.sort(self.law(given)) + 0.0
+
+
+def _stiffness(of: Values) -> NDArray[np.float64]:
+    return of["mass_kg"] * (2.0 * math.pi * of["natural_frequency_hz"]) ** 2
+
+
+def _critical(of: Values) -> NDArray[np.float64]:
+    return 2.0 * of["mass_kg"] * (2.0 * math.pi * of["natural_frequency_hz"])
+
+
+DERIVATIONS: dict[str, Derivation] = {
+    d.ratio: d
+    for d in (
+        Derivation(
+            "damping_ratio", "damping_n_s_per_m", ("mass_kg", "natural_frequency_hz"),
+            lambda of: of["damping_n_s_per_m"] / _critical(of),
+        ),
+        Derivation(
+            "mass_ratio", "particle_mass_kg", ("mass_kg",),
+            lambda of: of["particle_mass_kg"] / of["mass_kg"], of_particle=True,
+        ),
+        Derivation(
+            "clearance_ratio", "clearance_m", ("base_amplitude_m",),
+            lambda of: of["clearance_m"] / of["base_amplitude_m"], of_particle=True,
+        ),
+        Derivation(
+            "friction_ratio", "friction_force_n", ("mass_kg", "natural_frequency_hz", "base_amplitude_m"),
+            lambda of: of["friction_force_n"] / (_stiffness(of) * of["base_amplitude_m"]),
+        ),
+        Derivation(
+            "frequency_ratio", "excitation_frequency_hz", ("natural_frequency_hz",),
+            lambda of: of["excitation_frequency_hz"] / of["natural_frequency_hz"],
+        ),
+    )
+}  # fmt: skip
+"""How each ratio is made of physical quantities, where it can be; k = M·ω_n²."""
+
+
+def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]:
+    """Return the derivations that a physical block asks for in a scene with or without a particle."""
+    return [d for d in DERIVATIONS.values() if d.source in given and (particle or not d.of_particle)]
+
+
+def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
+    """Find what is wrong between the entries of a physical block; raw entries may be faulty on their own."""
+    faults: list[Fault] = []
+    made = derivations(raw, particle)
+    for derivation in made:
+        for partner in derivation.partners:
+            if partner not in raw:
+                advice = (
+                    f"add `{partner}`, or give {derivation.ratio} as a ratio and remove `{derivation.source}`"
+                )
+                allowed = f"a number: {derivation.source} needs it to make {derivation.ratio}"
+                faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice))
+    axes = [name for name, value in raw.items() if isinstance(value, list | tuple | dict)]
+    for name in axes:
+        here = f"physical.{name}"
+        fed = [d.ratio for d in made if name == d.source or name in d.partners]
+        ignored = not particle and any(d.of_particle and d.source == name for d in DERIVATIONS.values())
+        if name in Physical.model_fields and not fed and not ignored:
+            allowed = "a number, because no ratio is made of it here"
+            faults.append(
+                Fault(here, describe(raw[name]), allowed, "write one number, or vary the ratio in `axes`")
+            )
+        if len(fed) > 1:
+            found = f"an axis that moves {' and '.join(fed)} together"
+            advice = "a grid cannot hold a ray: vary the ratios in `axes`, or submit one study per value"
+            faults.append(Fault(here, found, "an axis of one ratio", advice))
+    for derivation in made:
+        several = [name for name in axes if name == derivation.source or name in derivation.partners]
+        if len(several) > 1:
+            faults.append(
+                Fault(f"physical.{several[-1]}", f"a second axis of {derivation.ratio}, beside {several[0]}",
+                      "one axis for each ratio", "keep one of them an axis and make the others numbers")
+            )  # fmt: skip
+    return faults
+
+
+def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
+    """Find the ratios that a physical block, valid in itself, takes out of their bounds."""
+    faults: list[Fault] = []
+    given = physical.values()
+    for derivation in derivations(given, particle):
+        quantity = RATIOS[derivation.ratio]
+        values = derivation.values(given)
+        field = f"physical.{derivation.source}"
+        wrong = [float(value) for value in (values[0], values[-1]) if not quantity.admits(float(value))]
+        if wrong:
+            found = f"{derivation.ratio} = {wrong[0]:.6g}"
+            faults.append(
+                Fault(field, found, quantity.allowed, "check the units and the sizes of the physical block")
+            )
+        elif not bool(np.all(np.diff(values) > 0.0)):
+            found = f"values of {derivation.ratio} that are equal in double precision"
+            faults.append(Fault(field, found, "distinct values", "use fewer values or a wider range"))
+    return faults

@@ -1,0 +1,121 @@
+"""A quantity: a number of a study, the bounds it must keep, and how it is read from a document."""
+
+from dataclasses import dataclass
+
+from studies.faults import Fault, StudyFaults, describe
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A real quantity and the numbers that it may be.
+
+    Parameters
+    ----------
+    name : str
+        Name in documents.
+    meaning : str
+        One line for the schema, with the symbol.
+    lowest, highest : float
+        Bounds.
+    below : bool
+        True where `highest` itself is excluded.
+    advice : str
+        What to do about a number outside the bounds.
+    """
+
+    name: str
+    meaning: str
+    lowest: float
+    highest: float
+    advice: str
+    below: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words."""
+        if self.below:
+            return f"a number of at least {self.lowest:g} and below {self.highest:g}"
+        return f"a number from {self.lowest:g} to {self.highest:g}"
+
+    def admits(self, value: float) -> bool:
+        """Whether a number is within the bounds; NaN is not."""
+        return self.lowest <= value <= self.highest and not (self.below and value == self.highest)
+
+    def read(self, raw: object, field: str = "") -> float:
+        """Read one number.
+
+        Raises
+        ------
+        StudyFaults
+            Where `raw` is no number (a boolean and a text are none), or out of bounds.
+        """
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
+            advice = "write a plain number"
+            if isinstance(raw, str):
+                advice += ", without quotation marks"
+            raise StudyFaults([Fault(field, describe(raw), self.allowed, advice)])
+        # An integer too large for a float is compared as it is, and never converted.
+        if not self.admits(raw):
+            raise StudyFaults([Fault(field, describe(raw), self.allowed, self.advice)])
+        return float(raw) + 0.0  # -0.0 + 0.0 is 0.0: two spellings of one number
+
+
+def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
+    """Read a whole number; ``49.0`` is one, because JSON does not tell the two spellings apart.
+
+    Raises
+    ------
+    StudyFaults
+        Where `raw` is no whole number within the bounds.
+    """
+    allowed = f"a whole number from {lowest:,} to {highest:,}"
+    whole = isinstance(raw, int) or (isinstance(raw, float) and raw.is_integer())
+    if isinstance(raw, bool) or not isinstance(raw, int | float) or not whole:
+        raise StudyFaults([Fault(field, describe(raw), allowed, "write a whole number")])
+    if not lowest <= raw <= highest:
+        raise StudyFaults([Fault(field, describe(raw), allowed, "choose a number within these bounds")])
+    return int(raw)
+
+
+# The bounds keep every product finite and far from underflow, and are wider than any damper.
+DAMPING_RATIO = Quantity(
+    "damping_ratio", "structural damping ratio ζ = c/(2√(kM))", 0.0, 1.0,
+    "the structure must be underdamped; the paper's has 0.0038", below=True,
+)  # fmt: skip
+RESTITUTION = Quantity(
+    "restitution",
+    "coefficient of restitution e",
+    0.0,
+    1.0,
+    "0 is a wall that keeps the particle, 1 loses nothing",
+)
+MASS_RATIO = Quantity("mass_ratio", "mass ratio β = m/M", 0.0, 1e12, "give particle mass over primary mass")
+CLEARANCE_RATIO = Quantity(
+    "clearance_ratio", "clearance ratio d/Z", 1e-12, 1e12,
+    "give half the free cavity length over the base amplitude, or write `particle: false`",
+)  # fmt: skip
+FRICTION_RATIO = Quantity(
+    "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
+)
+# Outside, one excitation cycle holds more than 10^4 natural periods, or the reverse: the response is
+# quasi-static or isolated, and the closed forms lose the digits of their smaller term.
+FREQUENCY_RATIO = Quantity(
+    "frequency_ratio",
+    "frequency ratio r = ω/ω_n",
+    1e-4,
+    1e4,
+    "give excitation over natural frequency; 1 is resonance",
+)
+RATIOS: dict[str, Quantity] = {
+    q.name: q
+    for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
+}
+"""The six dimensions of a cube as quantities, in the cube's order."""
+
+DEFAULTS: dict[str, float] = {
+    "damping_ratio": 0.0038,
+    "restitution": 0.47,
+    "mass_ratio": 0.1,
+    "friction_ratio": 0.0,
+}
+"""What a silent study gets: the paper's structure, particle and cushion (its Table 2), no friction."""
