@@ -26,9 +26,10 @@ CHAOTIC = 1e8  # an error of one rounding then costs half of the digits of a dou
 HOW = (
     "States of the model after whole excitation cycles from rest in the absolute frame, computed in "
     f"{DIGITS} decimal digits by tests/reference/simulator.py (instantaneous contact); made by "
-    "python -m tests.reference.make. Parameters are the binary doubles printed. amplification: largest change "
-    "of the end state (maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: "
-    "largest error of the same algorithm in double precision. chaotic: amplification above 1e8."
+    "python -m tests.reference.make. Parameters are the binary doubles printed. Impacts are counted until "
+    "a chatter's rebound is below 1e-15, other events exactly. amplification: largest change of the end state "
+    "(maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: largest error "
+    "of the same algorithm in double precision. chaotic: amplification above 1e8."
 )
 
 
