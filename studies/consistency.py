@@ -1,4 +1,4 @@
-"""What must hold between the fields of a study, checked on the document so that faulty fields hide nothing."""
+"""What must hold between the fields of a study, checked on the raw document: a faulty field hides no other."""
 
 import math
 from collections.abc import Iterator, Mapping

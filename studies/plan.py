@@ -1,0 +1,202 @@
+"""A plan: the grid of a study cut into blocks, lazily, as a function of the study alone."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from studies.definition import Study
+
+Cost = Callable[[Study, dict[str, NDArray[np.float64]]], NDArray[np.float64]]
+"""From a study and the six coordinates of N design points, each (N,), to positive seconds per point, (N,)."""
+
+BLOCK_SECONDS = 2.0
+"""Expected time of a block of a long study: long beside scheduling and storing, short to a person."""
+
+SHORTEST_BLOCK_SECONDS = 0.125
+"""Below this a block is mostly overhead, so a small study gets few blocks."""
+
+SLOWEST_BLOCK_SECONDS = 10.0
+"""Expected time of a block that lies where the study is slowest."""
+
+BALANCED_BLOCKS = 32
+"""Blocks that a study of a few seconds or more gets at least: the last one then leaves few workers idle."""
+
+MAX_BLOCK_POINTS = 65_536
+MAX_BLOCKS = 200_000
+
+_SAMPLES_PER_AXIS = (3, 3, 3, 7, 7, 9)
+_CENTRES_AT_ONCE = 16_384
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box of the grid, one chunk of the cube.
+
+    Parameters
+    ----------
+    index : int
+        Number of the block, in the row-major order of the grid of blocks.
+    start, shape : tuple of int
+        First index and number of values along each of the six dimensions.
+    """
+
+    index: int
+    start: tuple[int, ...]
+    shape: tuple[int, ...]
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        """The box as an index into an array of the study's shape."""
+        return tuple(slice(a, a + n) for a, n in zip(self.start, self.shape, strict=True))
+
+    @property
+    def points(self) -> int:
+        """Design points in the box."""
+        return math.prod(self.shape)
+
+
+class Plan:
+    """The blocks of a study: equal boxes, those at the upper edges smaller where the shape does not divide.
+
+    Holds no list of points or blocks; its only arrays have one number per block.
+
+    Parameters
+    ----------
+    study : Study
+        What is computed.
+    chunk : tuple of int
+        Shape of a block.
+    cost : callable
+        Expected seconds per point, see `Cost`.
+    """
+
+    def __init__(self, study: Study, chunk: tuple[int, ...], cost: Cost) -> None:
+        self.study = study
+        self.chunk = chunk
+        self._cost = cost
+        self._coordinates = study.coordinates
+        self.shape = tuple(len(values) for values in self._coordinates.values())
+        self.grid = tuple(-(-n // c) for n, c in zip(self.shape, chunk, strict=True))
+        self.count = math.prod(self.grid)
+        self.points = math.prod(self.shape)
+
+    def block(self, index: int) -> Block:
+        """Return one block.
+
+        Raises
+        ------
+        IndexError
+            Where there is no block of that number.
+        """
+        if not 0 <= index < self.count:
+            raise IndexError(f"block {index} of a plan of {self.count} blocks")
+        start = []
+        rest = int(index)
+        for blocks, size in zip(reversed(self.grid), reversed(self.chunk), strict=True):
+            rest, position = divmod(rest, blocks)
+            start.append(position * size)
+        start.reverse()
+        shape = tuple(min(c, n - a) for a, c, n in zip(start, self.chunk, self.shape, strict=True))
+        return Block(int(index), tuple(start), shape)
+
+    @cached_property
+    def block_seconds(self) -> NDArray[np.float64]:
+        """Expected seconds of each block, from the cost at its centre: shape (count,)."""
+        seconds = np.empty(self.count)
+        for first in range(0, self.count, _CENTRES_AT_ONCE):
+            indices = np.arange(first, min(first + _CENTRES_AT_ONCE, self.count))
+            centres: dict[str, NDArray[np.float64]] = {}
+            points = np.ones(len(indices))
+            positions = np.unravel_index(indices, self.grid)
+            for (name, values), position, size in zip(
+                self._coordinates.items(), positions, self.chunk, strict=True
+            ):
+                start = position * size
+                length = np.minimum(size, len(values) - start)
+                centres[name] = values[start + (length - 1) // 2]
+                points *= length
+            seconds[indices] = points * self._cost(self.study, centres)
+        return seconds
+
+    @property
+    def seconds(self) -> float:
+        """Expected seconds of the whole study on one core."""
+        return float(self.block_seconds.sum())
+
+    def order(self, indices: ArrayLike | None = None) -> NDArray[np.int64]:
+        """Return block indices, the longest expected first; equals in the order of their numbers.
+
+        Parameters
+        ----------
+        indices : array of int, optional
+            The blocks to order, each once; all of them by default.
+        """
+        chosen = np.arange(self.count) if indices is None else np.sort(np.asarray(indices, dtype=np.int64))
+        ordered: NDArray[np.int64] = chosen[np.argsort(-self.block_seconds[chosen], kind="stable")]
+        return ordered
+
+
+def make_plan(study: Study, cost: Cost) -> Plan:
+    """Cut a study into blocks of about two seconds.
+
+    A short study gets shorter blocks, to keep `BALANCED_BLOCKS` of them. No block has more than
+    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer.
+    """
+    mean, most = _sampled_cost(study, cost)
+    shape = study.shape
+    points = math.prod(shape)
+    seconds = min(max(mean * points / BALANCED_BLOCKS, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
+    wanted = min(seconds / mean, SLOWEST_BLOCK_SECONDS / most, MAX_BLOCK_POINTS)
+    size = max(1, int(wanted), -(-points // MAX_BLOCKS))
+    chunk = chunk_of(shape, size)
+    # Whole rows are preferred to exact sizes, which may make more blocks than were asked for.
+    while math.prod(-(-n // c) for n, c in zip(shape, chunk, strict=True)) > MAX_BLOCKS:
+        size += -(-size // 4)
+        chunk = chunk_of(shape, size)
+    return plan_with_chunk(study, chunk, cost)
+
+
+def plan_with_chunk(study: Study, chunk: tuple[int, ...], cost: Cost) -> Plan:
+    """Return the plan of a study whose block shape is known, as of a cube that exists already.
+
+    Raises
+    ------
+    ValueError
+        Where `chunk` is no shape of a block of this study.
+    """
+    shape = study.shape
+    if len(chunk) != len(shape) or not all(1 <= c <= n for c, n in zip(chunk, shape, strict=False)):
+        raise ValueError(f"chunk {chunk} does not cut a grid of shape {shape}")
+    return Plan(study, tuple(int(c) for c in chunk), cost)
+
+
+def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
+    """Return the shape of boxes of at most `size` points that cut a grid evenly.
+
+    The last dimensions are kept whole longest. The very last is the frequency: a response curve is then read from
+    few chunks.
+    """
+    chunk = []
+    for length in reversed(shape):
+        pieces = -(-length // size)
+        chunk.append(-(-length // pieces))
+        size = max(1, size // chunk[-1])
+    chunk.reverse()
+    return tuple(chunk)
+
+
+def _sampled_cost(study: Study, cost: Cost) -> tuple[float, float]:
+    """Return the mean and the largest cost over a coarse sub-grid that spans every axis."""
+    picked = []
+    for values, samples in zip(study.coordinates.values(), _SAMPLES_PER_AXIS, strict=True):
+        count = min(len(values), samples)
+        # Centres of equal parts: the ends of an axis stand for less of it than its inside.
+        picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
+    mesh = np.meshgrid(*picked, indexing="ij")
+    points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}
+    seconds = cost(study, points)
+    return float(seconds.mean()), float(seconds.max())
