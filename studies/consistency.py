@@ -1,4 +1,4 @@
-"""What must hold between the fields of a study, checked on the raw document: a faulty field hides no other."""
+"""What must hold between the fields of a study; checked on the raw document, so no fault hides another."""
 
 import math
 from collections.abc import Iterator, Mapping

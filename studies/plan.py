@@ -177,8 +177,8 @@ def plan_with_chunk(study: Study, chunk: tuple[int, ...], cost: Cost) -> Plan:
 def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
     """Return the shape of boxes of at most `size` points that cut a grid evenly.
 
-    The last dimensions are kept whole longest. The very last is the frequency: a response curve is then read from
-    few chunks.
+    The last dimensions are kept whole longest. The very last is the frequency: a response curve is then
+    read from few chunks.
     """
     chunk = []
     for length in reversed(shape):

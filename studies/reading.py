@@ -1,0 +1,84 @@
+"""Reading studies: from text, from files, and the named studies of the package."""
+
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from studies.definition import Study, parse_study
+from studies.faults import Fault, StudyFaults, describe, listing, nearest
+from studies.text import MAX_BYTES, Format, load_text
+
+_FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
+
+
+def parse_study_text(text: bytes | str, format: Format) -> Study:
+    """Read and validate a study.
+
+    Parameters
+    ----------
+    text : bytes or str
+        The study; bytes are UTF-8.
+    format : {"json", "yaml"}
+        How it is written.
+
+    Raises
+    ------
+    StudyFaults
+        Where the text breaks the rules of its format, or with every fault of the study.
+    """
+    return parse_study(load_text(text, format))
+
+
+def read_study(path_or_name: str) -> Study:
+    """Read a study from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named study.
+
+    Raises
+    ------
+    StudyFaults
+        Where there is neither such a file nor such a name, or the study has faults.
+    """
+    path = Path(path_or_name)
+    known = path.suffix.lower() in _FORMATS
+    if not known and path_or_name in _named_files():
+        return named_study(path_or_name)
+    if not known:
+        near = nearest(path_or_name, _named_files())
+        advice = f"did you mean {near}?" if near else "give the path of a study file, or one of these names"
+        allowed = f"a file {', '.join(_FORMATS)}, or one of {listing(_named_files())}"
+        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice.rstrip("?"))])
+    written_in = _FORMATS[path.suffix.lower()]
+    try:
+        with path.open("rb") as file:
+            # One byte more than allowed is enough to be refused, however large the file is.
+            text = file.read(MAX_BYTES[written_in] + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
+        found = f"{describe(path_or_name)} ({reason})"
+        raise StudyFaults([Fault("study", found, "a readable file", "check the path")]) from None
+    return parse_study_text(text, written_in)
+
+
+def named_study(name: str) -> Study:
+    """Return one named study.
+
+    Raises
+    ------
+    KeyError
+        Where there is none of that name.
+    """
+    return parse_study_text(_named_files()[name], "yaml")
+
+
+def named_studies() -> dict[str, Study]:
+    """Return the named studies of the package: the scenes of the paper, by name."""
+    return {name: named_study(name) for name in _named_files()}
+
+
+@cache
+def _named_files() -> dict[str, bytes]:
+    entries = sorted((files("studies") / "catalog").iterdir(), key=lambda entry: entry.name)
+    return {
+        entry.name.removesuffix(".yaml"): entry.read_bytes()
+        for entry in entries
+        if entry.name.endswith(".yaml")
+    }

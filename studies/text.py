@@ -1,0 +1,173 @@
+"""JSON and YAML text into plain data, strictly and in bounded time: no repeated keys, aliases or tags."""
+
+import json
+import math
+import re
+from typing import Any, Literal
+
+import yaml
+
+from studies.faults import Fault, StudyFaults, printable
+from studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping
+
+Format = Literal["json", "yaml"]
+
+MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 64 * 1024}
+"""Size of a document. YAML takes about a hundred times longer to read than JSON."""
+
+_NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
+_TRUE = re.compile(r"(?:true|True|TRUE)\Z")
+_FALSE = re.compile(r"(?:false|False|FALSE)\Z")
+_INTEGER = re.compile(r"[-+]?[0-9]+\Z")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
+_INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
+_NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+_PLAIN_DIGITS = 400
+"""No float has more digits before its point. Python refuses to read integers of some thousand digits."""
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def load_text(text: bytes | str, written_in: Format) -> Any:
+    """Read a document.
+
+    YAML is read by the 1.2 core schema: ``1e-4`` is a number, ``yes`` and dates are texts.
+
+    Parameters
+    ----------
+    text : bytes or str
+        The document; bytes are UTF-8, with or without a byte order mark.
+    written_in : {"json", "yaml"}
+        Its format.
+
+    Raises
+    ------
+    StudyFaults
+        Where the text is too large, no UTF-8, or breaks the rules of its format, with line and column.
+    """
+    limit = MAX_BYTES[written_in]
+    if len(text) > limit:
+        size = f"{len(text):,} {'bytes' if isinstance(text, bytes) else 'characters'}"
+        raise _refused(size, f"at most {limit:,} bytes of {written_in.upper()}", _SHORTER)
+    if isinstance(text, bytes):
+        try:
+            text = text.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            found = f"byte 0x{text[error.start]:02x} at offset {error.start}"
+            raise _refused(found, "text in UTF-8", "save the document as UTF-8") from None
+    return _load_json(text) if written_in == "json" else _load_yaml(text)
+
+
+_SHORTER = "write long axes as {start, stop, num}, and long lists as JSON"
+
+
+def _refused(found: str, allowed: str, advice: str) -> StudyFaults:
+    return StudyFaults([Fault("study", found, allowed, advice)])
+
+
+def _load_json(text: str) -> Any:
+    # Counting characters costs little beside parsing them, and the guard would refuse the same later.
+    if text.count("{") + text.count("[") > 4 * MAX_CONTAINERS or text.count(",") > 2 * MAX_VALUES:
+        raise _refused("far more values than a study has", f"{MAX_VALUES:,} values", _SHORTER)
+    try:
+        return _parse_json(text)
+    except json.JSONDecodeError as error:
+        found = f"at line {error.lineno}, column {error.colno}: {error.msg}"
+        raise _refused(found, "a JSON document", "mend the text there") from None
+    except RecursionError:
+        raise _refused("lists or mappings nested too deeply", f"{MAX_DEPTH} levels", "flatten it") from None
+
+
+def _parse_json(text: str) -> Any:
+    try:
+        return json.loads(text, object_pairs_hook=mapping)
+    except json.JSONDecodeError:
+        raise
+    except ValueError:
+        # Only an integer too long for Python gets here; read as a float it is refused where it stands. Reading
+        # every integer by a function of ours would make all documents slower.
+        return json.loads(text, object_pairs_hook=mapping, parse_int=_integer)
+
+
+def _integer(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _PLAIN_DIGITS else float(digits)
+
+
+def _load_yaml(text: str) -> Any:
+    try:
+        return _build(text)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        at = f"at line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        raise _refused(f"{at}{error.problem}", "a YAML document", "mend the text there") from None
+    except (yaml.YAMLError, UnicodeEncodeError) as error:
+        found = printable(str(error).splitlines()[0])
+        raise _refused(
+            found, "a YAML document of printable characters", "remove the odd characters"
+        ) from None
+
+
+class _Level:
+    """A list or mapping that is being read: its values so far and, in a mapping, its keys between them."""
+
+    def __init__(self, is_mapping: bool) -> None:
+        self.is_mapping = is_mapping
+        self.items: list[Any] = []
+
+    def close(self) -> Any:
+        if not self.is_mapping:
+            return self.items
+        return mapping(list(zip(self.items[::2], self.items[1::2], strict=True)))
+
+
+def _build(text: str) -> Any:
+    """Build the document from the parser's events: no recursion, so depth is checked before it can hurt."""
+    levels = [_Level(is_mapping=False)]
+    for event in yaml.parse(text, Loader=_LOADER):
+        here = levels[-1]
+        if isinstance(event, yaml.AliasEvent):
+            raise _at(
+                event, f"the alias {printable(event.anchor or '')}", "no aliases", "write the value out"
+            )
+        if isinstance(event, yaml.NodeEvent):
+            is_key = here.is_mapping and len(here.items) % 2 == 0
+            if is_key and not isinstance(event, yaml.ScalarEvent):
+                raise _at(event, "a list or mapping as a key", "texts as keys", "write a plain key")
+            tag = getattr(event, "tag", None)
+            if tag not in (None, "!"):
+                raise _at(event, f"the tag {printable(tag)}", "no tags", "write the plain value")
+        if isinstance(event, yaml.ScalarEvent):
+            here.items.append(event.value if is_key or not event.implicit[0] else _scalar(event.value))
+        elif isinstance(event, yaml.CollectionStartEvent):
+            if len(levels) > MAX_DEPTH:
+                raise _at(event, "lists or mappings nested too deeply", f"{MAX_DEPTH} levels", "flatten it")
+            levels.append(_Level(isinstance(event, yaml.MappingStartEvent)))
+        elif isinstance(event, yaml.CollectionEndEvent):
+            levels.pop()
+            levels[-1].items.append(here.close())
+        elif isinstance(event, yaml.DocumentStartEvent) and here.items:
+            raise _at(event, "a second document", "one document", "remove the line `---` and what follows")
+    documents = levels[0].items
+    return documents[0] if documents else None
+
+
+def _at(event: Any, found: str, allowed: str, advice: str) -> StudyFaults:
+    mark = event.start_mark
+    return _refused(f"at line {mark.line + 1}, column {mark.column + 1}: {found}", allowed, advice)
+
+
+def _scalar(text: str) -> Any:
+    """Return the value of a scalar written without quotes, by the YAML 1.2 core schema."""
+    if _INTEGER.match(text):
+        return _integer(text)
+    if _FLOAT.match(text):
+        return float(text)
+    if _NULL.match(text):
+        return None
+    if _TRUE.match(text):
+        return True
+    if _FALSE.match(text):
+        return False
+    if found := _INFINITE.match(text):
+        return -math.inf if found.group(1) == "-" else math.inf
+    return math.nan if _NAN.match(text) else text
