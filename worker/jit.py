@@ -1,0 +1,75 @@
+"""The one jit policy and the one kernel cache of the project.
+
+numba's own disk cache looks only at the file of the function it compiled: a change in a callee in another file leaves a
+stale kernel behind. So the cache folder carries a hash of all kernel sources, and a kernel is compiled once per machine.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_KERNEL_FOLDERS = ("physics", "solver", "steady")
+
+
+def source_hash() -> str:
+    """Hash of every kernel source, 16 hex digits: the identity of the solver.
+
+    Returns
+    -------
+    str
+        The same on every machine that holds the same sources, whatever its line endings.
+    """
+    here = Path(__file__).parent
+    digest = hashlib.sha256()
+    sources = [here / "jit.py", here / "rk4.py"]
+    for folder in _KERNEL_FOLDERS:
+        sources.extend((here / folder).rglob("*.py"))
+    for source in sorted(sources):
+        if source.exists():
+            digest.update(source.relative_to(here).as_posix().encode())
+            digest.update(source.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled kernels: under DAMPERLAB_CACHE_DIR, the user's cache, or the temporary folder.
+
+    Returns
+    -------
+    Path
+        The first of these that can be written; it exists on return.
+    """
+    wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
+    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    candidates = [Path(wanted)] if wanted else [Path(home).expanduser() / "damperlab"]
+    candidates.append(Path(gettempdir()) / f"damperlab-{os.getuid() if hasattr(os, 'getuid') else 'user'}")
+    for candidate in candidates:
+        folder = candidate / f"kernels-{source_hash()}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    return candidates[-1]
+
+
+CACHE_FOLDER = cache_folder()
+numba.config.CACHE_DIR = str(CACHE_FOLDER)  # read when a kernel is decorated, so it must be set before any is
+
+
+def kernel(function: F) -> F:
+    """Compile on first call, keep on disk, release the GIL.
+
+    No fastmath: re-ordered sums would make the bits of a cube depend on the compiler's mood. Division by zero gives inf
+    and NaN as in C, because a numerical failure is data, not an exception.
+    """
+    jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    return jitted

@@ -1,0 +1,56 @@
+"""From a study's block to kernel arguments: which points need which kernel. What a point lacks becomes None."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.definition import Study
+from studies.plan import Block
+from studies.variables import DIMENSIONS
+from worker.solver.scene import Particle
+
+
+def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
+    """Coordinates of every point of a block.
+
+    Returns
+    -------
+    dict of ndarray, shape (block points,)
+        One flat array a dimension, in C order of the block.
+    """
+    axes = [study.coordinates[name][part] for name, part in zip(DIMENSIONS, block.slices, strict=True)]
+    grids = np.meshgrid(*axes, indexing="ij")
+    return {name: grid.reshape(-1) for name, grid in zip(DIMENSIONS, grids, strict=True)}
+
+
+def has_friction(points: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    """Where friction acts: γ_F > 0."""
+    return points["friction_ratio"] > 0.0
+
+
+def has_particle(points: dict[str, NDArray[np.float64]], particle: bool) -> NDArray[np.bool_]:
+    """Where a particle acts on the structure: the scene has one, and β > 0."""
+    return (points["mass_ratio"] > 0.0) & particle
+
+
+def kernel_arguments(
+    points: dict[str, NDArray[np.float64]], particle: bool, chosen: NDArray[np.intp]
+) -> Iterator[tuple[int, float, float, float | None, Particle | None]]:
+    """Index, ζ, r, friction and particle of the chosen points, absent = None."""
+    rubs = has_friction(points)
+    rattles = has_particle(points, particle)
+    for i in chosen:
+        yield (
+            int(i),
+            float(points["damping_ratio"][i]),
+            float(points["frequency_ratio"][i]),
+            float(points["friction_ratio"][i]) if rubs[i] else None,
+            Particle(
+                float(points["clearance_ratio"][i]),
+                float(points["restitution"][i]),
+                float(points["mass_ratio"][i]),
+            )
+            if rattles[i]
+            else None,
+        )

@@ -1,0 +1,1 @@
+"""One law per file: the structure, friction, impact. No solver, no arrays with labels."""

@@ -1,0 +1,39 @@
+"""Impact between the primary mass and the particle, instantaneous contact: equations (5) to (8)."""
+
+from worker.jit import kernel
+
+
+@kernel
+def rebound(u_rate, p_rate, restitution, mass_ratio):
+    """Velocities after an impact, momentum conserved.
+
+    Parameters
+    ----------
+    u_rate, p_rate : float
+        Velocities of primary mass and particle before the impact [Z ω_n].
+    restitution : float
+        Coefficient of restitution e; 0 joins the two bodies.
+    mass_ratio : float
+        β = m/M.
+
+    Returns
+    -------
+    jump : float
+        Change of the primary mass's velocity. Returned as a change because the relative velocity of the base frame
+        takes the same one, and because it is exactly 0 for a particle without mass.
+    p_rate_after : float
+        Particle velocity after the impact.
+
+    Notes
+    -----
+    Equations (7) and (8), written with the approach speed factored out:
+    u'⁺ = u'⁻ − β(1+e)/(1+β) (u'⁻ − p'⁻),  p'⁺ = p'⁻ + (1+e)/(1+β) (u'⁻ − p'⁻).
+    """
+    exchanged = (1.0 + restitution) / (1.0 + mass_ratio) * (u_rate - p_rate)
+    return -mass_ratio * exchanged, p_rate + exchanged
+
+
+@kernel
+def impact_loss(approach_speed, restitution, mass_ratio):
+    """Energy lost in an impact over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
+    return 0.5 * mass_ratio / (1.0 + mass_ratio) * (1.0 - restitution * restitution) * approach_speed**2

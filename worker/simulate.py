@@ -1,0 +1,294 @@
+"""One design point on its own: its end state, its measures, its time history."""
+
+from dataclasses import dataclass
+from math import nan, pi, sqrt
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+
+from studies.variables import ResponseClass, Status
+from worker.rk4 import march_rk4
+from worker.solver.march import half_cycle
+from worker.solver.record import make_log
+from worker.solver.sample import HISTORY_COLUMNS, sample_half
+from worker.solver.scene import (
+    ARRIVED,
+    ATTACHMENTS,
+    BUDGET,
+    COUNTS,
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    IMPACTS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    SPEED,
+    SQUARE,
+    STUCK,
+    TURNS,
+    VISCOUS_LOSS,
+    Particle,
+)
+from worker.solver.taylor import ORDER
+from worker.solver.windows import make_base, make_medium
+from worker.steady.energy import energy_residual, stored_energy
+from worker.steady.linear import linear_response
+from worker.steady.settle import Response, Settings, at_rest, settle
+
+_SEGMENTS_PER_CYCLE = 20_000
+_LOG_SEGMENTS = 100_000
+_LONGEST_HISTORY = 1000
+
+
+@dataclass(frozen=True)
+class Design:
+    """One design point.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio : float
+        ζ in [0, 1) and r > 0.
+    friction_ratio : float
+        γ_F ≥ 0.
+    particle : Particle, optional
+        d/Z > 0, e in [0, 1], β ≥ 0; None for a scene without a particle.
+    """
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction_ratio: float = 0.0
+    particle: Particle | None = None
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What came of a design point.
+
+    Attributes
+    ----------
+    metrics : dict
+        The cube's variables: of the steady response, or of the first `cycles` cycles where a number was asked for.
+    state : dict
+        u, u_rate, p, p_rate at the end: absolute, over Z and Z ω_n; p is None without a particle.
+    events : dict
+        Impacts, turns (v' = 0, stops included) and attachments on the way.
+    cycles : int
+        Excitation cycles from rest to the end.
+    history : dict of ndarray
+        Time history of the last cycles (`HISTORY_COLUMNS`); empty where none was asked for.
+    """
+
+    metrics: dict[str, float | int]
+    state: dict[str, float | None]
+    events: dict[str, int]
+    cycles: int
+    history: dict[str, np.ndarray]
+
+
+def simulate(
+    design: Design,
+    cycles: int | None = None,
+    history: int = 0,
+    method: Literal["event", "rk4"] = "event",
+    steps_per_cycle: int = 400,
+    settings: Settings | None = None,
+) -> Simulation:
+    """Compute one design point from rest.
+
+    Parameters
+    ----------
+    design : Design
+        The point.
+    cycles : int, optional
+        Stop after exactly this many excitation cycles and measure over all of them. None: go on to the steady response
+        and measure that.
+    history : int
+        Cycles at the end whose time history is wanted.
+    method : {"event", "rk4"}
+        The event-driven solver, or the paper's fixed-step Runge–Kutta (needs `cycles`; gives no history).
+    steps_per_cycle : int
+        Of rk4.
+    settings : Settings, optional
+        When the steady response is found; the defaults of a study.
+
+    Returns
+    -------
+    Simulation
+        A numerical failure is in its status, not raised.
+
+    Raises
+    ------
+    ValueError
+        For rk4 without `cycles`.
+    """
+    began = perf_counter()
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    if method == "rk4":
+        if cycles is None:
+            raise ValueError("rk4 stops after a number of cycles: give `cycles`")
+        return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
+    if cycles is not None:
+        return _march(design, friction, cycles, history, None, began)
+    response = _steady(design, friction, settings or Settings(4000, 1e-4, 1e-9))
+    measured = {name: _plain(number) for name, number in response.items()}
+    return _march(design, friction, max(int(response["cycles"]), history), history, measured, began)
+
+
+def _steady(design: Design, friction: float | None, settings: Settings) -> dict[str, Any]:
+    acts = design.particle is not None and design.particle.mass_ratio > 0.0
+    if friction is None and not acts:
+        closed = linear_response(np.array([design.damping_ratio]), np.array([design.frequency_ratio]))
+        return {name: column[0] for name, column in closed.items()}
+    particle = design.particle if acts else None
+    response = settle(design.damping_ratio, design.frequency_ratio, friction, particle, settings)
+    return dict(zip(Response._fields, response, strict=True))
+
+
+def _plain(number: Any) -> float | int:
+    return int(number) if isinstance(number, int | np.integer) else float(number)
+
+
+def _march(
+    design: Design,
+    friction: float | None,
+    cycles: int,
+    history: int,
+    measured: dict[str, float | int] | None,
+    began: float,
+) -> Simulation:
+    """March from rest for a number of cycles, measuring and sampling on the way."""
+    particle = design.particle
+    r = design.frequency_ratio
+    base = make_base(design.damping_ratio, r)
+    free = make_medium(base, 1.0)
+    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    work = np.empty((4, ORDER + 1))
+    counts = np.zeros(COUNTS, np.int64)
+    counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
+    meter = np.zeros(METERS)
+    peaks = np.zeros((cycles, 2))
+    state = at_rest(r, friction, particle)
+    stored = stored_energy(state, r, particle)
+    log = make_log(_LOG_SEGMENTS)
+    history = min(history, cycles, _LONGEST_HISTORY)
+    samples: list[np.ndarray] = []
+    done = 0
+    outcome = ARRIVED
+    for half in range(2 * cycles):
+        sampled = half >= 2 * (cycles - history)
+        log.cursor[0] = 0
+        state, outcome = half_cycle(
+            state, base, free, loaded, friction, particle, work, counts, meter, log if sampled else None
+        )
+        if outcome != ARRIVED:
+            break
+        if sampled:
+            samples.append(sample_half(log, base, free, loaded, friction, particle, half, work))
+        peaks[half // 2] = meter[PEAK], meter[RELATIVE_PEAK]
+        if half % 2 == 1:
+            meter[PEAK] = meter[RELATIVE_PEAK] = 0.0
+            done += 1
+    if measured is None:
+        measured = _measures(base, particle, meter, peaks[:done], counts, stored, state, done, outcome)
+        measured["run_time"] = perf_counter() - began
+    else:
+        measured["run_time"] = perf_counter() - began
+    good = outcome == ARRIVED
+    end: dict[str, float | None] = {
+        "u": state.v if good else nan,
+        "u_rate": state.w + r if good else nan,
+        "p": None,
+        "p_rate": None,
+    }
+    if particle is not None:
+        end["p"] = state.v - state.wall * (particle.clearance_ratio - state.gap) if good else nan
+        end["p_rate"] = state.p_rate if good else nan
+    columns = np.concatenate(samples, axis=1) if samples else np.empty((len(HISTORY_COLUMNS), 0))
+    return Simulation(
+        metrics=measured,
+        state=end,
+        events={
+            "impacts": int(counts[IMPACTS]),
+            "turns": int(counts[TURNS]),
+            "attachments": int(counts[ATTACHMENTS]),
+        },
+        cycles=done,
+        history=dict(zip(HISTORY_COLUMNS, columns, strict=True)) if samples else {},
+    )
+
+
+def _measures(
+    base: Any,
+    particle: Particle | None,
+    meter: np.ndarray,
+    peaks: np.ndarray,
+    counts: np.ndarray,
+    stored: float,
+    state: Any,
+    cycles: int,
+    outcome: int,
+) -> dict[str, float | int]:
+    """The cube's variables over a transient of a number of whole cycles: nothing about it is steady."""
+    if outcome != ARRIVED or cycles == 0:
+        status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
+        return {"cycles": cycles, "status": status}
+    r = base.frequency_ratio
+    time = 2.0 * pi * cycles / r
+    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
+    share = 1.0 / losses if losses > 0.0 else 0.0
+    residual = energy_residual(meter, stored, stored_energy(state, r, particle))
+    return {
+        "amplitude_ratio": float(peaks[:, 0].mean()),
+        "amplitude_ratio_max": float(peaks[:, 0].max()),
+        "amplitude_ratio_rms": sqrt(2.0 * meter[SQUARE] / time),
+        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
+        "amplitude_error": 0.0,
+        "energy_residual": float(residual),
+        "response_class": int(ResponseClass.UNKNOWN),
+        "period": 0,
+        "floquet_multiplier": nan,
+        "impacts_per_cycle": float(counts[IMPACTS] / cycles),
+        "impact_speed_max": float(meter[SPEED]),
+        "stick_fraction": float(meter[STUCK] / time),
+        "dissipation_viscous": float(meter[VISCOUS_LOSS] * share),
+        "dissipation_friction": float(meter[FRICTION_LOSS] * share),
+        "dissipation_impact": float(meter[IMPACT_LOSS] * share),
+        "cycles": cycles,
+        "status": int(Status.MAX_CYCLES),
+    }
+
+
+def _simulate_rk4(
+    design: Design, friction: float | None, cycles: int, steps_per_cycle: int, began: float
+) -> Simulation:
+    counts = np.zeros(COUNTS, np.int64)
+    peaks = np.zeros((cycles, 2))
+    u, u_rate, p, p_rate = march_rk4(
+        design.damping_ratio,
+        design.frequency_ratio,
+        friction,
+        design.particle,
+        steps_per_cycle,
+        cycles,
+        counts,
+        peaks,
+    )
+    bounded = bool(np.isfinite(peaks).all())
+    metrics: dict[str, float | int] = {
+        "amplitude_ratio": float(peaks[:, 0].mean()),
+        "amplitude_ratio_max": float(peaks[:, 0].max()),
+        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
+        "impacts_per_cycle": float(counts[IMPACTS] / cycles),
+        "cycles": cycles,
+        "status": int(Status.MAX_CYCLES if bounded else Status.UNBOUNDED),
+        "run_time": perf_counter() - began,
+    }
+    without = design.particle is None
+    return Simulation(
+        metrics=metrics,
+        state={"u": u, "u_rate": u_rate, "p": None if without else p, "p_rate": None if without else p_rate},
+        events={"impacts": int(counts[IMPACTS]), "turns": int(counts[TURNS]), "attachments": 0},
+        cycles=cycles,
+        history={},
+    )

@@ -1,0 +1,1 @@
+"""The event-driven solver: exact between events, events located on Taylor polynomials of the closed form."""

@@ -1,0 +1,57 @@
+"""The history of a march: one row a segment, where asked for."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from worker.jit import kernel
+
+COLUMNS = (
+    "start",
+    "duration",
+    "event",
+    "v",
+    "w",
+    "slip",
+    "wall",
+    "gap",
+    "p_rate",
+    "riding",
+    "slip_order",
+    "gap_order",
+)
+"""Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its start."""
+
+
+class Log(NamedTuple):
+    """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept."""
+
+    rows: np.ndarray
+    cursor: np.ndarray
+
+
+def make_log(capacity: int) -> Log:
+    """Empty log for a number of segments."""
+    return Log(np.empty((capacity, len(COLUMNS))), np.zeros(1, np.int64))
+
+
+@kernel
+def record(log, state, start, duration, event):
+    """Append one segment."""
+    i = log.cursor[0]
+    log.cursor[0] = i + 1
+    if i >= log.rows.shape[0]:
+        return
+    row = log.rows[i]
+    row[0] = start
+    row[1] = duration
+    row[2] = event
+    row[3] = state.v
+    row[4] = state.w
+    row[5] = state.slip
+    row[6] = state.wall
+    row[7] = state.gap
+    row[8] = state.p_rate
+    row[9] = state.riding
+    row[10] = state.slip_order
+    row[11] = state.gap_order

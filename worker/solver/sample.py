@@ -1,0 +1,84 @@
+"""Time history of recorded segments, sampled from their closed form."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.solver.record import COLUMNS, Log
+from worker.solver.scene import Particle
+from worker.solver.taylor import expand_base, expand_slip, expand_stick, slope, value
+
+HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
+"""τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
+
+_SAMPLES_PER_WINDOW = 4
+_START, _DURATION, _EVENT, _V, _W, _SLIP, _WALL, _GAP, _P_RATE, _RIDING = range(10)
+assert COLUMNS[_RIDING] == "riding"
+_IMPACTS = (3, 4)
+
+
+def sample_half(
+    log: Log,
+    base: Any,
+    free: Any,
+    loaded: Any,
+    friction: float | None,
+    particle: Particle | None,
+    half: int,
+    work: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Sample the segments of one half cycle.
+
+    Parameters
+    ----------
+    log : Log
+        The segments of the half cycle, in its mirrored frame.
+    base, free, loaded, friction, particle
+        As in `march.half_cycle`.
+    half : int
+        Number of the half cycle from the start: odd ones are mirrored back.
+    work : ndarray, shape (4, ORDER + 1)
+        Scratch.
+
+    Returns
+    -------
+    ndarray, shape (len(HISTORY_COLUMNS), samples)
+        Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
+    """
+    shaken, relative, absolute = work[0], work[1], work[2]
+    mirror = -1.0 if half % 2 else 1.0
+    r = base.frequency_ratio
+    begin = half * np.pi / r
+    out: list[tuple[float, ...]] = []
+    for row in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
+        start, duration = row[_START], row[_DURATION]
+        expand_base(np.sin(r * start), np.cos(r * start), r, shaken)
+        held = friction is not None and row[_SLIP] == 0.0
+        offset = 0.0 if friction is None else row[_SLIP] * friction
+        riding = row[_RIDING] > 0.0
+        if held:
+            expand_stick(row[_V], shaken, relative, absolute)
+        else:
+            compliance = loaded.compliance if riding else free.compliance
+            expand_slip(row[_V] + offset, row[_W], base.two_zeta, compliance, shaken, relative, absolute)
+        count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
+        for i in range(count + 1):
+            t = duration * i / count
+            v = value(relative, t) - offset
+            w = slope(relative, t)
+            u = v + value(shaken, t)
+            u_rate = w + slope(shaken, t)
+            p, p_rate = np.nan, np.nan
+            if particle is not None:
+                wall = row[_WALL]
+                if riding:
+                    p, p_rate = u - wall * particle.clearance_ratio, u_rate
+                else:
+                    at_start = value(relative, 0.0) - offset + shaken[0]
+                    p_rate = row[_P_RATE]
+                    p = at_start - wall * (particle.clearance_ratio - row[_GAP]) + p_rate * t
+            struck = float(i == count and int(row[_EVENT]) in _IMPACTS)
+            signed = (mirror * x for x in (u, u_rate, v, w, p, p_rate))
+            out.append((begin + start + t, *signed, struck))
+    return np.array(out).T

@@ -1,0 +1,71 @@
+"""What the kernels take and hand on: the particle, the state, the meters. Plain named tuples that numba keeps in registers."""
+
+from typing import NamedTuple
+
+
+class Particle(NamedTuple):
+    """The particle of a scene; a scene without one passes None, and its kernel holds no impact code."""
+
+    clearance_ratio: float
+    restitution: float
+    mass_ratio: float
+
+
+class State(NamedTuple):
+    """State at one instant, in the mirrored half-cycle frame of `march.py`; lengths over Z, time over 1/ω_n.
+
+    Attributes
+    ----------
+    v, w : float
+        Displacement and velocity relative to the base.
+    slip : float
+        +1 or −1 while the mass slips in that direction, 0 while friction holds it (or where there is no friction).
+    wall : float
+        +1 where the wall last touched is the one at u − p = +d/Z, −1 for the other.
+    gap : float
+        Distance of the particle from that wall, exactly 0 after an impact: measuring from the wall keeps the digits of
+        a short flight that u − p, a difference of large numbers, would lose.
+    p_rate : float
+        Absolute particle velocity.
+    riding : float
+        1 while the particle rides on the wall, 0 while it flies.
+    slip_order, gap_order : int
+        How many leading Taylor coefficients of w, of the gap, are zero by the event just passed.
+    """
+
+    v: float
+    w: float
+    slip: float
+    wall: float
+    gap: float
+    p_rate: float
+    riding: float
+    slip_order: int
+    gap_order: int
+
+
+# Counts of events in a march (int64 array of COUNTS entries).
+IMPACTS = 0
+TURNS = 1
+ATTACHMENTS = 2
+SEGMENTS = 3
+IDLE = 4
+BUDGET = 5
+COUNTS = 6
+
+# What a meter adds up (float64 array of METERS entries); energies over k Z², times over 1/ω_n.
+WORK_IN = 0
+VISCOUS_LOSS = 1
+FRICTION_LOSS = 2
+IMPACT_LOSS = 3
+SQUARE = 4  # ∫ u² dτ
+STUCK = 5  # time held by friction
+SPEED = 6  # largest approach speed of an impact
+PEAK = 7  # largest |u| since the last reset
+RELATIVE_PEAK = 8  # largest |v| since the last reset
+METERS = 9
+
+# Outcome of a march.
+ARRIVED = 0
+OUT_OF_EVENTS = 2
+STALLED = 4

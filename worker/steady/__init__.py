@@ -1,0 +1,1 @@
+"""Steady responses: found, measured, classified."""

@@ -1,0 +1,27 @@
+"""The energy balance of a measured stretch: a check that no single error of the solver can pass."""
+
+from worker.jit import kernel
+from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, VISCOUS_LOSS, WORK_IN
+
+
+@kernel
+def stored_energy(state, base_rate, particle):
+    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'²."""
+    u_rate = state.w + base_rate
+    energy = 0.5 * (u_rate * u_rate + state.v * state.v)
+    if particle is not None:
+        energy += 0.5 * particle.mass_ratio * state.p_rate * state.p_rate
+    return energy
+
+
+@kernel
+def energy_residual(meter, stored_before, stored_after):
+    """|work in − losses − change of stored energy| over work in.
+
+    Where next to no work goes in over the stretch (a locked mass gives back in half a cycle what it took in the other)
+    the stored energy is the measure instead.
+    """
+    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
+    gained = stored_after - stored_before
+    scale = max(abs(meter[WORK_IN]), losses, stored_before, stored_after)
+    return abs(meter[WORK_IN] - losses - gained) / scale

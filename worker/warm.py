@@ -1,0 +1,44 @@
+"""Kernels compiled once per machine, by one process at a time.
+
+numba's disk cache lets every process that misses compile for itself; with several workers starting together each would
+spend the same half minute. A file lock in the cache folder lets the first compile and the others load.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from studies.definition import Study
+from worker.jit import CACHE_FOLDER
+from worker.solver.scene import Particle
+from worker.steady.settle import Settings, settle
+
+try:
+    import fcntl
+except ImportError:  # not a POSIX system: every process compiles for itself
+    fcntl = None  # type: ignore[assignment]
+
+_SHORT = Settings(1, 0.5, 1e-2)
+_PARTICLE = Particle(1.0, 0.5, 0.1)
+
+
+def scenes(study: Study) -> list[tuple[bool, bool]]:
+    """Kernels that a study needs, as (friction, particle) pairs; none for its linear points."""
+    rubs = {bool(value > 0.0) for value in study.coordinates["friction_ratio"][[0, -1]]}
+    rattles = {bool(value > 0.0) and study.particle for value in study.coordinates["mass_ratio"][[0, -1]]}
+    return sorted((f, p) for f in rubs for p in rattles if f or p)
+
+
+def warm(scene: tuple[bool, bool]) -> None:
+    """Compile (or load) the kernel of a scene, (friction, particle), while no other process does the same."""
+    with _alone(f"{'friction' if scene[0] else 'free'}-{'particle' if scene[1] else 'alone'}"):
+        settle(0.1, 1.0, 0.5 if scene[0] else None, _PARTICLE if scene[1] else None, _SHORT)
+
+
+@contextmanager
+def _alone(name: str) -> Iterator[None]:
+    if fcntl is None:
+        yield
+        return
+    with (CACHE_FOLDER / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
