@@ -25,7 +25,10 @@ def impact_phase(shaking: float, restitution: float, periods: int = 1) -> float 
 
 
 def multipliers(shaking: float, restitution: float, periods: int = 1) -> tuple[complex, complex]:
-    """Return the eigenvalues of the impact map at `impact_phase`: trace 1 + e^2 - (1 + e)^2 Gamma sin(phase), det e^2."""
+    """Return the eigenvalues of the impact map at `impact_phase`.
+
+    Its trace is 1 + e^2 - (1 + e)^2 Gamma sin(phase), Gamma = A omega^2/g; its determinant e^2.
+    """
     phase = impact_phase(shaking, restitution, periods)
     if phase is None:
         raise ValueError(f"no motion of {periods} periods at shaking = {shaking}")
@@ -47,7 +50,7 @@ def stable_shaking(restitution: float, periods: int = 1) -> tuple[float, float]:
 def chatter_duration(speed: float, deceleration: float, restitution: float) -> float:
     """Return the time until a ball that leaves with `speed` under constant `deceleration` rests on the table.
 
-    Flights of 2 v/a, each e times the last: 2 v/(a (1 - e)). Valid for e < 1 and constant relative acceleration.
+    Flights of 2 v/a, each e times the last: 2 v/(a (1 - e)). Valid for e < 1 and a constant acceleration.
     """
     return 2 * speed / (deceleration * (1 - restitution))
 
@@ -55,7 +58,8 @@ def chatter_duration(speed: float, deceleration: float, restitution: float) -> f
 def next_impact(phase: float, speed: float, shaking: float, restitution: float) -> tuple[float, float]:
     """Return phase [rad] and take-off speed of the next impact, by following one flight.
 
-    Independent of the formulas above: bracket and bisect the height of the ball over the table. Speeds are in g/omega.
+    Independent of the formulas above: brackets and bisects the ball's height over the table. Speeds are in
+    g/omega.
     """
 
     def height(t: float) -> float:

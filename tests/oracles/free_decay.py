@@ -6,12 +6,12 @@ import math
 
 
 def turning_points(zeta: float, gamma: float, start: float) -> list[float]:
-    """Return |v| at the successive turning points of v'' + 2 zeta v' + v + gamma Sgn(v') = 0, from rest at `start`.
+    """Return |v| at the turning points of v'' + 2 zeta v' + v + gamma Sgn(v') = 0, from rest at `start` > 0.
 
     Each half cycle, of duration pi/sqrt(1 - zeta^2), swings about the offset centre gamma:
     x_next = (x - gamma) exp(-zeta pi/sqrt(1 - zeta^2)) - gamma, so for zeta = 0 exactly 2 gamma is lost
     (Lorenz 1924; Den Hartog, Mechanical Vibrations). Ends with the first point inside the dead band,
-    |x| <= gamma, where the mass stays. An entry may be negative: the mass then stops before the middle, on the
+    |x| <= gamma, where the mass stays. A negative entry means that the mass stops before the middle, on the
     side from which it came. Valid for gamma > 0.
     """
     if gamma <= 0:

@@ -36,7 +36,9 @@ def plastic_orbit(r: float, delta: float) -> BoxOrbit:
     multipliers are 0.
     """
     if not 0 < delta <= math.pi / 2:
-        raise ValueError(f"delta = {delta} must be in (0, pi/2]: beyond, the particle lands on a receding wall")
+        raise ValueError(
+            f"delta = {delta} must be in (0, pi/2]: beyond, the particle lands on a receding wall"
+        )
     x = float(brentq(lambda y: y - math.sin(y) - 2 * delta, 0, math.pi + 1e-9, xtol=1e-15))
     return BoxOrbit(math.pi + x, r, r * (1 - math.cos(x)), (0j, 0j))
 

@@ -36,7 +36,7 @@ def equation_13(r: np.ndarray | float, mu: float, tuning: float, zeta: float) ->
 
 
 def den_hartog(mu: float) -> tuple[float, float]:
-    """Return tuning and damping of the fixed-point optimum: 1/(1 + mu), sqrt(3 mu/(8 (1 + mu))); (14), (15)."""
+    """Return tuning and damping of the fixed-point optimum, (14) and (15)."""
     return 1 / (1 + mu), math.sqrt(3 * mu / (8 * (1 + mu)))
 
 
@@ -78,7 +78,7 @@ def peak(mu: float, tuning: float, zeta: float, structural: float = 0.0) -> floa
 
 
 def minimax(mu: float, structural: float = 0.0) -> tuple[float, float, float]:
-    """Return tuning, damping and peak X/Z that minimise the peak, numerically (Nelder-Mead from Den Hartog's)."""
+    """Return tuning, damping and peak X/Z that minimise the peak (Nelder-Mead from Den Hartog's)."""
     found = minimize(
         lambda x: peak(mu, x[0], abs(x[1]), structural),
         den_hartog(mu),

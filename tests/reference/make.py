@@ -14,7 +14,8 @@ from typing import Any
 
 from tests.reference.numbers import ExtendedNumbers, Real
 from tests.reference.points import POINTS, Point
-from tests.reference.simulator import State, simulate
+from tests.reference.simulator import simulate
+from tests.reference.state import State
 
 STATES = Path(__file__).with_name("states.json")
 DIGITS = 40
@@ -27,8 +28,8 @@ HOW = (
     "States of the model after whole excitation cycles from rest in the absolute frame, computed in "
     f"{DIGITS} decimal digits by tests/reference/simulator.py (instantaneous contact); made by "
     "python -m tests.reference.make. Parameters are the binary doubles printed. Impacts are counted until "
-    "a chatter's rebound is below 1e-15, other events exactly. amplification: largest change of the end state "
-    "(maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: largest error "
+    "a chatter's rebound is below 1e-15, other events exactly. amplification: largest change of the end "
+    "state (maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: largest error "
     "of the same algorithm in double precision. chaotic: amplification above 1e8."
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.reference.numbers import Numbers, Real
 
-Triple = tuple[Real, Real, Real]
+Sample = tuple[list[Real], list[Real]]  # v and the base s, each with four derivatives
 
 
 class Motion:
@@ -12,8 +12,8 @@ class Motion:
 
     v is the displacement relative to the base s = sin(r t); mu is 1, or 1 + beta while the particle
     rides on a wall; load is the friction force (constant while slipping). The solution is
-    particular + homogeneous: v = A sin rt + B cos rt - load + exp(-a h)(P cos wh + Q sin wh), h = t - start_time,
-    where at undamped resonance (zeta = 0, mu r^2 = 1) the particular part is -(r/2) t cos rt instead.
+    particular + homogeneous, v = A sin rt + B cos rt - load + exp(-a h)(P cos wh + Q sin wh), with
+    h = t - start_time. At undamped resonance (zeta = 0, mu r^2 = 1) the particular part is -(r/2) t cos rt.
 
     A motion with ``stuck=True`` is v = constant: the mass moves with the base.
     """
@@ -82,7 +82,7 @@ class Motion:
             return (a0 + a1 * time) * sin_base + (b0 + b1 * time) * cos_base
         return a0 * sin_base + b0 * cos_base
 
-    def at(self, h: Real) -> tuple[list[Real], list[Real]]:
+    def at(self, h: Real) -> Sample:
         """Return v and the base s, each with four derivatives, at h after the start of the motion."""
         time = self._start_time + h
         r = self._r

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 from tests.reference.numbers import Real
 
@@ -50,7 +51,7 @@ def first_zero(
     nodes = [(start, at_start), (end, at_end)]
     for order in (1, 0):  # split at zeros of f'', then at zeros of f'
         split = [nodes[0]]
-        for (low, at_low), (high, at_high) in zip(nodes, nodes[1:], strict=False):
+        for (low, at_low), (high, at_high) in pairwise(nodes):
             if (at_low[order + 1] > 0) != (at_high[order + 1] > 0):
                 if order == 1:
                     h = _bisect(
@@ -61,14 +62,14 @@ def first_zero(
                 split.append((h, function(h)))
             split.append((high, at_high))
         nodes = split
-    for (low, at_low), (high, at_high) in zip(nodes, nodes[1:], strict=False):
+    for (low, at_low), (high, at_high) in pairwise(nodes):
         if at_low[0] > 0 >= at_high[0]:
             return zero_between(lambda x: function(x)[:2], low, high, True, noise[0])
     return None
 
 
 def _bisect(function: Callable[[Real], Real], low: Real, high: Real, positive_low: bool, width: Real) -> Real:
-    """Return where `function` changes sign, to `width`: good enough for a point that only splits an interval."""
+    """Return where `function` changes sign, to `width`: enough for a point that only splits an interval."""
     while high - low > width:
         middle = (low + high) / 2
         if (function(middle) > 0) == positive_low:
