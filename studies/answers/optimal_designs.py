@@ -180,8 +180,8 @@ def _note(question: DesignQuestion, tally: Mapping[str, int], computed: int, ran
     if question.frequencies.size == 1:
         why = "was computed" if computed == 1 else "counts here"
         sentences.append(
-            f"Only one frequency {why}, r = {low:.10g}: the judgement holds at that frequency only. A particle "
-            "that rides on the wall moves the resonance, so judge a design over a band before building it."
+            f"Only one frequency {why}, r = {low:.10g}: the judgement holds at that frequency only. "
+            "A particle that rides on the wall moves the resonance, so judge a design over a band before building it."
         )
     else:
         sentences.append(

@@ -230,7 +230,7 @@ class Store:
         state : str
             One of `STATES`.
         message : str, optional
-            Kept with the study; None keeps the one that is there.
+            Kept with the study; None keeps the one that is there, an empty one removes it.
         only_from : tuple of str
             Nothing changes unless the study is in one of these states; the record that comes back says
             which it is in.
@@ -249,7 +249,7 @@ class Store:
                 return record_of(row)
             change: dict[str, Any] = {"state": state}
             if message is not None:
-                change["message"] = message
+                change["message"] = message or None
             if state == "running":
                 change |= {"started": row.started or now, "finished": None}
                 change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}

@@ -1,0 +1,245 @@
+"""The catalogue: one record per study, counted done-marks, claims, pages, deletion."""
+
+import json
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.store import Store
+
+
+def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, make_plan_of):
+    study = make_study("my map")
+    record, created = store.submit(study, make_plan_of(study), {"solver_version": "7"})
+    assert created
+    assert record.id == study.digest[:12]
+    assert record.state == "queued"
+    assert record.points_total == 5 * 3 * 4
+    assert record.blocks_total == 3 * 2 * 2
+    assert record.definition == study.document()
+    assert record.provenance == {"solver_version": "7"}
+    for ref in (record.id, record.id[:5], "my map"):
+        assert store.find(ref) == record
+
+
+def test_the_same_definition_gives_the_existing_record(store, make_study, make_plan_of):
+    first, _ = store.submit(make_study("one"), make_plan_of(make_study()), {})
+    again, created = store.submit(make_study("renamed"), make_plan_of(make_study()), {})
+    assert not created
+    assert again == first
+
+
+def test_a_document_of_a_record_is_json_and_says_what_the_contract_asks(store, make_study, make_plan_of):
+    record, _ = store.submit(make_study(), make_plan_of(make_study()), {})
+    document = json.loads(json.dumps(record.document()))
+    asked = "state points_total points_done points_failed created started finished seconds_left definition digest"
+    assert set(asked.split()) <= set(document)
+    assert document["created"].endswith("+00:00")
+
+
+def test_marks_are_counted_once_and_leave_the_rest_pending(store, make_study, make_plan_of, outcome_of):
+    plan = make_plan_of(make_study())
+    study_id = store.submit(make_study(), plan, {})[0].id
+    store.mark(study_id, outcome_of(plan.block(3)))
+    store.mark(study_id, outcome_of(plan.block(3), failed=1, message="a late twin"))
+    store.mark(study_id, outcome_of(plan.block(11), failed=1, message="lost"))
+    record = store.find(study_id)
+    assert record.blocks_done == 2
+    assert record.points_done == plan.block(3).points + plan.block(11).points
+    assert record.points_failed == 1
+    assert record.message == "block 11: lost"
+    assert record.seconds == pytest.approx(1.0)
+    np.testing.assert_array_equal(store.pending(study_id), [0, 1, 2, 4, 5, 6, 7, 8, 9, 10])
+
+
+def test_a_block_beyond_the_plan_is_an_error_of_the_program(store, make_study, make_plan_of, outcome_of):
+    plan = make_plan_of(make_study())
+    study_id = store.submit(make_study(), plan, {})[0].id
+    bigger = make_plan_of(make_study(), (1, 1, 1, 1, 1, 1))
+    with pytest.raises(ValueError, match="block 59 of 12"):
+        store.mark(study_id, outcome_of(bigger.block(59)))
+
+
+def test_states_keep_the_times_of_the_run(store, make_study, make_plan_of, outcome_of):
+    plan = make_plan_of(make_study())
+    study_id = store.submit(make_study(), plan, {})[0].id
+    queued = store.find(study_id)
+    assert queued.started is None
+    assert queued.seconds_left is None
+    running = store.set_state(study_id, "running")
+    assert running.started >= running.created
+    assert running.seconds_left is None  # no block yet, no pace
+    store.mark(study_id, outcome_of(plan.block(0)))
+    assert store.find(study_id).seconds_left >= 0
+    cancelled = store.set_state(study_id, "cancelled", "by hand")
+    assert cancelled.finished >= running.started
+    assert cancelled.message == "by hand"
+    again = store.set_state(study_id, "running", "")
+    assert (again.started, again.finished, again.message) == (running.started, None, None)
+    for index in range(1, plan.count):
+        store.mark(study_id, outcome_of(plan.block(index)))
+    done = store.set_state(study_id, "done")
+    assert done.points_done == done.points_total
+    assert done.seconds_left == 0
+
+
+def test_a_state_changes_only_from_the_states_that_were_named(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    store.set_state(study_id, "done")
+    assert store.set_state(study_id, "cancelled", only_from=("queued", "running")).state == "done"
+    with pytest.raises(ValueError, match="paused"):
+        store.set_state(study_id, "paused")
+
+
+def test_one_owner_at_a_time_holds_a_claim(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    assert store.claim(study_id, "a")
+    assert store.claim(study_id, "a")
+    assert not store.claim(study_id, "b")
+    assert not store.renew(study_id, "b")
+    store.release(study_id, "b")
+    assert store.find(study_id).owner == "a"
+    store.release(study_id, "a")
+    assert store.find(study_id).owner is None
+    assert store.claim(study_id, "b")
+
+
+def test_the_claim_of_a_dead_owner_expires(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    assert store.claim(study_id, "dead", seconds=-1.0)
+    assert store.find(study_id).owner is None
+    assert store.claim(study_id, "alive")
+    assert not store.renew(study_id, "dead")
+
+
+def test_pages_go_from_new_to_old_and_do_not_shift(store, make_study, make_plan_of):
+    for number in range(5):
+        study = make_study(f"Sweep {number}", damping_ratio=0.01 + number / 100)
+        store.submit(study, make_plan_of(study), {})
+    store.set_state(store.find("Sweep 1").id, "done")
+    first = store.page(limit=2)
+    assert [record.name for record in first.records] == ["Sweep 4", "Sweep 3"]
+    late = make_study("late", damping_ratio=0.5)
+    store.submit(late, make_plan_of(late), {})
+    second = store.page(limit=2, cursor=first.cursor)
+    third = store.page(limit=2, cursor=second.cursor)
+    assert [record.name for record in (*second.records, *third.records)] == ["Sweep 2", "Sweep 1", "Sweep 0"]
+    assert third.cursor is None
+    assert [record.name for record in store.page(state="done").records] == ["Sweep 1"]
+    assert len(store.page(name="sweep").records) == 5
+    assert store.page(name="%").records == ()
+
+
+@pytest.mark.parametrize(
+    ("asked", "field"),
+    [({"cursor": "nonsense"}, "cursor"), ({"cursor": "\ud800"}, "cursor"), ({"limit": 0}, "limit")]
+    + [({"limit": 10**6}, "limit"), ({"state": "paused"}, "state")],
+)
+def test_a_page_that_cannot_be_is_refused(store, asked, field):
+    with pytest.raises(StoreFault) as caught:
+        store.page(**asked)
+    assert caught.value.fault.field == field
+
+
+@pytest.mark.parametrize("ref", ["", "nope", "ffffffffffff", "%", "\ud800", "a\x00b", "x" * 10_000])
+def test_an_unknown_study_is_told_with_those_that_are_known(store, make_study, make_plan_of, ref):
+    record, _ = store.submit(make_study("known one"), make_plan_of(make_study()), {})
+    with pytest.raises(StudyNotFound, match=f"{record.id} \\(known one\\)"):
+        store.find(ref)
+
+
+def test_a_prefix_of_several_ids_is_refused_with_them(store, make_study, make_plan_of):
+    ids: set[str] = set()
+    for number in range(17):  # seventeen ids start with one of sixteen digits
+        study = make_study(damping_ratio=0.01 + number / 100)
+        ids.add(store.submit(study, make_plan_of(study), {})[0].id)
+    starts = [study_id[0] for study_id in ids]
+    shared = max(starts, key=starts.count)
+    with pytest.raises(StudyNotFound, match="more digits"):
+        store.find(shared)
+
+
+def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store, make_study, make_plan_of, outcome_of):
+    plan = make_plan_of(make_study())
+    study_id = store.submit(make_study(), plan, {})[0].id
+    store.mark(study_id, outcome_of(plan.block(0)))
+    folder = Path(store.cube_path(study_id))
+    assert folder.exists()
+    store.delete(study_id)
+    assert not folder.exists()
+    with pytest.raises(StudyNotFound, match="no studies yet"):
+        store.find(study_id)
+    with pytest.raises(StudyNotFound):
+        store.mark(study_id, outcome_of(plan.block(1)))
+    record, created = store.submit(make_study(), plan, {})
+    assert created
+    assert record.blocks_done == 0
+    assert Path(store.cube_path(study_id)) != folder
+
+
+def test_a_study_that_is_worked_on_is_not_deleted_unless_it_was_cancelled(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    store.claim(study_id, "runner 7")
+    store.set_state(study_id, "running")
+    with pytest.raises(StudyBusy, match=r"runner 7.*cancel"):
+        store.delete(study_id)
+    assert Path(store.cube_path(study_id)).exists()
+    store.set_state(study_id, "cancelled")
+    store.delete(study_id)
+    assert store.page().records == ()
+
+
+def test_a_delete_that_was_cut_short_is_finished_at_the_next_open(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    folder = Path(store.cube_path(study_id))
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as connection:
+        connection.execute("UPDATE studies SET deleted = 1.0")
+    connection.close()
+    assert folder.exists()
+    again = Store.open(store.data_dir)
+    assert not folder.exists()
+    with again._catalogue.reading() as opened:
+        assert opened.exec_driver_sql("SELECT count(*) FROM studies").scalar_one() == 0
+    again.close()
+
+
+def test_commits_reach_the_disk(store):
+    with store._catalogue.reading() as connection:
+        pragma = {
+            name: connection.exec_driver_sql(f"PRAGMA {name}").scalar_one()
+            for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
+        }
+    assert pragma == {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 60_000}
+
+
+def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
+    Store.open(tmp_path).close()
+    with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
+        connection.execute("PRAGMA user_version = 99")
+    connection.close()
+    with pytest.raises(StoreFault, match=r"version 99.*upgrade"):
+        Store.open(tmp_path)
+
+
+def test_a_file_that_is_no_catalogue_is_told(tmp_path):
+    (tmp_path / "catalogue.sqlite").write_bytes(b"no database at all, but long enough to look at" * 40)
+    with pytest.raises(StoreFault, match="not a database"):
+        Store.open(tmp_path)
+
+
+def test_a_data_directory_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(StoreFault, match="--data-dir"):
+        Store.open(tmp_path / "file" / "data")
+
+
+def test_nothing_is_kept_of_a_study_whose_cube_cannot_be_made(store, make_study, make_plan_of):
+    cubes = store.data_dir / "cubes"
+    cubes.rmdir()
+    cubes.write_text("in the way")
+    with pytest.raises(StoreFault, match="free space"):
+        store.submit(make_study(), make_plan_of(make_study()), {})
+    assert store.page().records == ()

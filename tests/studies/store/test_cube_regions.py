@@ -1,0 +1,221 @@
+"""The cube: what a block writes is what a reader gets, once the block is marked, and lazily."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+import studies.store.durable
+from studies.store.cube import open_cube, write_region
+from studies.store.faults import StoreFault
+from studies.variables import DIMENSIONS, VARIABLES, Status
+
+
+def test_the_cube_has_the_contracts_names_units_and_flags(store, make_study, make_plan_of):
+    study = make_study()
+    record, _ = store.submit(study, make_plan_of(study), {"solver_version": "3.2"})
+    cube = store.cube(record.id)
+    assert tuple(cube.sizes) == DIMENSIONS
+    assert list(cube.data_vars) == list(VARIABLES)
+    for name, values in study.coordinates.items():
+        np.testing.assert_array_equal(cube[name], values)
+    for name in (*DIMENSIONS, *VARIABLES):
+        assert cube[name].attrs["units"]
+        assert cube[name].attrs["long_name"]
+    assert dict(
+        zip(cube["status"].attrs["flag_meanings"].split(), cube["status"].attrs["flag_values"], strict=True)
+    ) == {status.name.lower(): status.value for status in Status}
+    assert cube.attrs["digest"] == study.digest
+    assert cube.attrs["solver_version"] == "3.2"
+    assert json.loads(cube.attrs["study"]) == study.document()
+
+
+def test_a_study_keeps_its_metrics_and_always_the_status(store, make_study, make_plan_of):
+    study = make_study(metrics=["period", "amplitude_ratio"])
+    record, _ = store.submit(study, make_plan_of(study), {})
+    assert list(store.cube(record.id).data_vars) == ["amplitude_ratio", "period", "status"]
+
+
+def test_every_block_comes_back_where_it_belongs(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    expected = np.full(study.shape, np.nan)
+    for index in (0, 4, 7, 11):  # whole chunks and ones cut by each edge
+        block = plan.block(index)
+        write_region(store.cube_path(study_id), block, values_of(study, block))
+        store.mark(study_id, outcome_of(block))
+        expected[block.slices] = index
+    cube = store.cube(study_id)
+    for name in VARIABLES.keys() - {"status"}:
+        known = np.where(np.isnan(expected), VARIABLES[name].fill, expected)
+        np.testing.assert_array_equal(cube[name], known)
+        assert cube[name].dtype == VARIABLES[name].dtype
+    np.testing.assert_array_equal(cube["status"], np.where(np.isnan(expected), -1, 0))
+
+
+def test_xarray_opens_the_folder_and_reads_the_same(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    for index in range(plan.count):
+        block = plan.block(index)
+        write_region(store.cube_path(study_id), block, values_of(study, block))
+        store.mark(study_id, outcome_of(block))
+    path = store.cube_path(study_id)
+    xr.testing.assert_identical(xr.open_zarr(path, chunks=None, consolidated=True).load(), store.cube(study_id))
+    xr.testing.assert_identical(xr.open_zarr(path, chunks=None, consolidated=False).load(), store.cube(study_id))
+
+
+def test_a_block_without_its_mark_is_hidden_whole(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    path = store.cube_path(study_id)
+    done, torn = plan.block(0), plan.block(5)
+    write_region(path, done, values_of(study, done))
+    store.mark(study_id, outcome_of(done))
+    # a writer that died half-way: one variable and the status are there, the others are not
+    for name in ("amplitude_ratio", "status"):
+        zarr.open_group(path, mode="r+")[name][torn.slices] = values_of(study, torn)[name]
+    seen = open_cube(Path(path), None)
+    assert (seen["status"].values[torn.slices] == 0).all()  # the hiding below has something to hide
+    cube = store.cube(study_id)
+    assert (cube["status"].values == -1).sum() == study.points - done.points
+    assert np.isfinite(cube["amplitude_ratio"].values).sum() == done.points
+
+
+def test_every_way_of_indexing_hides_the_same_points(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    for index in range(plan.count):
+        block = plan.block(index)
+        write_region(store.cube_path(study_id), block, values_of(study, block))
+        if index % 3:
+            store.mark(study_id, outcome_of(block))
+    whole = store.cube(study_id)["amplitude_ratio"].load()
+    assert 0 < np.isnan(whole).sum() < whole.size
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        index: dict[str, object] = {}
+        for name in DIMENSIONS:
+            extent = whole.sizes[name]
+            index[name] = (
+                int(rng.integers(extent)),
+                slice(None, None, int(rng.choice([-2, -1, 1, 2]))),
+                rng.integers(extent, size=3),
+                slice(int(rng.integers(extent)), None),
+            )[rng.integers(4)]
+        xr.testing.assert_identical(store.cube(study_id)["amplitude_ratio"].isel(index).load(), whole.isel(index))
+    points = {name: ("point", rng.integers(whole.sizes[name], size=9)) for name in DIMENSIONS}
+    xr.testing.assert_identical(store.cube(study_id)["amplitude_ratio"].isel(points).load(), whole.isel(points))
+
+
+def test_blocks_done_after_the_cube_was_opened_stay_hidden(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    before = store.cube(study_id)
+    write_region(store.cube_path(study_id), plan.block(0), values_of(study, plan.block(0)))
+    store.mark(study_id, outcome_of(plan.block(0)))
+    assert (before["status"] == -1).all()
+    assert (store.cube(study_id)["status"] == 0).sum() == plan.block(0).points
+
+
+def test_a_region_is_on_the_disk_before_it_is_reported(
+    store, make_study, make_plan_of, values_of, monkeypatch
+):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    path = Path(store.cube_path(study_id))
+    synced: set[Path] = set()
+    real = os.fsync
+
+    def record(descriptor: int) -> None:
+        synced.add(Path(os.readlink(f"/proc/self/fd/{descriptor}")))
+        real(descriptor)
+
+    monkeypatch.setattr(studies.store.durable.os, "fsync", record)
+    before = set(path.rglob("*"))
+    values = values_of(study, plan.block(2)) | {"floquet_multiplier": np.full(plan.block(2).shape, np.nan)}
+    write_region(str(path), plan.block(2), values)
+    new = set(path.rglob("*")) - before
+    assert len(new) == len(VARIABLES)  # one file each, also for what is NaN throughout
+    assert new <= synced
+    assert {chunk.parent for chunk in new} <= synced
+
+
+def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_plan_of, monkeypatch):
+    synced: set[Path] = set()
+    real = os.fsync
+
+    def record(descriptor: int) -> None:
+        synced.add(Path(os.readlink(f"/proc/self/fd/{descriptor}")))
+        real(descriptor)
+
+    monkeypatch.setattr(studies.store.durable.os, "fsync", record)
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    path = Path(store.cube_path(study_id))
+    assert {path, path.parent, *path.rglob("*")} <= synced
+
+
+def test_a_writer_finds_out_that_the_cube_is_gone(store, make_study, make_plan_of, values_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    path = store.cube_path(study_id)
+    store.delete(study_id)
+    with pytest.raises(FileNotFoundError):
+        write_region(path, plan.block(0), values_of(study, plan.block(0)))
+    assert not Path(path).exists()
+
+
+def test_values_that_do_not_fit_are_an_error_of_the_program(store, make_study, make_plan_of, values_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    path = store.cube_path(store.submit(study, plan, {})[0].id)
+    values = values_of(study, plan.block(0))
+    with pytest.raises(ValueError, match="cycles has shape"):
+        write_region(path, plan.block(0), values | {"cycles": np.zeros((1, 1), np.int32)})
+    del values["cycles"]
+    with pytest.raises(KeyError, match="cycles"):
+        write_region(path, plan.block(0), values)
+    assert list(Path(path).rglob("c.*")) == []
+
+
+def test_a_cube_whose_files_are_lost_is_told(store, make_study, make_plan_of):
+    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    Path(store.cube_path(study_id)).rename(store.data_dir / "elsewhere")
+    with pytest.raises(StoreFault, match="computed again"):
+        store.cube(study_id)
+
+
+def test_a_cube_of_ten_million_points_is_opened_and_sliced_in_little_memory(store, make_study, make_plan_of):
+    axes = {
+        "clearance_ratio": {"start": 1, "stop": 25, "num": 250},
+        "friction_ratio": {"start": 0, "stop": 1, "num": 200},
+        "restitution": 0.5,
+        "mass_ratio": 0.1,
+        "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 200},
+    }
+    study = make_study(axes=axes)
+    assert study.points == 10**7
+    plan = make_plan_of(study, (1, 1, 1, 5, 10, 10))
+    study_id = store.submit(study, plan, {})[0].id
+    import tracemalloc
+
+    store.cube(study_id)
+    tracemalloc.start()
+    cube = store.cube(study_id)
+    corner = cube["amplitude_ratio"].isel(frequency_ratio=0).values
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert corner.shape == (1, 1, 1, 250, 200)
+    # the slice touches 1/20 of the chunks; a whole variable would take 80 MB
+    assert peak < 16e6
