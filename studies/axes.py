@@ -220,8 +220,8 @@ def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, A
         "additionalProperties": False,
     }
     numbers = {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
-    schema: dict[str, Any] = {"description": quantity.meaning, "anyOf": [number, numbers, span]}
-    return schema if default is None else schema | {"default": default}
+    meaning = quantity.meaning if default is None else f"{quantity.meaning}; {default:g} where left out"
+    return {"description": meaning, "anyOf": [number, numbers, span]}
 
 
 def along(quantity: Quantity, default: float | None = None) -> Reads:

@@ -56,16 +56,16 @@ class InstantContact(Choice):
 
 
 class DwellContact(Choice):
-    """The particle moves with the wall for a contact time, then leaves."""
+    """The particle moves with the wall for a contact time, then leaves; reserved for a later version."""
 
-    model: Literal["dwell"] = "dwell"
+    model: Literal["dwell"]
     contact_time: Annotated[float, real(CONTACT_TIME)]
 
 
 class CompliantContact(Choice):
-    """A unilateral spring and dashpot wall with the given contact time."""
+    """A unilateral spring and dashpot wall with the given contact time; reserved for a later version."""
 
-    model: Literal["compliant"] = "compliant"
+    model: Literal["compliant"]
     contact_time: Annotated[float, real(CONTACT_TIME)]
 
 
@@ -84,14 +84,14 @@ class EventSolver(Choice):
 
 
 class Rk4Solver(Choice):
-    """The paper's method: classical Runge-Kutta with a fixed step."""
+    """The paper's method: classical Runge-Kutta with a fixed step; reserved for a later version."""
 
-    method: Literal["rk4"] = "rk4"
+    method: Literal["rk4"]
     steps_per_cycle: Annotated[int, whole(20, 1_000_000, "steps per excitation cycle")] = 400
 
 
 class Ensemble(Choice):
-    """Start from `n` perturbed states."""
+    """Start from `n` perturbed states; reserved for a later version."""
 
     kind: Literal["ensemble"]
     n: Annotated[int, whole(1, 10_000, "start states of each design point")]
@@ -99,7 +99,7 @@ class Ensemble(Choice):
 
 
 class Continuation(Choice):
-    """Start each frequency from the response at its neighbour."""
+    """Start each frequency from the response at its neighbour; reserved for a later version."""
 
     kind: Literal["continuation"]
     direction: Literal["up", "down"] = "up"

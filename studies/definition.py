@@ -104,7 +104,12 @@ class Study(Choice):
     belongs to a particle that is not there; `coordinates` has the values of every dimension.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_extra={"examples": list(EXAMPLES)})
+    model_config = ConfigDict(
+        json_schema_extra={
+            "description": "A grid of design points, how each is computed, and what is stored.",
+            "examples": list(EXAMPLES),
+        }
+    )
 
     name: Annotated[
         str,

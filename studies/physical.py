@@ -7,8 +7,6 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict
-
 from studies.axes import AxisSpec, along, axis_values
 from studies.choices import Choice
 from studies.faults import Fault, describe
@@ -38,8 +36,6 @@ class Physical(Choice):
     A ratio is made where its own quantity is given: `clearance_m` makes the clearance ratio, and needs
     `base_amplitude_m` for it.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
     natural_frequency_hz: Annotated[AxisSpec | None, along(NATURAL_FREQUENCY)] = None

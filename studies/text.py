@@ -84,7 +84,7 @@ def _parse_json(text: str) -> Any:
     except json.JSONDecodeError:
         raise
     except ValueError:
-        # Only an integer too long for Python gets here; read as a float it is refused where it stands. Reading
+        # Only an integer too long for Python gets here; as a float it is refused where it stands. Reading
         # every integer by a function of ours would make all documents slower.
         return json.loads(text, object_pairs_hook=mapping, parse_int=_integer)
 
