@@ -1,5 +1,6 @@
 """An axis: the values that one quantity takes in a study, written as a number, a list or a range."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Literal
@@ -112,15 +113,14 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
                 Fault(field, rest, "valid values only", "mend the ones listed first, then submit again")
             )
             break
-        here = f"{field}[{index}]"
         try:
-            value = quantity.read(item, here)
+            value = quantity.read(item)
         except StudyFaults as error:
-            faults.extend(error.faults)
+            faults.extend(fault.under(f"{field}[{index}]") for fault in error.faults)
             continue
         if value in first:
             found = f"{describe(item)}, the value of entry {first[value]} again"
-            faults.append(Fault(here, found, "each value once", "remove one of the two"))
+            faults.append(Fault(f"{field}[{index}]", found, "each value once", "remove one of the two"))
         else:
             first[value] = index
     if faults:
@@ -165,7 +165,7 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
         raise StudyFaults(faults)
     spaced: Literal["linear", "log"] = "log" if spacing == "log" else "linear"
     result = Range(start=numbers["start"], stop=numbers["stop"], num=int(numbers["num"]), spacing=spaced)
-    if result.num > 1 and not bool(np.all(np.diff(result.values()) > 0.0)):
+    if not _distinct(result):
         found = f"{counted(result.num, 'value')} between {result.start!r} and {result.stop!r}"
         raise StudyFaults(
             [
@@ -178,6 +178,17 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
             ]
         )
     return result
+
+
+def _distinct(span: Range) -> bool:
+    """Return whether double precision tells all values of a range apart."""
+    if span.num == 1:
+        return True
+    width = (
+        math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
+    )
+    # Values come with a relative rounding of 1e-14 at most; only steps near that need a look at the values.
+    return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 
 def _collect(faults: list[Fault], numbers: dict[str, float], key: str, read: Callable[[], float]) -> None:

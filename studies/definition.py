@@ -151,8 +151,7 @@ class Study(Choice):
         """Validate the fields and what holds between them, and raise all faults together."""
         if isinstance(raw, Study):
             return raw
-        document = guard(raw)
-        faults: list[Fault] = []
+        document, faults = guard(raw)
         study: Study | None = None
         try:
             study = handler(with_defaults(document))

@@ -10,7 +10,7 @@ MAX_DEPTH = 8
 MAX_CONTAINERS = 500
 """Lists and mappings in one document."""
 
-MAX_VALUES = 100_000
+MAX_VALUES = 20_000
 """Values in all lists of one document; a longer axis is written as a range."""
 
 MAX_KEYS = 100
@@ -42,13 +42,20 @@ def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
     return repeated
 
 
-def guard(document: object) -> dict[str, Any]:
-    """Return the document as a mapping of bounded depth and size, or refuse it.
+def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
+    """Return the document as a mapping of bounded depth and size, with the faults that only a reader can see.
+
+    Returns
+    -------
+    document : dict
+        The document itself.
+    faults : list of Fault
+        Keys that were written more than once.
 
     Raises
     ------
     StudyFaults
-        Where the document is no mapping, is too deep or too large to look at closely, or has a key twice.
+        Where the document is no mapping, or is too deep, too large or too odd to look at closely.
     """
     if not isinstance(document, dict):
         raise StudyFaults([_not_a_study(document)])
@@ -71,6 +78,11 @@ def guard(document: object) -> dict[str, Any]:
                     [_too_much(where, f"a mapping of {counted(len(held), 'key')}", f"{MAX_KEYS} keys")]
                 )
             faults.extend(_repeats(where, held))
+            faults_of_entries = [
+                fault for key, value in held.items() for fault in _oddities(where, key, value)
+            ]
+            if faults_of_entries:
+                raise StudyFaults(faults_of_entries)
             pending.extend(
                 ((*where, key), v) for key, v in held.items() if isinstance(v, dict | list | tuple)
             )
@@ -82,9 +94,20 @@ def guard(document: object) -> dict[str, Any]:
                     [_too_much(where, found, f"{MAX_VALUES:,} values; write long axes as ranges")]
                 )
             pending.extend(((*where, i), v) for i, v in enumerate(held) if isinstance(v, dict | list | tuple))
-    if faults:
-        raise StudyFaults(faults)
-    return document
+    return document, faults
+
+
+def _oddities(where: tuple[object, ...], key: object, value: object) -> list[Fault]:
+    """Find keys and values that no JSON or YAML study has, and that later code need not expect."""
+    if not isinstance(key, str) or not key.isprintable():
+        return [
+            Fault(path((*where, key)), f"{describe(key)} as a key", "keys of printable text", "remove it")
+        ]
+    if value is not None and not isinstance(value, str | int | float | list | tuple | dict):
+        return [
+            Fault(path((*where, key)), describe(value), "plain data, as of JSON", "write it as plain data")
+        ]
+    return []
 
 
 def _repeats(where: tuple[object, ...], held: dict[str, Any]) -> list[Fault]:

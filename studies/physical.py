@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from studies.axes import AxisSpec, along, axis_values
 from studies.choices import Choice
 from studies.faults import Fault, describe
