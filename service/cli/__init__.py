@@ -1,1 +1,1 @@
-"""The command line `damperlab`: a thin door to studies, worker and store. Heavy imports wait until a command needs them."""
+"""The command line `damperlab`, a thin door to studies, worker and store: heavy imports wait until they are needed."""

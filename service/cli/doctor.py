@@ -42,7 +42,9 @@ class Check:
 def doctor(
     data_dir: DataDir = None,
     scheduler: Scheduler = None,
-    cluster: Annotated[bool, typer.Option(help="Also start (or reach) a Dask cluster; takes some seconds.")] = True,
+    cluster: Annotated[
+        bool, typer.Option(help="Also start (or reach) a Dask cluster; takes some seconds.")
+    ] = True,
     as_json: AsJson = False,
 ) -> None:
     """Try what the program needs on this machine: versions, cores, kernels, store, cluster."""
@@ -63,9 +65,7 @@ def doctor(
     if as_json:
         print_json({"ok": ok, "checks": [asdict(check) for check in checks]})
     else:
-        print_table(
-            ("what", "works", "found"), ((c.name, "yes" if c.ok else "NO", c.found) for c in checks)
-        )
+        print_table(("what", "works", "found"), ((c.name, "yes" if c.ok else "NO", c.found) for c in checks))
     if not ok:
         raise typer.Exit(FAILED)
 
@@ -105,11 +105,15 @@ def _solver() -> str:
     from worker.simulate import Design, simulate
 
     began = time.perf_counter()
-    design = Design(damping_ratio=LINEAR_DAMPING_RATIO, frequency_ratio=1.0, friction_ratio=0.0, particle=None)
+    design = Design(
+        damping_ratio=LINEAR_DAMPING_RATIO, frequency_ratio=1.0, friction_ratio=0.0, particle=None
+    )
     found = float(simulate(design).metrics["amplitude_ratio"])
     exact = sqrt(1 + (2 * LINEAR_DAMPING_RATIO) ** 2) / (2 * LINEAR_DAMPING_RATIO)
     if not abs(found / exact - 1) < CLOSED_FORM_TOLERANCE:
-        raise ArithmeticError(f"X/Z of the undamped scene at resonance is {found!r}, its closed form {exact!r}")
+        raise ArithmeticError(
+            f"X/Z of the undamped scene at resonance is {found!r}, its closed form {exact!r}"
+        )
     return f"X/Z = {found:.10g} at resonance as in closed form, in {time.perf_counter() - began:.1f} s"
 
 

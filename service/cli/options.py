@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS
 
 DataDir = Annotated[
     Path | None,
@@ -19,7 +19,9 @@ StudyId = Annotated[
     str,
     typer.Argument(metavar="ID", help="A study's id, the start of it, or its name.", show_default=False),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON document on standard output, nothing else there.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="One JSON document on standard output, nothing else there.")
+]
 Workers = Annotated[
     int | None,
     typer.Option(min=1, help="Worker processes of the embedded Dask cluster; one per core by default."),
@@ -35,6 +37,10 @@ At = Annotated[
         help="Fix a dimension at the grid point nearest to a value; may be repeated.",
     ),
 ]
+
+
+FIGURES = (".png", ".svg", ".pdf", ".csv")
+"""What -o writes, by the suffix of the file."""
 
 
 def check_cluster(workers: int | None, scheduler: str | None) -> None:
@@ -72,9 +78,12 @@ def check_name(option: str, name: str | None, allowed: tuple[str, ...]) -> None:
         raise typer.BadParameter(f"found {name!r}, allowed: {', '.join(allowed)}", param_hint=option)
 
 
-def check_metric(name: str) -> None:
-    """Refuse a metric that no cube has."""
-    check_name("--metric", name, tuple(VARIABLES))
+def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None:
+    """Refuse, before any work is done, a file whose format nothing here writes."""
+    if output is not None and output.suffix not in suffixes:
+        raise typer.BadParameter(
+            f"found {output.name!r}, allowed: a name that ends in {', '.join(suffixes)}", param_hint="-o"
+        )
 
 
 def _pairs(option: str, assignments: list[str] | None) -> list[tuple[str, str]]:

@@ -3,7 +3,14 @@
 import time
 from types import TracebackType
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
 
 from service.cli.output import NOTES, duration, note
 
@@ -25,7 +32,6 @@ class StudyProgress:
     def __init__(self, name: str, points: int) -> None:
         self._name = name
         self._points = points
-        self._first: tuple[float, int] | None = None
         self._last_line = time.monotonic()
         self._bars: Progress | None = None
         if NOTES.is_terminal:
@@ -41,6 +47,7 @@ class StudyProgress:
             self._task = self._bars.add_task(name, total=points, figures="starting workers")
 
     def __enter__(self) -> "StudyProgress":
+        """Begin to draw."""
         if self._bars is not None:
             self._bars.start()
         return self
@@ -48,19 +55,19 @@ class StudyProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Leave the last state on the terminal."""
         if self._bars is not None:
             self._bars.stop()
 
-    def update(self, done: int, failed: int, seconds_left: float | None) -> None:
-        """Take the counts of the study as they are now."""
+    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
+        """Take the figures of the study as they are now; None is not known."""
+        phrases = [f"{failed} failed"]
+        if rate:
+            phrases.append(f"{rate:.3g} points/s")
+        if seconds_left is not None:
+            phrases.append(f"{duration(seconds_left)} left")
+        figures = ", ".join(phrases)
         now = time.monotonic()
-        if self._first is None:
-            # A resumed study starts with points done; they are not this run's speed.
-            self._first = (now, done)
-        elapsed = now - self._first[0]
-        rate = (done - self._first[1]) / elapsed if elapsed > 0 else 0.0
-        left = "" if seconds_left is None else f", {duration(seconds_left)} left"
-        figures = f"{failed} failed, {rate:.3g} points/s{left}"
         if self._bars is not None:
             self._bars.update(self._task, completed=done, figures=figures)
         elif now - self._last_line >= LINE_EVERY_SECONDS:

@@ -1,7 +1,6 @@
 """Commands that compute a study here, on an embedded Dask cluster or a scheduler elsewhere: run, resume."""
 
 import signal
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.failures import FAILED, CommandFailed
+from service.cli.failures import FAILED
 from service.cli.options import AsJson, DataDir, Scheduler, StudyId, Workers, check_cluster
 from service.cli.output import duration, note, print_json, say, working
 from service.cli.progress import StudyProgress
-from service.cli.store import open_store
+from service.cli.store import label, open_store
 from service.cli.studies import summary
 
 if TYPE_CHECKING:
@@ -23,18 +22,23 @@ if TYPE_CHECKING:
     from studies.store.store import Store
 
 BYTES_PER_MEGABYTE = 1e6
+WATCH_SECONDS = 0.5
+"""Between two looks at a study that another process runs."""
 
 
 def run(
     study: Annotated[
         str,
-        typer.Argument(metavar="STUDY", help="A .json or .yaml file, or a study of the paper such as figure-11."),
+        typer.Argument(
+            metavar="STUDY", help="A .json or .yaml file, or a study of the paper such as figure-11."
+        ),
     ],
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing.")
+        bool,
+        typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -76,11 +80,13 @@ def _stored(store: "Store", asked: "Study") -> "Record | None":
 
 def _submit(store: "Store", asked: "Study") -> "Record":
     from studies.plan import make_plan
+    from studies.store.provenance import provenance
     from worker.cost import seconds_per_point
-    from worker.provenance import provenance
+    from worker.provenance import code_hash
 
     with working("Planning"):
-        record, _ = store.submit(asked, make_plan(asked, seconds_per_point), provenance())
+        plan = make_plan(asked, seconds_per_point)
+        record, _ = store.submit(asked, plan, provenance() | {"sources": code_hash()})
     return record
 
 
@@ -89,7 +95,7 @@ def _finish(
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
-        note(f"Study {record.id} ({record.name}) is done already; nothing was computed.")
+        note(f"Study {label(record)} is done already; nothing was computed.")
     else:
         record = _compute(store, record, workers, scheduler)
     if as_json:
@@ -99,24 +105,44 @@ def _finish(
     if record.state != "done":
         left = record.points_total - record.points_done
         note(
-            f"damperlab: study {record.id} is {record.state} with {left} points left; what is done is kept. "
-            f"Go on with: damperlab resume {record.id}{_data_dir_argument()}"
+            f"damperlab: study {label(record)} is {record.state} with {left} points left; what is done is kept. "
+            f"Go on with: damperlab resume {record.id} --data-dir {store.data_dir}"
         )
         raise typer.Exit(FAILED)
 
 
 def _compute(store: "Store", record: "Record", workers: int | None, scheduler: str | None) -> "Record":
+    """Run a study here or, while another process does, watch it."""
+    from studies.store.faults import StudyBusy
     from worker.cluster import connect
     from worker.runner import run_study
 
-    with _stop_on_signals() as stop, StudyProgress(record.name, record.points_total) as progress:
-        return run_study(
-            store,
-            record.id,
-            lambda: connect(workers=workers, scheduler=scheduler),
-            progress.update,
-            stop,
-        )
+    with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
+        while True:
+            try:
+                return run_study(
+                    store,
+                    record.id,
+                    lambda: connect(workers=workers, scheduler=scheduler),
+                    lambda now: progress.update(
+                        now.points_done, now.points_failed, now.points_per_second, now.seconds_left
+                    ),
+                    stop,
+                )
+            except StudyBusy as error:
+                note(f"{error} Watching it until it ends.")
+                record = _watch(store, record.id, progress, stop)
+                if record.ended or stop.is_set():
+                    return record
+
+
+def _watch(store: "Store", study_id: str, progress: StudyProgress, stop: threading.Event) -> "Record":
+    """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
+    while True:
+        record = store.find(study_id)
+        progress.update(record.points_done, record.points_failed, None, record.seconds_left)
+        if record.ended or record.owner is None or stop.wait(WATCH_SECONDS):
+            return record
 
 
 @contextmanager
@@ -126,7 +152,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
     def ask(number: int, frame: FrameType | None) -> None:
         if stop.is_set():
-            signal.signal(number, before[number])
+            signal.signal(number, before[signal.Signals(number)])
             signal.raise_signal(number)
         stop.set()
         note("Stopping: running blocks may finish. Once more to end at once.")
@@ -143,13 +169,17 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 def _print_size(asked: "Study", as_json: bool) -> None:
     """Print what POST /studies?dry_run=true answers."""
+    from service.answers import estimate_document
     from studies.plan import make_plan
     from worker.cost import seconds_per_point
 
     with working("Planning"):
-        plan = make_plan(asked, seconds_per_point)
-    print((asked, plan, as_json, duration, CommandFailed, sys))
-
-
-def _data_dir_argument() -> str:
-    return ""
+        size = estimate_document(asked, make_plan(asked, seconds_per_point))
+    if as_json:
+        print_json(size)
+    else:
+        say(
+            f"{asked.name or 'The study'}: {size['points']} points in {size['blocks']} blocks, "
+            f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, "
+            f"about {duration(size['seconds'])} of one core. Nothing was stored."
+        )

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from studies.store.record import Record
     from studies.store.store import Store
 
 
@@ -25,3 +26,8 @@ def open_store(data_dir: Path | None) -> "Store":
     from studies.store.store import Store
 
     return Store.open(data_folder(data_dir))
+
+
+def label(record: "Record") -> str:
+    """Name a study in a sentence: its free text, which may be empty, and its id."""
+    return f"{record.name} ({record.id})" if record.name else record.id

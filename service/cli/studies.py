@@ -7,7 +7,7 @@ import typer
 from service.cli.failures import CommandFailed
 from service.cli.options import AsJson, DataDir, StudyId, check_name
 from service.cli.output import duration, note, print_json, print_table, say, working
-from service.cli.store import open_store
+from service.cli.store import label, open_store
 
 if TYPE_CHECKING:
     from studies.store.record import Record
@@ -17,7 +17,9 @@ STATES = ("queued", "running", "done", "cancelled", "failed")
 
 def studies(
     data_dir: DataDir = None,
-    state: Annotated[str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")] = None,
+    state: Annotated[
+        str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")
+    ] = None,
     name: Annotated[str | None, typer.Option(help="Only studies of this name.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
     cursor: Annotated[str | None, typer.Option(help="Where the page before ended.")] = None,
@@ -65,13 +67,15 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
     store = open_store(data_dir)
     record = store.find(study)
     if record.state == "cancelled":
-        note(f"Study {record.id} ({record.name}) was cancelled before.")
+        note(f"Study {label(record)} was cancelled before.")
     elif record.ended:
-        raise CommandFailed("study-ended", f"study {record.id} is {record.state} already; there is nothing to cancel.")
+        raise CommandFailed(
+            "study-ended", f"study {label(record)} is {record.state} already; there is nothing to cancel."
+        )
     else:
-        record = store.set_state(record.id, "cancelled")
+        record = store.set_state(record.id, "cancelled", only_from=("queued", "running"))
         note(
-            f"Study {record.id} ({record.name}) is cancelled at {record.points_done} of {record.points_total} points; "
+            f"Study {label(record)} is {record.state} at {record.points_done} of {record.points_total} points; "
             f"a process that runs it stops within seconds. Go on with: damperlab resume {record.id}"
         )
     if as_json:
@@ -87,11 +91,11 @@ def delete(
     store = open_store(data_dir)
     record = store.find(study)
     if not yes:
-        question = f"Delete study {record.id} ({record.name}) with {record.points_done} computed points for good?"
+        question = f"Delete study {label(record)} with {record.points_done} computed points for good?"
         typer.confirm(question, abort=True, err=True)
     with working("Deleting"):
         store.delete(record.id)
-    note(f"Study {record.id} ({record.name}) is deleted.")
+    note(f"Study {label(record)} is deleted.")
 
 
 def summary(record: "Record") -> str:
@@ -104,17 +108,24 @@ def summary(record: "Record") -> str:
     """
     share = 100 * record.points_done / record.points_total
     lines = [
-        ("study", f"{record.name} ({record.id})"),
+        ("study", label(record)),
         ("state", record.state),
-        ("points", f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"),
+        (
+            "points",
+            f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed",
+        ),
         ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
         ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),
     ]
     if record.started is not None and record.finished is not None:
         took = (record.finished - record.started).total_seconds()
-        lines.append(("finished", f"{record.finished:%Y-%m-%d %H:%M:%S} UTC, {duration(took)} after its start"))
+        lines.append(
+            ("finished", f"{record.finished:%Y-%m-%d %H:%M:%S} UTC, {duration(took)} after its start")
+        )
     if record.kernel_seconds > 0.0:
-        lines.append(("in kernels", f"{duration(record.kernel_seconds)} of {duration(record.seconds)} in blocks"))
+        lines.append(
+            ("in kernels", f"{duration(record.kernel_seconds)} of {duration(record.seconds)} in blocks")
+        )
     if record.state == "running":
         lines.append(("time left", duration(record.seconds_left)))
     if record.message:

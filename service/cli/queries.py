@@ -1,0 +1,200 @@
+"""Commands that ask a stored study: map, response, optimum. A table, a JSON document, or a file."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.options import (
+    AsJson,
+    At,
+    DataDir,
+    StudyId,
+    check_file,
+    read_at,
+    read_range,
+    read_within,
+)
+from service.cli.output import make_parent, note, print_json, print_table, say, working
+from service.cli.store import label, open_store
+from service.cli.words import (
+    best_sentence,
+    columns_left_out,
+    completeness_sentence,
+    map_table,
+    rows_table,
+    slice_sentence,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from studies.store.record import Record
+
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
+    ),
+]
+Metric = Annotated[str, typer.Option(help="Which result variable.")]
+FAVOURITES = (
+    "clearance_ratio",
+    "friction_ratio",
+    "frequency_ratio",
+    "mass_ratio",
+    "restitution",
+    "damping_ratio",
+)
+"""Which dimensions a map shows unless it is told; in this order, those with more than one value first."""
+
+
+def map_(
+    study: StudyId,
+    x: Annotated[str | None, typer.Option(help="Dimension across.")] = None,
+    y: Annotated[str | None, typer.Option(help="Dimension upwards.")] = None,
+    metric: Metric = "amplitude_ratio",
+    over: Annotated[str | None, typer.Option(help="A third dimension, to be reduced.")] = None,
+    reduce: Annotated[str | None, typer.Option(help="How it is reduced: max (default), min or mean.")] = None,
+    at: At = None,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show a result over two dimensions, such as the amplitude at resonance over clearance and friction."""
+    check_file(output)
+    fixed = read_at(at)
+    record, cube = _open(study, data_dir)
+    x, y = _choose_axes(cube, x, y, {*fixed, over})
+    from studies.answers.resonance_map import resonance_map
+
+    with working("Reading the cube"):
+        answer = resonance_map(cube, x, y, metric, over, reduce, fixed)
+    if output is not None:
+        from service.figures.resonance_map import draw_map
+
+        _write(answer, lambda: draw_map(answer, metric), output)
+    if as_json:
+        from service.answers import map_document
+
+        print_json(_answered(record, map_document(answer, metric)))
+    elif output is None:
+        say(slice_sentence(answer, metric, label(record)))
+        print_table(*map_table(answer, metric))
+        _say_if(columns_left_out(answer, metric))
+        _say_if(completeness_sentence(answer))
+
+
+def response(
+    study: StudyId,
+    metric: Metric = "amplitude_ratio",
+    at: At = None,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show a result over the frequency ratio at one design."""
+    check_file(output)
+    fixed = read_at(at)
+    record, cube = _open(study, data_dir)
+    from studies.answers.frequency_response import frequency_response
+
+    with working("Reading the cube"):
+        answer = frequency_response(cube, metric, fixed)
+    if output is not None:
+        from service.figures.curves import draw_response
+
+        _write(answer, lambda: draw_response(answer, metric), output)
+    if as_json:
+        from service.answers import response_document
+
+        print_json(_answered(record, response_document(answer, metric)))
+    elif output is None:
+        say(slice_sentence(answer, metric, label(record)))
+        print_table(*rows_table(answer))
+        _say_if(completeness_sentence(answer))
+
+
+def optimum(
+    study: StudyId,
+    objective: Annotated[
+        str, typer.Option(help="What counts: resonance, peak, band_mean or band_rms.")
+    ] = "resonance",
+    band: Annotated[
+        str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")
+    ] = None,
+    top: Annotated[int, typer.Option(min=1, help="How many designs.")] = 10,
+    exclude_locked: Annotated[
+        bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
+    ] = False,
+    max_impact_speed: Annotated[
+        float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
+    ] = None,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(metavar="DIMENSION=LO,HI", help="Only designs in this range; may be repeated."),
+    ] = None,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Rank the designs of a study, the best first."""
+    check_file(output)
+    limits = None if band is None else read_range("--band", band)
+    ranges = read_within(within)
+    record, cube = _open(study, data_dir)
+    from studies.answers.optimal_designs import optimal_designs
+
+    with working("Judging the designs"):
+        answer = optimal_designs(cube, objective, limits, top, exclude_locked, max_impact_speed, ranges)
+    if output is not None:
+        from service.figures.curves import draw_ranking
+
+        _write(answer, lambda: draw_ranking(answer), output)
+    if as_json:
+        from service.answers import designs_document
+
+        print_json(_answered(record, designs_document(answer)))
+    elif output is None:
+        say(best_sentence(answer))
+        say(answer.attrs["note"])
+        if answer.sizes["rank"] > 1:
+            print_table(*rows_table(answer))
+
+
+def _open(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
+    store = open_store(data_dir)
+    record = store.find(study)
+    return record, store.cube(record.id)
+
+
+def _choose_axes(cube: "xr.Dataset", x: str | None, y: str | None, taken: set[str | None]) -> tuple[str, str]:
+    """Fill in the axes that were not named with the dimensions that vary and are not spoken for."""
+    free = [name for name in FAVOURITES if name not in {*taken, x, y}]
+    free.sort(key=lambda name: cube.sizes[name] == 1)
+    return x or free.pop(0), y or free.pop(0)
+
+
+def _answered(record: "Record", answer: dict[str, object]) -> dict[str, object]:
+    return {"study": record.id, "name": record.name, "state": record.state, **answer}
+
+
+def _write(answer: "xr.Dataset", draw: "Callable[[], Figure]", output: Path) -> None:
+    """Write an answer: its numbers as CSV, else a figure in the format of the suffix."""
+    with working(f"Writing {output}"):
+        make_parent(output)
+        if output.suffix == ".csv":
+            answer.to_dataframe().to_csv(output)
+        else:
+            from service.figures.style import save
+
+            save(draw(), output)
+    note(f"Wrote {output}.")
+
+
+def _say_if(text: str) -> None:
+    if text:
+        say(text)

@@ -1,0 +1,144 @@
+"""The command simulate: one design point from rest."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli.options import AsJson, check_file
+from service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from service.cli.words import cell
+from studies.variables import DIMENSIONS, VARIABLES
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from worker.simulate import Design
+
+CYCLES_LIMIT = 10_000_000
+"""Of a service's requests the settings are stricter; here nobody else waits."""
+SAMPLES_LIMIT = 10_000_000
+HISTORY_CYCLES = 20
+"""Cycles of the time history where a file is asked for and no number is given."""
+SHOWN_SAMPLES = 1000
+
+
+class Method(StrEnum):
+    """How to compute."""
+
+    event = "event"
+    rk4 = "rk4"
+
+
+def simulate(
+    clearance_ratio: Annotated[
+        float, typer.Option(help="d/Z, half the free cavity over the base amplitude.")
+    ] = 10.0,
+    friction_ratio: Annotated[float, typer.Option(help="γ_F, friction force over k·Z.")] = 0.0,
+    restitution: Annotated[float, typer.Option(help="e.")] = 0.47,
+    mass_ratio: Annotated[float, typer.Option(help="β, particle over primary mass.")] = 0.1,
+    frequency_ratio: Annotated[float, typer.Option(help="r, excitation over natural frequency.")] = 1.0,
+    damping_ratio: Annotated[float, typer.Option(help="ζ of the structure.")] = 0.0038,
+    no_particle: Annotated[bool, typer.Option("--no-particle", help="A scene without a particle.")] = False,
+    cycles: Annotated[
+        int | None,
+        typer.Option(help="Stop after exactly this many excitation cycles; else at the steady response."),
+    ] = None,
+    method: Annotated[
+        Method, typer.Option(help="Event-driven and exact, or the paper's fixed steps.")
+    ] = Method.event,
+    history: Annotated[
+        int | None,
+        typer.Option(
+            metavar="CYCLES", help=f"Cycles at the end to show over time; {HISTORY_CYCLES} with -o."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write the time history as .csv, .png, .svg or .pdf."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute one design point from rest: its response, its state at the end, its time history."""
+    check_file(output)
+    given = {
+        "damping_ratio": damping_ratio,
+        "restitution": restitution,
+        "mass_ratio": mass_ratio,
+        "clearance_ratio": clearance_ratio,
+        "friction_ratio": friction_ratio,
+        "frequency_ratio": frequency_ratio,
+    }
+    document: dict[str, object] = {
+        "particle": not no_particle,
+        "method": method.value,
+        "samples": SAMPLES_LIMIT,
+    }
+    document |= {name: given[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
+    document["history"] = _history(history, output, cycles, method)
+    if cycles is not None:
+        document["cycles"] = cycles
+    with working("Computing (the first time, kernels are compiled)"):
+        from service.simulation import compute, decimated, read_simulation
+
+        asked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
+        answer = compute(asked, CYCLES_LIMIT)
+    if output is not None:
+        _write(answer["history"], asked.design, output)
+    if as_json:
+        answer["history"] = decimated(answer["history"], SHOWN_SAMPLES)
+        print_json(answer)
+    elif output is None:
+        _print(answer)
+
+
+OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
+
+
+def _history(history: int | None, output: Path | None, cycles: int | None, method: Method) -> int:
+    """Settle how many cycles of time history to ask for."""
+    if output is not None and method is Method.rk4:
+        raise typer.BadParameter(
+            "found --method rk4 with -o, allowed: event, which alone gives a time history"
+        )
+    if history is not None:
+        return history
+    if output is None:
+        return 0
+    return HISTORY_CYCLES if cycles is None else min(HISTORY_CYCLES, cycles)
+
+
+def _write(history: "dict[str, np.ndarray]", design: "Design", output: Path) -> None:
+    make_parent(output)
+    if output.suffix == ".csv":
+        with output.open("w", encoding="utf-8") as file:
+            file.write(",".join(history) + "\n")
+            columns = (column.tolist() for column in history.values())
+            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*columns, strict=True))
+    else:
+        from service.figures.curves import draw_history
+        from service.figures.style import save
+
+        save(draw_history(history, design), output)
+    note(f"Wrote {output}.")
+
+
+def _print(answer: dict[str, Any]) -> None:
+    metrics = answer["metrics"]
+    print_table(
+        ("metric", "value", "what"),
+        (
+            (name, cell(name, metrics[name]), VARIABLES[name].long_name)
+            for name in VARIABLES
+            if name in metrics
+        ),
+    )
+    state = ", ".join(
+        f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
+    )
+    events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
+    say(f"After {answer['cycles']} cycles: {state}; {events}.")
+    say(answer["status"])

@@ -1,0 +1,118 @@
+"""Answers as sentences and tables for people."""
+
+from typing import TYPE_CHECKING
+
+from service.cli.output import number
+from studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SYMBOLS = {
+    "damping_ratio": "ζ",
+    "restitution": "e",
+    "mass_ratio": "β",
+    "clearance_ratio": "d/Z",
+    "friction_ratio": "γ_F",
+    "frequency_ratio": "r",
+}
+"""The dimensions as the paper writes them."""
+
+MAP_COLUMNS = 12
+"""Most columns of a map on a terminal; what is left out is said."""
+
+Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
+"""Head and rows."""
+
+
+def cell(name: str, value: float) -> str:
+    """Spell one value of a variable: a code by its name, a number with six digits."""
+    flags = VARIABLES[name].flags if name in VARIABLES else None
+    return number(float(value)) if flags is None else flags(int(value)).name.lower()
+
+
+def map_table(answer: "xr.Dataset", metric: str) -> Table:
+    """Lay a map out with y upwards and x across, as a figure has it.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.resonance_map`, dimensions (y, x).
+    metric : str
+        Which variable.
+    """
+    y, x = (str(name) for name in answer[metric].dims)
+    step = -(-answer.sizes[x] // MAP_COLUMNS)
+    shown = answer.isel({x: slice(None, None, step)})
+    head = (f"{SYMBOLS[y]} \\ {SYMBOLS[x]}", *(f"{value:.6g}" for value in shown[x].values))
+    rows = [
+        (f"{shown[y].values[row]:.6g}", *(cell(metric, value) for value in shown[metric].values[row]))
+        for row in reversed(range(shown.sizes[y]))
+    ]
+    return head, rows
+
+
+def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
+    """Say which columns of a map `map_table` left out, if any."""
+    x = str(answer[metric].dims[1])
+    step = -(-answer.sizes[x] // MAP_COLUMNS)
+    if step == 1:
+        return ""
+    return f"Every {step}th of {answer.sizes[x]} columns is shown; --json and -o FILE have all."
+
+
+def rows_table(answer: "xr.Dataset") -> Table:
+    """Lay an answer with one dimension out, one row for each of its values; what all rows share is left out."""
+    (dimension,) = (str(name) for name in answer.sizes)
+    names = [dimension] if dimension in DIMENSIONS else []
+    names += [
+        name
+        for name in DIMENSIONS
+        if name != dimension and answer[name].ndim == 1 and len(set(answer[name].values.tolist())) > 1
+    ]
+    names += [str(name) for name in answer.data_vars]
+    columns = {name: answer[name].values.tolist() for name in names}
+    head = tuple(f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name for name in names)
+    return head, [
+        tuple(cell(name, columns[name][row]) for name in names) for row in range(answer.sizes[dimension])
+    ]
+
+
+def slice_sentence(answer: "xr.Dataset", metric: str, study: str) -> str:
+    """Say what a map or a curve shows, and of what."""
+    long_name = str(answer[metric].attrs.get("long_name", metric))
+    reduced = f", {answer.attrs['reduce']} over {answer.attrs['over']}" if "over" in answer.attrs else ""
+    return f"{study}: {long_name}{reduced}. {answer.attrs['note']}"
+
+
+def completeness_sentence(answer: "xr.Dataset") -> str:
+    """Say how much of a slice was computed and how much of it failed; nothing where all is well."""
+    points, failed = int(answer.attrs["points"]), int(answer.attrs["points_failed"])
+    missing = points - round(float(answer.attrs["complete"]) * points)
+    phrases = []
+    if missing:
+        phrases.append(f"{missing} of {points} points are not computed yet.")
+    if failed:
+        kinds = {Status(int(code)) for code in answer["status"].values.ravel() if code > Status.MAX_CYCLES}
+        phrases.append(
+            f"{failed} of {points} points failed: {' '.join(kind.sentence for kind in sorted(kinds))}"
+        )
+    return " ".join(phrases)
+
+
+def best_sentence(answer: "xr.Dataset") -> str:
+    """Say the optimum in words.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.optimal_designs`.
+    """
+    if answer.sizes["rank"] == 0:
+        return "There is no optimum."
+    best = answer.isel(rank=0)
+    error = float(best["error"])
+    doubt = f" ± {error:.2g}" if error == error else ""
+    at = ", ".join(f"{SYMBOLS[name]} = {float(best[name]):.6g}" for name in DIMENSIONS)
+    kind = ResponseClass(int(best["response_class"]))
+    return f"Optimum: {best['value'].attrs['long_name']} {float(best['value']):.6g}{doubt} at {at}. {kind.sentence}"

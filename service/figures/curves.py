@@ -1,0 +1,144 @@
+"""Curves: a metric over frequency, ranked designs, a time history."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from service.figures.style import (
+    BLUE,
+    GREY,
+    STYLE,
+    SYMBOLS,
+    VERMILION,
+    fixed_title,
+    norm_of,
+    scale,
+    styled,
+    ticks_1_2_5,
+    title_of,
+)
+from studies.variables import Status
+from worker.simulate import Design
+
+
+def draw_response(answer: xr.Dataset, metric: str) -> Figure:
+    """Draw a metric over the frequency ratio, with the band of its error.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.frequency_response`.
+    metric : str
+        Which of its variables.
+    """
+    values = answer[metric]
+    x = answer[values.dims[0]]
+    failed = answer["status"].values > Status.MAX_CYCLES
+    error = answer.get("amplitude_error") if metric == "amplitude_ratio" else None
+    with styled():
+        figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+        axes = figure.add_subplot()
+        if error is not None:
+            band = (values.values - error.values, values.values + error.values)
+            axes.fill_between(x.values, *band, color=BLUE, alpha=0.25, lw=0, label="± its error")
+        axes.plot(x.values, values.values, color=BLUE, marker="o", ms=2.6, label=title_of(values))
+        if failed.any():
+            axes.plot(
+                x.values[failed],
+                np.zeros(int(failed.sum())),
+                ls="none",
+                marker="x",
+                color=VERMILION,
+                transform=axes.get_xaxis_transform(),
+                clip_on=False,
+                label="failed",
+            )
+        shown = np.ma.masked_invalid(values.values)
+        if shown.count() and isinstance(norm_of(shown), LogNorm):
+            axes.set_yscale("log")
+            ticks_1_2_5(axes.yaxis)
+        scale(axes, "x", x.values)
+        axes.grid(color="#dddddd", lw=0.5)
+        axes.set_axisbelow(True)
+        axes.set(xlabel=title_of(x), ylabel=title_of(values), title=fixed_title(answer))
+        axes.margins(x=0.01)
+        axes.legend()
+    return figure
+
+
+def draw_ranking(answer: xr.Dataset) -> Figure:
+    """Draw ranked designs, the best on top, with the error of each.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.optimal_designs`.
+    """
+    count = answer.sizes["rank"]
+    columns = {name: answer[name].values for name in SYMBOLS}
+    vary = [name for name, column in columns.items() if len(set(column.tolist())) > 1]
+    names = [
+        ", ".join(f"{SYMBOLS[name]} = {columns[name][row]:.4g}" for name in vary) for row in range(count)
+    ]
+    shared = [f"{SYMBOLS[name]} = {columns[name][0]:.4g}" for name in SYMBOLS if name not in vary and count]
+    errors = np.nan_to_num(answer["error"].values)
+    with styled():
+        figure = Figure(figsize=(6.6, 1.3 + 0.28 * count), layout="constrained")
+        axes = figure.add_subplot()
+        places = np.arange(count)
+        axes.errorbar(
+            answer["value"].values, places, xerr=errors, fmt="o", ms=4.5, color=BLUE, capsize=2.5, lw=1
+        )
+        axes.set_yticks(places, names)
+        axes.set_ylim(max(count, 1) - 0.5, -0.5)
+        axes.grid(axis="x", color="#dddddd", lw=0.5)
+        axes.set_axisbelow(True)
+        axes.tick_params(axis="y", length=0)
+        axes.spines["left"].set_visible(False)
+        axes.set(xlabel=title_of(answer["value"]), title=", ".join(shared))
+    return figure
+
+
+def draw_history(history: Mapping[str, NDArray[np.float64]], design: Design) -> Figure:
+    """Draw a time history: the mass above its base and, where there is a particle, the mass seen from it.
+
+    Parameters
+    ----------
+    history : mapping of ndarray
+        Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `worker.simulate.Simulation.history`.
+    design : Design
+        Its design point.
+    """
+    particle = design.particle
+    cycles = history["time"] * design.frequency_ratio / (2 * np.pi)
+    values = {
+        "damping_ratio": design.damping_ratio,
+        **({} if particle is None else particle._asdict()),
+        "friction_ratio": design.friction_ratio,
+        "frequency_ratio": design.frequency_ratio,
+    }
+    title = ", ".join(f"{symbol} = {values[name]:.4g}" for name, symbol in SYMBOLS.items() if name in values)
+    with styled():
+        rows = 1 if particle is None else 2
+        figure = Figure(figsize=(6.6, 2.1 + 1.7 * rows), layout="constrained")
+        panels = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        panels[0].plot(cycles, history["u"], color=BLUE, lw=0.8, label="mass $x/Z$")
+        panels[0].plot(cycles, history["u"] - history["v"], color=GREY, lw=0.8, label="base $z/Z$")
+        panels[0].set(ylabel="Displacement over $Z$")
+        if particle is not None:
+            gap = history["u"] - history["p"]
+            panels[1].plot(cycles, gap, color=VERMILION, lw=0.8, label="mass from particle $(x-y)/Z$")
+            for wall in (-particle.clearance_ratio, particle.clearance_ratio):
+                name = "walls" if wall > 0 else None
+                panels[1].axhline(wall, color="black", lw=0.8, ls=(0, (4, 3)), label=name)
+            panels[1].set(ylabel="Gap over $Z$")
+        for panel in panels:
+            panel.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0)
+            panel.margins(x=0.005)
+        panels[-1].set_xlabel("Time in excitation cycles")
+        figure.suptitle(title, x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
+    return figure

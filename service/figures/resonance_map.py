@@ -1,0 +1,182 @@
+"""A metric over two dimensions: one cell a grid point, contour lines, and the optimum."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from numpy.typing import NDArray
+
+from service.figures.style import (
+    COLOURS,
+    DARK,
+    EMPTY,
+    SYMBOLS,
+    VERMILION,
+    fixed_title,
+    is_logarithmic,
+    norm_of,
+    scale,
+    styled,
+    ticks_1_2_5,
+    title_of,
+)
+from studies.variables import VARIABLES, ResponseClass, Status
+
+SMALLER_IS_BETTER = (
+    "amplitude_ratio",
+    "amplitude_ratio_max",
+    "amplitude_ratio_rms",
+    "relative_amplitude_ratio",
+)
+"""Metrics of which a map has an optimum."""
+
+
+def draw_map(answer: xr.Dataset, metric: str) -> Figure:
+    """Draw a metric over two dimensions: one cell a grid point, contour lines over it, a star at the optimum.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.resonance_map`, dimensions (y, x).
+    metric : str
+        Which of its variables; one of codes is drawn with a colour for each code.
+    """
+    values = answer[metric]
+    y, x = (answer[name] for name in values.dims)
+    status = answer["status"].values
+    locked = answer["response_class"].values == ResponseClass.LOCKED if "response_class" in answer else None
+    shown = np.ma.masked_invalid(values.values.astype(float))
+    with styled({"axes.spines.top": True, "axes.spines.right": True}):
+        figure = Figure(figsize=(6.6, 4.9), layout="constrained")
+        axes = figure.add_subplot()
+        axes.set_facecolor(EMPTY)
+        if shown.count():
+            _fill(figure, axes, values, shown, x.values, y.values)
+        handles: list[Patch | Line2D] = []
+        best = _best(answer, metric, shown, locked)
+        if best is not None:
+            handles.append(_star(axes, x, y, best, float(shown[best])))
+        hatched = (axes, x.values, y.values)
+        if locked is not None and locked.any():
+            handles.append(_hatch(*hatched, locked, "....", "white", DARK, "locked to the base"))
+        failed = status > Status.MAX_CYCLES
+        if failed.any():
+            handles.append(_hatch(*hatched, failed, "xxxx", "black", EMPTY, "failed"))
+        if (status == Status.NOT_COMPUTED).any():
+            handles.append(Patch(facecolor=EMPTY, edgecolor="black", linewidth=0.5, label="not computed"))
+        scale(axes, "x", x.values)
+        scale(axes, "y", y.values)
+        axes.set(xlabel=title_of(x), ylabel=title_of(y), title=fixed_title(answer))
+        if handles:
+            figure.legend(handles=handles, loc="outside lower center", ncols=2, handletextpad=0.5)
+    return figure
+
+
+def _fill(
+    figure: Figure,
+    axes: Axes,
+    values: xr.DataArray,
+    shown: np.ma.MaskedArray[Any, Any],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+) -> None:
+    """Colour the cells and put the scale beside them."""
+    flags = VARIABLES[str(values.name)].flags if values.name in VARIABLES else None
+    if flags is not None:
+        codes = [flag.value for flag in flags]
+        edges = np.arange(codes[0] - 0.5, codes[-1] + 1.0)
+        norm: Normalize = BoundaryNorm(edges, 256)
+    else:
+        norm = norm_of(shown)
+    mesh = axes.pcolormesh(_edges(x), _edges(y), shown, norm=norm, cmap=COLOURS, rasterized=True)
+    bar = figure.colorbar(mesh, ax=axes, pad=0.02, aspect=28)
+    bar.set_label(title_of(values))
+    if flags is not None:
+        bar.set_ticks(codes, labels=[flag.name.lower().replace("_", " ") for flag in flags])
+        bar.minorticks_off()
+    elif isinstance(norm, LogNorm):
+        ticks_1_2_5(bar.ax.yaxis)
+        _contours(axes, x, y, shown)
+
+
+def _best(
+    answer: xr.Dataset, metric: str, shown: np.ma.MaskedArray[Any, Any], locked: NDArray[np.bool_] | None
+) -> tuple[int, int] | None:
+    """Give the index of the smallest value that is no trivial optimum, where the smallest value is an optimum."""
+    if metric not in SMALLER_IS_BETTER or answer.attrs.get("reduce") == "min":
+        return None
+    candidates = np.ma.masked_where(locked, shown) if locked is not None else shown
+    if candidates.count() < 2:
+        return None
+    row, column = np.unravel_index(int(candidates.argmin()), candidates.shape)
+    return int(row), int(column)
+
+
+def _star(axes: Axes, x: xr.DataArray, y: xr.DataArray, best: tuple[int, int], value: float) -> Line2D:
+    """Put a star at the optimum, and return the entry for the legend."""
+    place = float(x.values[best[1]]), float(y.values[best[0]])
+    star = Line2D([place[0]], [place[1]], marker="*", ms=16, mfc=VERMILION, mec="white", mew=1.2, ls="none")
+    where = f"{SYMBOLS[str(x.name)]} = {place[0]:.4g}, {SYMBOLS[str(y.name)]} = {place[1]:.4g}"
+    star.set(label=f"optimum: {value:.4g} at {where}", clip_on=False, zorder=5)
+    axes.add_line(star)
+    return star
+
+
+def _contours(
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    values: np.ma.MaskedArray[Any, Any],
+) -> None:
+    """Draw lines at 1, 2, 5, 10, … over cells that are coloured on a logarithmic scale."""
+    if min(values.shape) < 2:
+        return
+    low, high = float(values.min()), float(values.max())
+    steps = [factor * 10.0**power for power in range(-12, 13) for factor in (1, 2, 5)]
+    levels = [level for level in steps if low < level < high]
+    if levels:
+        lines = axes.contour(x, y, values, levels=levels, colors="white", linewidths=0.7)
+        axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=9)
+
+
+def _hatch(
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    where: NDArray[np.bool_],
+    pattern: str,
+    colour: str,
+    face: str,
+    label: str,
+) -> Patch:
+    """Hatch the cells `where`, and return the entry for the legend."""
+    across, down = _edges(x), _edges(y)
+    cells = [
+        Rectangle((across[j], down[i]), across[j + 1] - across[j], down[i + 1] - down[i])
+        for i, j in np.argwhere(where)
+    ]
+    axes.add_collection(
+        PatchCollection(cells, facecolor="none", edgecolor=colour, hatch=pattern, linewidth=0)
+    )
+    return Patch(facecolor=face, edgecolor=colour, hatch=pattern, linewidth=0, label=label)
+
+
+def _edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of the cells around ascending `centres`: half-way between them on the axis as it is drawn."""
+    if centres.size == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    if is_logarithmic(centres):
+        return np.asarray(np.exp(_halfway(np.log(centres))))
+    return _halfway(centres)
+
+
+def _halfway(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+    inner = (centres[1:] + centres[:-1]) / 2
+    first, last = 2 * centres[0] - inner[0], 2 * centres[-1] - inner[-1]
+    return np.concatenate(([first], inner, [last]))

@@ -1,0 +1,146 @@
+"""One look for all figures: type, colours, scales and names of axes."""
+
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from numpy.typing import NDArray
+
+STYLE: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 10.5,
+    "axes.titlesize": 10.5,
+    "axes.labelsize": 11.5,
+    "axes.linewidth": 0.7,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.1,
+    "hatch.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 10,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "damperlab",
+    "savefig.dpi": 200,
+}
+"""One look for all figures; the serif face comes with matplotlib, so that a figure is the same on every machine."""
+
+COLOURS = "viridis"
+"""Even in lightness and readable for every kind of colour vision."""
+BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
+"""Of the Okabe-Ito palette, which all kinds of colour vision can tell apart; vermilion stands out from viridis."""
+
+DARK, EMPTY = "#3b3b6d", "#e6e6e6"
+"""Behind the hatch of locked points in the legend; where a map has no value."""
+
+LOG_FROM = 10.0
+"""Largest over smallest value from which a scale is logarithmic."""
+
+
+SYMBOLS: dict[str, str] = {
+    "damping_ratio": "$ζ$",
+    "restitution": "$e$",
+    "mass_ratio": "$β$",
+    "clearance_ratio": "$d/Z$",
+    "friction_ratio": "$γ_F$",
+    "frequency_ratio": "$r$",
+}
+"""The dimensions as the paper writes them."""
+
+_DRAWING = threading.RLock()
+
+
+@contextmanager
+def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Draw in the project's style; matplotlib keeps its settings per process, so one thread draws at a time.
+
+    Parameters
+    ----------
+    changes : mapping, optional
+        Settings that this figure has differently.
+    """
+    settings: Any = STYLE | dict(changes or {})
+    with _DRAWING, rc_context(settings):
+        yield
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure in the format of its suffix.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn by this module.
+    path : Path
+        The same answer gives the same bytes: no date is written.
+    """
+    with styled():
+        figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+
+
+def title_of(array: xr.DataArray) -> str:
+    """Long name and unit of an array as an axis carries them; symbols are set as in the paper."""
+    name = str(array.attrs.get("long_name", array.name))
+    for plain, typeset in (
+        ("γ_F", "$γ_F$"),
+        ("ω_n", "$ω_n$"),
+        ("d/Z", "$d/Z$"),
+        ("X/Z", "$X/Z$"),
+        ("restitution e", "restitution $e$"),
+        ("r = ω/", "$r$ = ω/"),
+    ):
+        name = name.replace(plain, typeset)
+    units = str(array.attrs.get("units", "1"))
+    return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{units}]")
+
+
+def fixed_title(answer: xr.Dataset) -> str:
+    """Title of a slice: the values of the dimensions that it does not run along, and how one was reduced."""
+    here = {name: symbol for name, symbol in SYMBOLS.items() if name in answer.coords}
+    fixed = ", ".join(
+        f"{symbol} = {float(answer[name]):.4g}" for name, symbol in here.items() if answer[name].ndim == 0
+    )
+    if "over" in answer.attrs:
+        fixed += f"; {answer.attrs['reduce']} over {SYMBOLS[answer.attrs['over']]}"
+    return fixed
+
+
+def norm_of(values: np.ma.MaskedArray[Any, Any]) -> Normalize:
+    """Choose the scale of values: logarithmic where all are positive and they span a decade."""
+    low, high = float(values.min()), float(values.max())
+    if low > 0.0 and high >= LOG_FROM * low:
+        return LogNorm(low, high)
+    return Normalize(low, high)
+
+
+def ticks_1_2_5(axis: Axis) -> None:
+    """Label a logarithmic axis 1, 2, 5, 10, … in plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
+def is_logarithmic(values: NDArray[np.float64]) -> bool:
+    """Tell whether the values of an axis are evenly spaced in their logarithm, and span a decade."""
+    if values.size < 3 or values[0] <= 0.0 or values[-1] < LOG_FROM * values[0]:
+        return False
+    steps = np.diff(np.log(values))
+    return bool(np.allclose(steps, steps.mean(), rtol=1e-3))
+
+
+def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
+    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced."""
+    if is_logarithmic(values):
+        axes.set(**{f"{which}scale": "log"})
+        ticks_1_2_5(axes.xaxis if which == "x" else axes.yaxis)
