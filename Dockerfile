@@ -1,0 +1,34 @@
+# One image for scheduler, workers and service: Dask pickles functions by module path, so all must hold the same code.
+FROM python:3.11-slim
+
+ENV PYTHONUNBUFFERED=1 \
+    PYTHONDONTWRITEBYTECODE=1 \
+    PIP_DISABLE_PIP_VERSION_CHECK=1 \
+    PIP_NO_CACHE_DIR=1
+
+WORKDIR /app
+
+# Dependencies first: they change seldom, and the layer is kept while the code changes.
+COPY requirements.lock ./
+RUN python -m pip install --require-hashes -r requirements.lock
+
+COPY pyproject.toml README.md LICENSE ./
+COPY studies studies
+COPY worker worker
+COPY service service
+RUN python -m pip install --no-deps --no-build-isolation . \
+    && rm -rf /app/* \
+    && useradd --create-home --uid 1000 damperlab \
+    && install --directory --owner damperlab --group damperlab /data
+
+USER damperlab
+WORKDIR /home/damperlab
+
+ENV DAMPERLAB_DATA_DIR=/data
+VOLUME /data
+EXPOSE 8000
+
+HEALTHCHECK --interval=10s --timeout=5s --start-period=30s \
+    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/health/ready', timeout=4)"]
+
+CMD ["damperlab", "serve", "--host", "0.0.0.0"]

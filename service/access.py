@@ -1,0 +1,50 @@
+"""Request ids and the access log: one line a request, and one id that client, log and problem share."""
+
+import logging
+import re
+import time
+import uuid
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+_log = logging.getLogger("damperlab.access")
+_SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
+
+
+class AccessLog:
+    """ASGI middleware: gives each request an id (the client's own, if harmless) and logs how it ended."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        asked = Headers(scope=scope).get("x-request-id", "")
+        request_id = asked if _SAFE.fullmatch(asked) else uuid.uuid4().hex
+        scope["request_id"] = request_id
+        started = time.perf_counter()
+        status = 0
+
+        async def send_with_id(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)["X-Request-ID"] = request_id
+            await send(message)
+
+        try:
+            await self.app(scope, receive, send_with_id)
+        finally:
+            _log.info(
+                "%s %s %s in %.1f ms [%s]",
+                scope["method"],
+                # The path as it was sent, still quoted: no line break of a client gets into the log.
+                scope.get("raw_path", b"").decode("ascii", errors="backslashreplace"),
+                status or "unanswered",
+                1e3 * (time.perf_counter() - started),
+                request_id,
+            )

@@ -1,0 +1,126 @@
+"""Answers as documents: what HTTP sends and what the command line prints with --json."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.definition import Study
+from studies.plan import Plan
+from studies.store.cube import bytes_per_point
+from studies.variables import DIMENSIONS, VARIABLES
+
+
+def estimate_document(study: Study, plan: Plan) -> dict[str, Any]:
+    """Say what a study will cost, before it is stored.
+
+    Parameters
+    ----------
+    study, plan : Study, Plan
+        The study, and how it is cut.
+
+    Returns
+    -------
+    dict
+        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core), ``digest``,
+        ``definition``.
+    """
+    return {
+        "digest": study.digest,
+        "points": study.points,
+        "blocks": plan.count,
+        "bytes": study.points * bytes_per_point(study),
+        "seconds": plan.seconds,
+        "definition": study.document(),
+    }
+
+
+def map_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
+    """Put a resonance map into a document.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.resonance_map`, dimensions (y, x).
+    metric : str
+        The variable that was asked for.
+
+    Returns
+    -------
+    dict
+        ``x`` and ``y`` (the grid values), ``values`` as [y][x], and beside them, in the same shape, what
+        says how far a value can be trusted; ``at`` the grid point of the other dimensions, ``note`` that
+        choice in words.
+    """
+    y, x = (str(name) for name in answer[metric].dims)
+    return {
+        "x_dimension": x,
+        "y_dimension": y,
+        "x": answer[x].values,
+        "y": answer[y].values,
+        **_described(answer, metric),
+    }
+
+
+def response_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
+    """Put a frequency response into a document.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.frequency_response`.
+    metric : str
+        The variable that was asked for.
+
+    Returns
+    -------
+    dict
+        ``frequency_ratio`` and ``values``, one entry a frequency, and the rest as in `map_document`.
+    """
+    return {"frequency_ratio": answer["frequency_ratio"].values, **_described(answer, metric)}
+
+
+def designs_document(answer: xr.Dataset) -> dict[str, Any]:
+    """Put ranked designs into a document.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.optimal_designs`, dimension rank.
+
+    Returns
+    -------
+    dict
+        ``designs``, the best first, each with its six coordinates, ``value``, ``error``, ``response_class``
+        by name and ``locked_share``; ``designs_total``, and the counts of those that were left out.
+    """
+    columns = ("rank", *DIMENSIONS, "value", "error", "response_class", "locked_share")
+    rows = zip(*(answer[name].values.tolist() for name in columns), strict=True)
+    names = _flags("response_class")
+    designs = [dict(zip(columns, row, strict=True)) for row in rows]
+    for design in designs:
+        design["response_class"] = names[str(design["response_class"])]
+    said = {str(name): value for name, value in answer.attrs.items()}
+    said["designs_total"] = said.pop("designs")
+    return {"units": "1", "long_name": answer["value"].attrs["long_name"], "designs": designs, **said}
+
+
+def _described(answer: xr.Dataset, metric: str) -> dict[str, Any]:
+    beside = {str(name): array.values for name, array in answer.data_vars.items() if name != metric}
+    known = [VARIABLES[str(name)] for name in answer.data_vars if name in VARIABLES]
+    return {
+        "metric": metric,
+        "units": answer[metric].attrs.get("units", "1"),
+        "long_name": answer[metric].attrs.get("long_name", metric),
+        "values": answer[metric].values,
+        **beside,
+        "meanings": {variable.name: _flags(variable.name) for variable in known if variable.flags},
+        "at": {str(name): float(value) for name, value in answer.coords.items() if np.ndim(value) == 0},
+        **answer.attrs,
+    }
+
+
+def _flags(name: str) -> dict[str, str]:
+    flags = VARIABLES[name].flags
+    assert flags is not None
+    return {str(flag.value): flag.name.lower() for flag in flags}

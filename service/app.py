@@ -1,0 +1,155 @@
+"""The HTTP service: its parts, put together and started."""
+
+import logging
+import signal
+import socket
+import sys
+import threading
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import uvicorn
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+from fastapi import FastAPI
+from fastapi.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
+
+from service import problems
+from service.access import AccessLog
+from service.cluster import SharedCluster
+from service.dispatch import Dispatcher
+from service.routes import export, health, home, queries, simulate, studies
+from service.settings import Settings
+from service.state import Service
+from studies.store.store import Store
+from worker.cluster import core_count
+from worker.provenance import code_version
+
+DRAIN_SECONDS = 10
+"""How long a shutdown waits for answers that are under way, before it stops the studies."""
+
+DESCRIPTION = (
+    "Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction. A study is "
+    "submitted, computed in blocks on a cluster, and asked for maps, curves and best designs, while it runs "
+    "and afterwards."
+)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """Put the service together; nothing is opened before it starts.
+
+    Parameters
+    ----------
+    settings : Settings
+        Where the data is, which cluster computes, and the limits.
+
+    Returns
+    -------
+    FastAPI
+        An ASGI application. Its lifespan opens the store, picks up the studies that wait, and at the end
+        stops them so that the next start goes on.
+    """
+    app = FastAPI(
+        title="damperlab",
+        version=code_version(),
+        description=DESCRIPTION,
+        lifespan=_lifespan,
+        # The framework's own pages load their scripts from elsewhere; / is ours and loads nothing.
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+        telemetry={
+            "tracing": False,
+            "metrics": False,
+            "logs": False,
+            "operation_spans": False,
+            "auto_configure": False,
+        },
+    )
+    app.state.settings = settings
+    problems.install(app)
+    for route in (home, studies, queries, export, simulate, health):
+        app.include_router(route.router)
+    app.add_middleware(
+        GZipMiddleware,
+        compresslevel=5,
+        # A cube is compressed already.
+        exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF),
+    )
+    if settings.cors_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=list(settings.cors_origins),
+            allow_methods=["*"],
+            allow_headers=["*"],
+            expose_headers=["Location", "X-Request-ID"],
+        )
+    app.add_middleware(AccessLog)
+    return app
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    settings: Settings = app.state.settings
+    store = await run_sync(Store.open, settings.data_dir)
+    cluster = SharedCluster(settings.workers, settings.scheduler)
+    dispatcher = Dispatcher(store, cluster, settings.studies_at_once)
+    service = Service(settings, store, dispatcher, CapacityLimiter(core_count()))
+    app.state.service = service
+    dispatcher.start()
+    try:
+        yield
+    finally:
+        service.closing.set()
+        await run_sync(dispatcher.close)
+        await run_sync(store.close)
+
+
+class _Server(uvicorn.Server):
+    """A server that tells its event streams to end before it waits for them."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        application = self.config.app
+        assert isinstance(application, FastAPI)
+        application.state.service.closing.set()
+        await super().shutdown(sockets)
+
+
+def serve(settings: Settings) -> None:
+    """Serve until SIGINT or SIGTERM, then shut down in order: answers, studies, cluster.
+
+    Parameters
+    ----------
+    settings : Settings
+        With port 0 a free port is taken, and logged.
+
+    Raises
+    ------
+    SystemExit
+        With status 1 where the port or the data directory cannot be used, and 0 after SIGTERM.
+    """
+    logging.basicConfig(
+        level=settings.log_level.upper(),
+        format="%(asctime)s %(levelname)s %(name)s: %(message)s",
+        stream=sys.stderr,
+    )
+    if threading.current_thread() is threading.main_thread():
+        # uvicorn shuts down on SIGTERM and then raises it anew; a service that stopped as asked did not fail.
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
+    config = uvicorn.Config(
+        create_app(settings),
+        host=settings.host,
+        port=settings.port,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        ws="none",
+        lifespan="on",
+        timeout_graceful_shutdown=DRAIN_SECONDS,
+    )
+    try:
+        _Server(config).run()
+    except KeyboardInterrupt:
+        # Raised anew after the shutdown that Ctrl-C asked for.
+        return

@@ -1,0 +1,76 @@
+"""Request bodies: read in bounded fashion, and only in a format and an encoding that is understood."""
+
+from email.message import Message
+
+from starlette.requests import Request
+
+from service.problems import Problem
+from studies.faults import Fault
+
+JSON_TYPES = ("application/json",)
+YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
+
+
+def media_type(request: Request, allowed: tuple[str, ...]) -> str:
+    """Return the media type of the body, in small letters and without parameters.
+
+    Parameters
+    ----------
+    request : Request
+        The request, its body not read yet.
+    allowed : tuple of str
+        Media types that the route understands.
+
+    Raises
+    ------
+    Problem
+        415 where the type is missing or another one, where the text is not UTF-8, or where it is compressed.
+    """
+    header = Message()
+    header["content-type"] = request.headers.get("content-type", "")
+    found = header.get_content_type() if "content-type" in request.headers else "nothing"
+    charset = header.get_content_charset("utf-8")
+    encoding = request.headers.get("content-encoding", "identity").strip().lower()
+    faults = []
+    if found not in allowed:
+        advice = f"name the format of the body, as in `Content-Type: {allowed[0]}`"
+        faults.append(Fault("Content-Type", found, ", ".join(allowed), advice))
+    if charset.replace("_", "-") not in ("utf-8", "utf8", "us-ascii"):
+        faults.append(Fault("Content-Type", f"charset={charset}", "utf-8", "send the text in UTF-8"))
+    if encoding not in ("identity", ""):
+        faults.append(Fault("Content-Encoding", encoding, "identity", "send the body uncompressed"))
+    if faults:
+        raise Problem(
+            415,
+            "unsupported-media-type",
+            "The body is in a format that is not understood here.",
+            faults,
+            {"Accept": ", ".join(allowed)},
+        )
+    return found
+
+
+async def read_body(request: Request, limit: int) -> bytes:
+    """Read the body, holding at most `limit` bytes and one network chunk.
+
+    Raises
+    ------
+    Problem
+        413 where the body is larger than `limit` bytes, announced or not.
+    """
+    announced = request.headers.get("content-length", "")
+    if announced.isascii() and announced.isdigit() and int(announced) > limit:
+        raise _too_large(f"{announced} bytes", limit)
+    body = bytearray()
+    async for part in request.stream():
+        if len(body) + len(part) > limit:
+            raise _too_large("more than that", limit)
+        body += part
+    return bytes(body)
+
+
+def _too_large(found: str, limit: int) -> Problem:
+    fault = Fault(
+        "body", found, f"at most {limit} bytes", "give axes as {start, stop, num} in place of long lists"
+    )
+    return Problem(413, "body-too-large", "The body is larger than the service reads.", (fault,))

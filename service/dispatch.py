@@ -1,0 +1,214 @@
+"""Studies that wait meet the cluster: a few run side by side, and no restart or crash forgets one."""
+
+import logging
+import threading
+import time
+from dataclasses import dataclass
+
+from service.cluster import SharedCluster
+from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.record import Record
+from studies.store.store import Store
+from worker.cluster import ClusterUnusable
+from worker.runner import run_study
+
+LOOK_SECONDS = 2.0
+"""Between two looks for studies that other processes queued, or left behind when they died."""
+AGAIN_SECONDS = 15.0
+"""How long a study that the cluster let down waits before it is tried again."""
+STOP_SECONDS = 60.0
+"""How long a shutdown waits for runners; each gives its running blocks a shorter grace of its own."""
+
+_log = logging.getLogger("damperlab.dispatch")
+
+
+@dataclass(frozen=True)
+class _Run:
+    thread: threading.Thread
+    stop: threading.Event
+
+
+class Dispatcher:
+    """Runs what is queued in a store, oldest first.
+
+    The catalogue is the queue: a study is picked up because its state says so, whoever put it there and
+    whichever process died while at it. A claim in the catalogue keeps two services from running one study.
+
+    Parameters
+    ----------
+    store : Store
+        Studies and cubes.
+    cluster : SharedCluster
+        Where blocks are computed.
+    at_once : int
+        Most studies that run side by side.
+    """
+
+    def __init__(self, store: Store, cluster: SharedCluster, at_once: int) -> None:
+        self.cluster = cluster
+        self.trouble: str | None = None
+        """Why the cluster could not be used when it was last asked for; None while all is well."""
+        self._store = store
+        self._at_once = at_once
+        self._lock = threading.Lock()
+        self._runs: dict[str, _Run] = {}
+        self._not_before: dict[str, float] = {}
+        self._wake = threading.Event()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
+
+    @property
+    def running(self) -> list[str]:
+        """Ids of the studies that run here now."""
+        with self._lock:
+            return sorted(self._runs)
+
+    def start(self) -> None:
+        """Begin to look for work."""
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Look for work now: a study has been queued."""
+        self._wake.set()
+
+    def cancel(self, record: Record) -> Record:
+        """Cancel a study that is queued, or running here or elsewhere; what is done is kept.
+
+        Parameters
+        ----------
+        record : Record
+            The study.
+
+        Returns
+        -------
+        Record
+            As it is then; unchanged, if the study had ended before.
+        """
+        # Under the lock no run begins: one that did between the two steps would put the state back.
+        with self._lock:
+            cancelled = self._store.set_state(record.id, "cancelled", only_from=("queued", "running"))
+            run = self._runs.get(record.id)
+            if cancelled.state == "cancelled" and run is not None:
+                run.stop.set()
+        return cancelled
+
+    def resume(self, record: Record) -> Record:
+        """Queue a cancelled or failed study again; only what is missing will be computed."""
+        queued = self._store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
+        self._not_before.pop(record.id, None)
+        self.wake()
+        return queued
+
+    def delete(self, record: Record) -> None:
+        """Delete a study; one that was cancelled a moment ago may first finish the blocks at hand.
+
+        Raises
+        ------
+        StudyBusy
+            The study is running.
+        """
+        with self._lock:
+            run = self._runs.get(record.id)
+        if run is not None and run.stop.is_set():
+            run.thread.join(STOP_SECONDS)
+        self._store.delete(record.id)
+
+    def close(self) -> None:
+        """Stop: running blocks may finish within the runner's grace; the rest stays queued for the next start."""
+        self._closing.set()
+        self._wake.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        with self._lock:
+            runs = dict(self._runs)
+            for run in runs.values():
+                run.stop.set()
+        deadline = time.monotonic() + STOP_SECONDS
+        for study_id, run in runs.items():
+            run.thread.join(max(0.0, deadline - time.monotonic()))
+            if run.thread.is_alive():
+                _log.warning("study %s did not stop in time; its claim will expire", study_id)
+        self.cluster.close()
+
+    def _keep_going(self) -> None:
+        while not self._closing.is_set():
+            try:
+                self._start_runs()
+            except StoreFault as error:
+                _log.warning("the catalogue cannot be read: %s", error)
+            self._wake.wait(LOOK_SECONDS)
+            self._wake.clear()
+
+    def _start_runs(self) -> None:
+        for study_id in self._waiting():
+            with self._lock:
+                if self._closing.is_set() or len(self._runs) >= self._at_once:
+                    return
+                if study_id in self._runs or self._store.find(study_id).ended:
+                    continue
+                stop = threading.Event()
+                thread = threading.Thread(
+                    target=self._run, args=(study_id, stop), name=f"study-{study_id}", daemon=True
+                )
+                self._runs[study_id] = _Run(thread, stop)
+                thread.start()
+
+    def _waiting(self) -> list[str]:
+        """Ids of the studies that nobody works on and somebody should, oldest first."""
+        with self._lock:
+            if len(self._runs) >= self._at_once:
+                return []
+        now = time.monotonic()
+        found = []
+        for state in ("queued", "running"):
+            cursor = None
+            while True:
+                page = self._store.page(limit=200, cursor=cursor, state=state)
+                found += [
+                    (record.created, record.id)
+                    for record in page.records
+                    if record.owner is None and self._not_before.get(record.id, 0.0) <= now
+                ]
+                cursor = page.cursor
+                if cursor is None:
+                    break
+        return [study_id for _, study_id in sorted(found)]
+
+    def _run(self, study_id: str, stop: threading.Event) -> None:
+        try:
+            with self.cluster.borrow():
+                self.trouble = None
+            record = run_study(self._store, study_id, self.cluster.borrow, lambda progress: None, stop)
+            _log.info(
+                "study %s is %s: %d of %d points",
+                study_id,
+                record.state,
+                record.points_done,
+                record.points_total,
+            )
+            if self._closing.is_set():
+                # Stopped by the shutdown and not by a user: the next start goes on with it.
+                self._store.set_state(study_id, "queued", only_from=("cancelled",))
+            elif record.state == "failed" and self.cluster.state == "lost":
+                self._put_off(study_id, record.message or "the cluster is lost")
+                self._store.set_state(study_id, "queued", only_from=("failed",))
+        except ClusterUnusable as error:
+            # Nothing is wrong with the study: a scheduler may be starting, or come back.
+            self._put_off(study_id, str(error))
+            self._store.set_state(study_id, "queued", only_from=("failed",))
+        except (StudyBusy, StudyNotFound) as error:
+            _log.info("study %s is left alone: %s", study_id, error)
+        except Exception as error:
+            # A defect, or a cluster that does not come up: this study is put down, and the others go on.
+            _log.exception("study %s failed", study_id)
+            message = f"{type(error).__name__}: {error}"
+            self._store.set_state(study_id, "failed", message, only_from=("queued", "running"))
+        finally:
+            with self._lock:
+                del self._runs[study_id]
+            self.wake()
+
+    def _put_off(self, study_id: str, reason: str) -> None:
+        self.trouble = reason
+        self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
+        _log.warning("study %s is tried again in %g s: %s", study_id, AGAIN_SECONDS, reason)

@@ -1,0 +1,75 @@
+"""Progress of a study as server-sent events: one when something changed, and a last one when it has ended."""
+
+from collections.abc import AsyncIterator
+
+import anyio
+from anyio.to_thread import run_sync
+from fastapi.sse import ServerSentEvent
+
+from service.state import Service
+from studies.store.faults import StudyNotFound
+from studies.store.record import Record
+
+LOOK_SECONDS = 0.5
+"""Between two looks at the record: the study may run in another process, so the catalogue is asked."""
+RETRY_MILLISECONDS = 2000
+"""How long a browser waits before it connects again."""
+
+_SHOWN = (
+    "id",
+    "name",
+    "state",
+    "points_total",
+    "points_done",
+    "points_failed",
+    "blocks_total",
+    "blocks_done",
+    "started",
+    "finished",
+    "seconds_left",
+    "message",
+)
+
+
+def event_id(record: Record) -> str:
+    """Name what a client has seen: events are cumulative, so the last one it saw tells all that it knows."""
+    return f"{record.blocks_done}-{record.points_failed}-{record.state}"
+
+
+async def progress(service: Service, record: Record, last_seen: str | None) -> AsyncIterator[ServerSentEvent]:
+    """Follow a study to its end.
+
+    Parameters
+    ----------
+    service : Service
+        The running service; its shutdown ends the stream, and the client connects again.
+    record : Record
+        The study as it is now.
+    last_seen : str, optional
+        The ``Last-Event-ID`` of a client that connects again: what it knows is not repeated.
+
+    Yields
+    ------
+    ServerSentEvent
+        ``progress`` with the study's counts, ``end`` when it has ended, ``deleted`` when it is gone.
+    """
+    seen = last_seen
+    while True:
+        now = event_id(record)
+        if now != seen or record.ended:
+            document = record.document()
+            yield ServerSentEvent(
+                event="end" if record.ended else "progress",
+                data={key: document[key] for key in _SHOWN},
+                id=now,
+                retry=RETRY_MILLISECONDS,
+            )
+            seen = now
+        if record.ended or service.closing.is_set():
+            return
+        await anyio.sleep(LOOK_SECONDS)
+        try:
+            record = await run_sync(service.store.find, record.id)
+        except StudyNotFound:
+            yield ServerSentEvent(event="deleted", data={"id": record.id})
+            return

@@ -1,0 +1,207 @@
+"""Errors as problem documents (RFC 9457): a refusal says what was found, what is allowed and what to do."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from service.documents import Document
+from studies.answers.faults import QueryFault
+from studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
+from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+
+MEDIA_TYPE = "application/problem+json"
+
+
+_SCHEMA = {
+    "type": "object",
+    "required": ["type", "title", "status", "detail"],
+    "properties": {
+        "type": {"type": "string"},
+        "title": {"type": "string"},
+        "status": {"type": "integer"},
+        "detail": {"type": "string"},
+        "instance": {"type": "string"},
+        "request_id": {"type": "string"},
+        "errors": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "required": ["field", "found", "allowed", "advice"],
+                "properties": {name: {"type": "string"} for name in ("field", "found", "allowed", "advice")},
+            },
+        },
+    },
+}
+
+
+def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Describe problems for OpenAPI, as the ``responses`` of a route."""
+    content = {MEDIA_TYPE: {"schema": _SCHEMA}}
+    return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}
+
+
+class Problem(Exception):
+    """A request that cannot be served, in the client's words.
+
+    Parameters
+    ----------
+    status : int
+        HTTP status, 400 or above.
+    kind : str
+        Short name that programs can tell problems apart by; ``type`` is ``urn:damperlab:problem:<kind>``.
+    detail : str
+        One or two sentences for people: what happened and what to do.
+    faults : iterable of Fault
+        One entry for each thing that is wrong with the request.
+    headers : mapping, optional
+        Response headers that the status asks for.
+    """
+
+    def __init__(
+        self,
+        status: int,
+        kind: str,
+        detail: str,
+        faults: Iterable[Fault] = (),
+        headers: Mapping[str, str] | None = None,
+    ) -> None:
+        super().__init__(detail)
+        self.status = status
+        self.kind = kind
+        self.detail = detail
+        self.faults = tuple(faults)
+        self.headers = dict(headers or {})
+
+
+def install(app: FastAPI) -> None:
+    """Make `app` answer every error, its own and the framework's, with a problem document."""
+    app.add_exception_handler(Problem, _problem)
+    app.add_exception_handler(StudyFaults, _faults)
+    app.add_exception_handler(QueryFault, _query)
+    app.add_exception_handler(StoreFault, _store)
+    app.add_exception_handler(RequestValidationError, _bad_parameters)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _gone)
+    app.add_exception_handler(Exception, _bug)
+
+
+def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> tuple[Fault, ...]:
+    """Put pydantic's errors into the project's words.
+
+    Parameters
+    ----------
+    entries : sequence of mappings
+        As ``ValidationError.errors()`` gives them.
+    known : sequence of str
+        Names that are allowed where a name was not.
+    """
+    return tuple(_fault(entry, known) for entry in entries)
+
+
+def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
+    place = entry["loc"][1:] if entry["loc"][:1] in (("query",), ("path",), ("header",)) else entry["loc"]
+    field = path(place) or "body"
+    message = str(entry["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+    match entry["type"]:
+        case "extra_forbidden":
+            meant = nearest(str(place[-1]), known)
+            advice = f"write {meant}" if meant else "leave it out"
+            return Fault(field, "an unknown name", listing(known) or "no names at all", advice)
+        case "missing":
+            return Fault(field, "nothing", "a value", "add it")
+    return Fault(field, describe(entry["input"]), message, "correct the value")
+
+
+def _respond(request: Request, problem: Problem) -> Response:
+    phrase = HTTPStatus(problem.status).phrase
+    document: dict[str, object] = {
+        "type": f"urn:damperlab:problem:{problem.kind}",
+        "title": phrase,
+        "status": problem.status,
+        "detail": problem.detail,
+        "instance": request.url.path,
+        "request_id": request.scope.get("request_id"),
+    }
+    if problem.faults:
+        document["errors"] = [
+            {"field": fault.field, "found": fault.found, "allowed": fault.allowed, "advice": fault.advice}
+            for fault in problem.faults
+        ]
+    return Document(document, problem.status, problem.headers, MEDIA_TYPE)
+
+
+def _problem(request: Request, error: Exception) -> Response:
+    assert isinstance(error, Problem)
+    return _respond(request, error)
+
+
+def _faults(request: Request, error: Exception) -> Response:
+    assert isinstance(error, StudyFaults)
+    count = len(error.faults)
+    detail = f"The request has {count} fault{'s' if count != 1 else ''}; nothing was stored."
+    return _respond(request, Problem(422, "invalid", detail, error.faults))
+
+
+def _query(request: Request, error: Exception) -> Response:
+    assert isinstance(error, QueryFault)
+    return _respond(
+        request, Problem(422, "invalid-parameters", "The study cannot answer this.", (error.fault,))
+    )
+
+
+def _store(request: Request, error: Exception) -> Response:
+    assert isinstance(error, StoreFault)
+    match error:
+        case StudyNotFound():
+            problem = Problem(404, "study-not-found", "There is no such study.", (error.fault,))
+        case StudyBusy():
+            problem = Problem(409, "study-busy", "The study is being worked on.", (error.fault,))
+        case _:
+            # Not the request's fault: the disk is full, or its folder cannot be written.
+            problem = Problem(503, "store-unavailable", "The service cannot use its data.", (error.fault,))
+    return _respond(request, problem)
+
+
+def _bad_parameters(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    faults = invalid(error.errors(), _parameters(request))
+    return _respond(
+        request, Problem(422, "invalid-parameters", "The address of the request has faults.", faults)
+    )
+
+
+def _parameters(request: Request) -> list[str]:
+    """Names of the query parameters that the route of `request` takes."""
+    path = getattr(request.scope.get("route"), "path", "")
+    operations = request.app.openapi()["paths"].get(path, {})
+    parameters = operations.get(request.method.lower(), {}).get("parameters", [])
+    return [parameter["name"] for parameter in parameters if parameter["in"] == "query"]
+
+
+def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    if error.status_code < 400:
+        return Response(status_code=error.status_code, headers=error.headers)
+    phrase = HTTPStatus(error.status_code).phrase
+    detail = {
+        404: f"There is nothing at {printable(request.url.path)}; /openapi.json lists what there is.",
+        405: f"{request.method} is not possible here; the Allow header lists what is.",
+    }.get(error.status_code, str(error.detail))
+    kind = phrase.lower().replace(" ", "-")
+    return _respond(request, Problem(error.status_code, kind, detail, headers=error.headers))
+
+
+def _gone(request: Request, error: Exception) -> Response:
+    # Nobody reads this answer: the client left before its body was complete.
+    return Response(status_code=400)
+
+
+def _bug(request: Request, error: Exception) -> Response:
+    detail = "The service failed on this request, which is a defect in it. Please report the request id."
+    return _respond(request, Problem(500, "defect", detail))

@@ -1,0 +1,185 @@
+"""Questions to a study's cube; a running study is asked for what is there, and the answer says how much that is."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal
+
+import xarray as xr
+from fastapi import APIRouter, Depends, Query
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WithJsonSchema
+from starlette.requests import Request
+
+from service.answers import designs_document, map_document, response_document
+from service.documents import Document
+from service.problems import documented
+from service.state import TheService, TheStudy
+from studies.answers.design_question import MOST
+from studies.answers.frequency_response import frequency_response
+from studies.answers.optimal_designs import optimal_designs
+from studies.answers.resonance_map import resonance_map
+from studies.faults import Fault, StudyFaults, describe, listing
+from studies.store.record import Record
+from studies.variables import DIMENSIONS, VARIABLES
+
+ANSWER_POINTS = 4_000_000
+"""Most points of one map; a screen has as many, and a larger answer would be built in memory."""
+
+
+def once(request: Request) -> None:
+    """Refuse a parameter that is given twice: one of the two would win without a word."""
+    names = [name for name, _ in request.query_params.multi_items()]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise StudyFaults(Fault(name, "several values", "one value", "keep one of them") for name in twice)
+
+
+router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
+
+
+def _range(text: str) -> str:
+    low, comma, high = text.partition(",")
+    try:
+        if comma and float(low) <= float(high):
+            return text
+    except ValueError:
+        pass
+    raise ValueError("two numbers, lower,higher")
+
+
+def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
+    known = list(names)
+
+    def check(name: str) -> str:
+        if name not in known:
+            raise ValueError(f"one of {listing(known)}")
+        return name
+
+    return AfterValidator(check), WithJsonSchema({"type": "string", "enum": known})
+
+
+Metric = Annotated[str, *_one_of(VARIABLES)]
+Dimension = Annotated[str, *_one_of(DIMENSIONS)]
+Value = Annotated[
+    float | None, Field(allow_inf_nan=False, description="The nearest grid point is taken, and said.")
+]
+Range = Annotated[
+    str | None,
+    AfterValidator(lambda text: None if text is None else _range(text)),
+    Field(max_length=100, description="Two numbers, `lower,higher`."),
+]
+
+
+class _At(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    metric: Metric = Field("amplitude_ratio", description="A variable that the study stores.")
+    damping_ratio: Value = None
+    restitution: Value = None
+    mass_ratio: Value = None
+    clearance_ratio: Value = None
+    friction_ratio: Value = None
+
+    def at(self) -> dict[str, float]:
+        """Give the dimensions that were named, with their values."""
+        return {name: value for name in DIMENSIONS if (value := getattr(self, name, None)) is not None}
+
+
+class MapQuery(_At):
+    """Parameters of a map."""
+
+    x: Dimension = Field(description="Dimension along the rows of `values`.", examples=["friction_ratio"])
+    y: Dimension = Field(description="Dimension across the rows.", examples=["frequency_ratio"])
+    over: Dimension | None = Field(None, description="A third dimension, to reduce.")
+    reduce: Literal["max", "min", "mean"] | None = Field(
+        None, description="How `over` is reduced; max by default."
+    )
+    frequency_ratio: Value = None
+
+
+class ResponseQuery(_At):
+    """Parameters of a frequency response."""
+
+
+class DesignsQuery(BaseModel):
+    """Parameters of a ranking."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    objective: Literal["peak", "resonance", "band_mean", "band_rms"] = Field(
+        "resonance", description="What a design is judged by; smaller is better."
+    )
+    band: Range = None
+    top: int = Field(10, ge=1, le=MOST, description="How many designs.")
+    exclude_locked: bool = Field(False, description="Leave out designs that friction locks to the base.")
+    max_impact_speed: float | None = Field(None, ge=0, allow_inf_nan=False, description="Over Z·ω_n.")
+    damping_ratio: Range = None
+    restitution: Range = None
+    mass_ratio: Range = None
+    clearance_ratio: Range = None
+    friction_ratio: Range = None
+
+
+@router.get(
+    "/resonance-map",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="One metric over two dimensions",
+)
+def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Query()]) -> Document:
+    """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`."""
+    cube = service.store.cube(study.id)
+    _check_size(cube, query)
+    answer = resonance_map(cube, query.x, query.y, query.metric, query.over, query.reduce, query.at())
+    return _answered(study, map_document(answer, query.metric))
+
+
+@router.get(
+    "/frequency-response",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="One metric over the frequency ratio",
+)
+def ask_response(service: TheService, study: TheStudy, query: Annotated[ResponseQuery, Query()]) -> Document:
+    """Follow one design along the frequency; it is named by `<dimension>=value`."""
+    answer = frequency_response(service.store.cube(study.id), query.metric, query.at())
+    return _answered(study, response_document(answer, query.metric))
+
+
+@router.get(
+    "/optimal-designs",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="Designs in the order of their response",
+)
+def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
+    """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice."""
+    ranges = {name: found for name in DIMENSIONS if (found := _pair(getattr(query, name, None))) is not None}
+    answer = optimal_designs(
+        service.store.cube(study.id),
+        query.objective,
+        _pair(query.band),
+        query.top,
+        query.exclude_locked,
+        query.max_impact_speed,
+        ranges,
+    )
+    return _answered(study, designs_document(answer))
+
+
+def _pair(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    low, _, high = text.partition(",")
+    return float(low), float(high)
+
+
+def _check_size(cube: xr.Dataset, query: MapQuery) -> None:
+    points = cube.sizes.get(query.x, 1) * cube.sizes.get(query.y, 1)
+    if points > ANSWER_POINTS:
+        advice = "export the cube, or choose shorter dimensions"
+        raise StudyFaults(
+            (Fault("x, y", f"{describe(points)} points", f"at most {ANSWER_POINTS} points", advice),)
+        )
+
+
+def _answered(study: Record, answer: dict[str, Any]) -> Document:
+    return Document({"study": study.id, "name": study.name, "state": study.state, **answer})

@@ -1,0 +1,37 @@
+"""One design point now."""
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter
+from starlette.requests import Request
+
+from service.body import JSON_TYPES, media_type, read_body
+from service.documents import Document
+from service.examples import SIMULATE_BODY
+from service.problems import documented
+from service.simulation import compute, read_simulation
+from service.state import Service, TheService
+from studies.text import load_text
+
+router = APIRouter(prefix="/api/v1", tags=["simulate"])
+
+
+@router.post(
+    "/simulate",
+    response_class=Document,
+    responses=documented(413, 415, 422),
+    openapi_extra={"requestBody": SIMULATE_BODY},
+    summary="Compute one design point now",
+)
+async def ask_simulation(request: Request, service: TheService) -> Document:
+    """Compute a point from rest to its steady response, or for exactly `cycles` excitation cycles."""
+    media_type(request, JSON_TYPES)
+    body = await read_body(request, service.settings.body_limit_bytes)
+    return await run_sync(_answer, service, body, limiter=service.simulations)
+
+
+def _answer(service: Service, body: bytes) -> Document:
+    settings = service.settings
+    asked = read_simulation(
+        load_text(body, "json"), settings.simulate_cycles_limit, settings.simulate_history_limit
+    )
+    return Document(compute(asked, settings.simulate_cycles_limit))

@@ -1,0 +1,168 @@
+"""Studies: submitted, listed, looked at, followed, cancelled, resumed, deleted."""
+
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, Literal
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Depends, Header, Query
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.answers import estimate_document
+from service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from service.documents import Document
+from service.events import event_id, progress
+from service.examples import RECORD, STUDY_BODY
+from service.problems import Problem, documented
+from service.state import Service, TheService, TheStudy
+from studies.faults import StudyFaults
+from studies.plan import make_plan
+from studies.reading import parse_study_text
+from studies.store.faults import StoreFault
+from studies.store.provenance import provenance
+from studies.store.record import Record
+from worker.cost import seconds_per_point
+from worker.provenance import code_hash
+
+router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
+
+
+class SubmitQuery(BaseModel):
+    """Parameters of a submission."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    dry_run: bool = Field(False, description="Say what the study would cost, and store nothing.")
+
+
+class ListQuery(BaseModel):
+    """Parameters of the list of studies."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    limit: int = Field(50, ge=1, le=200, description="Most studies on the page.")
+    cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
+    state: Literal["queued", "running", "done", "cancelled", "failed"] | None = None
+    name: str | None = Field(None, max_length=200, description="Only studies whose name holds this text.")
+
+
+@router.post(
+    "",
+    status_code=201,
+    response_class=Document,
+    responses={
+        200: {
+            "description": "The same definition was submitted before; or the answer to a dry run",
+            **RECORD,
+        },
+        201: {"description": "Stored and queued; Location is its address", **RECORD},
+        **documented(413, 415, 422, 503),
+    },
+    openapi_extra={"requestBody": STUDY_BODY},
+    summary="Submit a study",
+)
+async def submit(request: Request, service: TheService, query: Annotated[SubmitQuery, Query()]) -> Document:
+    """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there."""
+    kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
+    body = await read_body(request, service.settings.body_limit_bytes)
+    return await run_sync(_submit, service, body, "json" if kind in JSON_TYPES else "yaml", query.dry_run)
+
+
+def _submit(service: Service, body: bytes, kind: Literal["json", "yaml"], dry_run: bool) -> Document:
+    study = parse_study_text(body, kind)
+    plan = make_plan(study, seconds_per_point)
+    if dry_run:
+        return Document(estimate_document(study, plan))
+    record, created = service.store.submit(study, plan, provenance() | {"sources": code_hash()})
+    service.dispatcher.wake()
+    return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
+
+
+@router.get(
+    "", response_class=Document, responses=documented(422, 503), summary="A page of studies, newest first"
+)
+def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
+    """List records without their definitions, which may be long; ask for one study to see its own."""
+    try:
+        page = service.store.page(query.limit, query.cursor, query.state, query.name)
+    except StoreFault as error:
+        if error.fault.field == "cursor":
+            raise StudyFaults((error.fault,)) from error
+        raise
+    return Document({"studies": [_summary(record) for record in page.records], "cursor": page.cursor})
+
+
+def _summary(record: Record) -> dict[str, Any]:
+    return {key: value for key, value in record.document().items() if key not in ("definition", "provenance")}
+
+
+@router.get(
+    "/{study_id}",
+    response_class=Document,
+    responses={200: RECORD, **documented(404)},
+    summary="A study's record",
+)
+def show(study: TheStudy) -> Document:
+    """Say how far the study is, and everything that is needed to compute it again."""
+    return Document(study.document())
+
+
+def _unless_seen(
+    study: TheStudy,
+    last_event_id: Annotated[str | None, Header(description="Sent by browsers that connect again.")] = None,
+) -> str | None:
+    if study.ended and last_event_id == event_id(study):
+        # A browser connects again when a stream ends; "no content" tells it that there is nothing more.
+        raise HTTPException(204)
+    return last_event_id
+
+
+@router.get(
+    "/{study_id}/events",
+    response_class=EventSourceResponse,
+    responses={204: {"description": "The study has ended, and the client has seen that"}, **documented(404)},
+    summary="Progress until the end, as server-sent events",
+)
+async def events(
+    service: TheService, study: TheStudy, last_seen: Annotated[str | None, Depends(_unless_seen)]
+) -> AsyncIterator[ServerSentEvent]:
+    """Send `progress` when something has changed and `end` when the study has ended; comments in between."""
+    async for event in progress(service, study, last_seen):
+        yield event
+
+
+@router.post(
+    "/{study_id}/cancel", response_class=Document, responses=documented(404, 409), summary="Stop a study"
+)
+def cancel(service: TheService, study: TheStudy) -> Document:
+    """Cancel a queued or running study; what is done is kept, and resume continues there."""
+    record = service.dispatcher.cancel(study)
+    if record.state != "cancelled":
+        raise Problem(409, "study-ended", f"The study is {record.state}: there is nothing left to cancel.")
+    return Document(record.document())
+
+
+@router.post(
+    "/{study_id}/resume",
+    response_class=Document,
+    responses=documented(404, 409),
+    summary="Go on with a study",
+)
+def resume(service: TheService, study: TheStudy) -> Document:
+    """Queue a cancelled or failed study again; only the blocks that are missing are computed."""
+    record = service.dispatcher.resume(study)
+    if record.state == "done":
+        raise Problem(409, "study-ended", "The study is done: there is nothing left to compute.")
+    return Document(record.document())
+
+
+@router.delete(
+    "/{study_id}", status_code=204, responses=documented(404, 409), summary="Delete a study and its cube"
+)
+def delete(service: TheService, study: TheStudy) -> Response:
+    """Delete a study that is not running."""
+    service.dispatcher.delete(study)
+    return Response(status_code=204)

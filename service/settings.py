@@ -1,0 +1,74 @@
+"""What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
+
+import os
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, field_validator, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+def default_data_dir() -> Path:
+    """Where studies are kept by default: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
+
+    Returns
+    -------
+    Path
+        An absolute path, not created. As the XDG base directory specification asks, a relative
+        ``XDG_DATA_HOME`` is ignored.
+    """
+    base = os.environ.get("XDG_DATA_HOME", "")
+    root = Path(base) if Path(base).is_absolute() else Path.home() / ".local" / "share"
+    return root / "damperlab"
+
+
+class Settings(BaseSettings):
+    """Settings of the service.
+
+    Every field can be set by an environment variable of its name in capitals with the prefix ``DAMPERLAB_``
+    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments win over the environment.
+    """
+
+    model_config = SettingsConfigDict(
+        env_prefix="DAMPERLAB_", extra="forbid", frozen=True, env_ignore_empty=True
+    )
+
+    data_dir: Path = Field(
+        default_factory=default_data_dir, description="Folder of the cubes and the catalogue."
+    )
+    host: str = Field(
+        "127.0.0.1", description="Address to listen on. Loopback unless told otherwise: no login yet."
+    )
+    port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
+    workers: int | None = Field(None, ge=1, le=1024, description="Worker processes of the embedded cluster.")
+    scheduler: str | None = Field(
+        None, description="Address of a Dask scheduler to use instead of an own cluster."
+    )
+    studies_at_once: int = Field(
+        2, ge=1, le=64, description="Studies that run side by side on the one cluster."
+    )
+    body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
+    page_limit: int = Field(200, ge=1, description="Most studies on one page of the list.")
+    simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
+    simulate_history_limit: int = Field(20_000, ge=0, description="Most samples of one time history.")
+    cors_origins: tuple[str, ...] = Field(
+        (), description="Web origins that may call from a browser; none by default."
+    )
+    log_level: Literal["critical", "error", "warning", "info", "debug"] = Field(
+        "info", description="What is logged."
+    )
+
+    @field_validator("data_dir")
+    @classmethod
+    def _absolute(cls, value: Path) -> Path:
+        # Workers may have another working directory than the service: a relative path would mean two folders.
+        return value.expanduser().absolute()
+
+    @model_validator(mode="after")
+    def _one_cluster(self) -> "Settings":
+        if self.workers is not None and self.scheduler is not None:
+            raise ValueError(
+                f"found {self.workers} workers and scheduler {self.scheduler!r}; allowed is one of the two: "
+                "a scheduler brings its own workers, so leave `workers` out"
+            )
+        return self

@@ -1,0 +1,194 @@
+"""One design point on request: read from a document, bounded in what it may cost, and put into a document."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.guard import guard
+from studies.quantity import DEFAULTS, RATIOS, read_count
+from studies.variables import DIMENSIONS, ResponseClass, Status
+from worker.simulate import Design, Simulation, simulate
+from worker.solver.scene import Particle
+from worker.steady.settle import Settings as Steadiness
+
+OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
+KEYS = (*DIMENSIONS, "particle", "cycles", "history", "samples", "method")
+
+STEADY_CYCLES = 4000
+"""Excitation cycles after which a response that is not steady is given as it is."""
+HISTORY_PERIODS = 1000
+"""Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
+HISTORY_CYCLES = 10
+SAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A simulation as it was asked for.
+
+    Parameters
+    ----------
+    design : Design
+        The design point.
+    cycles : int, optional
+        Excitation cycles from rest; None for as many as the steady response needs.
+    history : int
+        Cycles at the end whose time history is wanted.
+    samples : int
+        Most samples of it.
+    method : {"event", "rk4"}
+        The solver.
+    """
+
+    design: Design
+    cycles: int | None
+    history: int
+    samples: int
+    method: Literal["event", "rk4"]
+
+
+def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> Asked:
+    """Read a request for a simulation.
+
+    Parameters
+    ----------
+    document : object
+        As read from JSON: the ratios by name, ``particle``, ``cycles``, ``history``, ``samples``, ``method``.
+    cycles_limit : int
+        Most excitation cycles, for r ≥ 1; of a slower excitation, whose cycles cost more, natural periods.
+    samples_limit : int
+        Most samples of the time history.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the request.
+    """
+    if not isinstance(document, dict):
+        advice = 'write keys and values, at least {"frequency_ratio": 1, "clearance_ratio": 10}'
+        raise StudyFaults((Fault("body", describe(document), "a mapping", advice),))
+    guard(document)
+    faults = [unknown_key(str(key), key, KEYS) for key in document if key not in KEYS]
+    has_particle = document.get("particle", True)
+    if not isinstance(has_particle, bool):
+        faults.append(
+            Fault("particle", describe(has_particle), "true or false", "write false for no particle")
+        )
+        has_particle = True
+    given = {**DEFAULTS, **document}
+    ratios: dict[str, float] = {}
+    for name in DIMENSIONS:
+        if has_particle or name not in OF_PARTICLE:
+            if name not in given:
+                allowed = RATIOS[name].allowed
+                advice = "add it" if name not in OF_PARTICLE else "add it, or write particle: false"
+                faults.append(Fault(name, "nothing", allowed, advice))
+            else:
+                ratios[name] = _caught(faults, RATIOS[name].read, given[name], name, 1.0)
+        elif name in document:
+            faults.append(
+                Fault(name, describe(document[name]), "nothing in a scene without a particle", "leave it out")
+            )
+    slowness = max(1.0, 1.0 / ratios.get("frequency_ratio", 1.0))
+    most = max(1, int(cycles_limit / slowness))
+    longest = max(1, int(HISTORY_PERIODS / slowness))
+    method = document.get("method", "event")
+    if method not in ("event", "rk4"):
+        faults.append(Fault("method", describe(method), "event, rk4", "choose one of these"))
+    cycles = document.get("cycles")
+    if cycles is not None:
+        cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
+    elif method == "rk4":
+        faults.append(Fault("cycles", "nothing", "a number of cycles with method rk4", "add it"))
+    history = document.get("history", min(HISTORY_CYCLES, longest))
+    history = _caught(faults, lambda raw, field: read_count(raw, 0, longest, field), history, "history", 0)
+    samples = document.get("samples", min(SAMPLES, samples_limit))
+    samples = _caught(
+        faults, lambda raw, field: read_count(raw, 2, samples_limit, field), samples, "samples", 2
+    )
+    if faults:
+        raise StudyFaults(faults)
+    particle = None
+    if has_particle:
+        particle = Particle(ratios["clearance_ratio"], ratios["restitution"], ratios["mass_ratio"])
+    design = Design(ratios["damping_ratio"], ratios["frequency_ratio"], ratios["friction_ratio"], particle)
+    return Asked(design, cycles, history, samples, method)
+
+
+def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
+    """Compute what was asked for.
+
+    Parameters
+    ----------
+    asked : Asked
+        The request.
+    cycles_limit : int
+        As for `read_simulation`; the search for a steady response keeps to it too.
+
+    Returns
+    -------
+    dict
+        ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
+        ``status`` and ``response_class`` in words.
+    """
+    slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
+    settings = Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
+    answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
+    return simulation_document(answer, asked.samples)
+
+
+def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
+    """Put a simulation into a document with at most `samples` samples of its time history."""
+    metrics = answer.metrics
+    return {
+        "metrics": metrics,
+        "status": Status(int(metrics["status"])).sentence,
+        "response_class": ResponseClass(int(metrics.get("response_class", ResponseClass.UNKNOWN))).sentence,
+        "state": answer.state,
+        "events": answer.events,
+        "cycles": answer.cycles,
+        "history": decimated(answer.history, samples),
+    }
+
+
+def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[str, NDArray[np.float64]]:
+    """Thin a time history out, keeping the extrema of u: every n-th sample would miss the peaks.
+
+    Parameters
+    ----------
+    history : mapping of ndarray
+        Columns of one length, ``u`` among them.
+    samples : int
+        Most samples that stay, 2 or more.
+
+    Returns
+    -------
+    dict of ndarray
+        The columns at the smallest and the largest u of each of samples/2 equal stretches, in time's order.
+    """
+    if not history:
+        return {}
+    u = history["u"]
+    if u.size <= samples:
+        return dict(history)
+    edges = np.linspace(0, u.size, samples // 2 + 1).astype(int)
+    kept = set()
+    for first, end in pairwise(edges):
+        stretch = u[first:end]
+        kept |= {first + int(stretch.argmin()), first + int(stretch.argmax())}
+    index = np.array(sorted(kept))
+    return {name: column[index] for name, column in history.items()}
+
+
+def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:
+    """Read a value; note what is wrong with it and go on, so that every fault is named at once."""
+    try:
+        return read(raw, field)
+    except StudyFaults as error:
+        faults.extend(error.faults)
+        return instead

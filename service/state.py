@@ -1,0 +1,60 @@
+"""What all requests of one running service share."""
+
+import threading
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from anyio import CapacityLimiter
+from fastapi import Depends, Path
+from starlette.requests import Request
+
+from service.dispatch import Dispatcher
+from service.settings import Settings
+from studies.store.record import Record
+from studies.store.store import Store
+
+
+@dataclass(frozen=True)
+class Service:
+    """The parts of a running service.
+
+    Parameters
+    ----------
+    settings : Settings
+        As it was started.
+    store : Store
+        Studies and cubes.
+    dispatcher : Dispatcher
+        Runs the queued studies.
+    simulations : CapacityLimiter
+        Bounds the simulations that compute at once, so that they leave threads to the queries.
+    closing : Event
+        Set when the service shuts down: streams end.
+    """
+
+    settings: Settings
+    store: Store
+    dispatcher: Dispatcher
+    simulations: CapacityLimiter
+    closing: threading.Event = field(default_factory=threading.Event)
+
+
+def _service(request: Request) -> Service:
+    service = request.app.state.service
+    assert isinstance(service, Service)
+    return service
+
+
+TheService = Annotated[Service, Depends(_service)]
+"""The running service, as a parameter of a route."""
+
+
+def _study(
+    service: TheService,
+    study_id: Annotated[str, Path(description="A study's id, the start of it, or its name.")],
+) -> Record:
+    return service.store.find(study_id)
+
+
+TheStudy = Annotated[Record, Depends(_study)]
+"""The record of the study that the path names, as a parameter of a route; 404 where there is none."""
