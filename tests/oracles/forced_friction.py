@@ -142,7 +142,7 @@ def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
         start = gamma + r**2 * math.cos(phi)
         c = start - gamma - a
         slip = _Slip(zeta, r, gamma, a, b, c, (zeta * c - r * b) / math.sqrt(1 - zeta**2))
-        turns = [t for t in zeros(slip.v_rate, 1e-3 * half, 1.0001 * half, 1001) if t <= half * (1 + 1e-12)]
+        turns = zeros(slip.v_rate, 1e-3 * half, 1.2 * half, 1201)  # beyond half: a bracket near the bound
         return slip, turns[0] if turns else None
 
     def miss(phi: float) -> float:
@@ -158,7 +158,7 @@ def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
             continue
         phi = float(brentq(miss, phases[i], phases[i + 1], xtol=1e-14))
         slip, end = slip_from(phi)
-        if end is None or abs(miss(phi)) > 1e-9:
+        if end is None or end > half or abs(miss(phi)) > 1e-9:
             continue
         stuck = np.linspace(end, half, 500)
         force = r**2 * np.cos(r * stuck + phi) - slip.v(np.asarray(end))
