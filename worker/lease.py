@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import socket
 import threading
 import uuid
@@ -13,6 +14,8 @@ from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from studies.store.store import Store
 
 logger = logging.getLogger(__name__)
+
+_held: set[str] = set()  # the owners that live in this process
 
 RENEW_SECONDS = 5.0
 """Between two renewals; many fit into a claim's life, so that a busy catalogue costs no claim."""
@@ -84,7 +87,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
         If another runner holds it.
     """
     lease = Lease(store, study_id)
-    if not store.claim(study_id, lease.owner):
+    if not store.claim(study_id, lease.owner) and not _take_over(lease):
         raise StudyBusy(
             Fault(
                 "id",
@@ -93,6 +96,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
                 "wait for it, or cancel it there; the claim of a process that died expires by itself",
             )
         )
+    _held.add(lease.owner)
     thread = threading.Thread(target=lease._keep, name=f"lease-{study_id}", daemon=True)
     thread.start()
     try:
@@ -101,3 +105,42 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
         lease._released.set()
         thread.join()
         store.release(study_id, lease.owner)
+        _held.discard(lease.owner)
+
+
+def _take_over(lease: Lease) -> bool:
+    # Who runs a killed study again on the same machine need not wait for the claim to expire.
+    owner = lease.store.find(lease.study_id).owner
+    if owner is not None and owner_is_dead(owner):
+        lease.store.release(lease.study_id, owner)
+    return lease.store.claim(lease.study_id, lease.owner)
+
+
+def owner_is_dead(owner: str) -> bool:
+    """Whether a claim's owner can be seen to be gone, before its claim expires.
+
+    Parameters
+    ----------
+    owner : str
+        As in `Record.owner`.
+
+    Returns
+    -------
+    bool
+        True for a process of this host that is no more; False for any other host's, which cannot be seen.
+    """
+    if not re.fullmatch(r".+:\d+:[0-9a-f]{8}", owner):
+        return False
+    host, pid, _ = owner.rsplit(":", 2)
+    if host != socket.gethostname() or os.name != "posix":
+        return False
+    if int(pid) == os.getpid():
+        # In a container that was started again, the process before had the same number.
+        return owner not in _held
+    try:
+        os.kill(int(pid), 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        return False
+    return False

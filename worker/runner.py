@@ -8,7 +8,7 @@ from threading import Event
 from distributed import Client, Future
 
 from studies.definition import parse_study
-from studies.plan import Plan, make_plan
+from studies.plan import plan_with_chunk
 from studies.store.cube import write_region
 from studies.store.faults import StoreFault
 from studies.store.record import BlockOutcome, Record
@@ -39,9 +39,9 @@ def run_study(
 
     The study ends `done` when every block has its mark, also where blocks were given up and recorded as
     failed points; it ends `failed` where each of its blocks was given up. Stopped, here or by a cancel in
-    another process, it is `cancelled`. Where it could not go on for a reason outside its points (the scheduler
-    is lost, the disk is full, a worker holds other code) it is `failed` with that message while blocks are
-    pending. Whatever the end, what is done is kept, and another call goes on from there.
+    another process, it is `cancelled`. Where it could not go on for a reason outside its points (the
+    scheduler is lost, the disk is full, a worker holds other code) it is `failed` with that message while
+    blocks are pending. Whatever the end, what is done is kept, and another call goes on from there.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def run_study(
     study_id : str
         Its full id.
     client_factory : callable
-        Makes a context that gives a client, such as `worker.cluster.connect`; called only if blocks are pending.
+        Makes a context that gives a client, as `worker.cluster.connect` does; called only to compute blocks.
     on_progress : callable
         Called in this thread as the study starts, about twice a second while it moves, and at its end.
     stop : Event
@@ -75,15 +75,18 @@ def run_study(
         run = _Run(store, lease, on_progress, stop)
         try:
             run.compute(client_factory)
-        except (Interrupted, WrongCode, StoreFault) as error:
-            return run.put_down("failed", f"{error}; {run.left()}")
+            run.end()
+        except (Interrupted, StoreFault) as error:
+            run.put_down("failed", f"{error}; {run.left()}")
+        except WrongCode as error:
+            run.put_down("failed", str(error))
         except KeyboardInterrupt:
             run.put_down("cancelled", None)
             raise
         except Exception as error:
-            run.put_down("failed", f"{error}")
+            run.put_down("failed", str(error))
             raise
-        return run.end()
+    return store.find(study_id)
 
 
 class _Run:
@@ -116,9 +119,10 @@ class _Run:
     def compute(self, client_factory: Callable[[], AbstractContextManager[Client]]) -> None:
         """Compute every pending block, or as many as there is leave for."""
         study = parse_study(self._record.definition)
-        self._plan: Plan = make_plan(study, seconds_per_point)
+        # The cube's own cut: the cost model may have changed since the study was submitted.
+        self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         pending = self._store.pending(self._study_id)
-        self._meter = Meter(_progress(self._record), work_left=float(self._plan.costs(pending).sum()))
+        self._meter = Meter(_progress(self._record), work_left=float(self._plan.block_seconds[pending].sum()))
         self._report(at_once=True)
         if not pending.size or self._stopping:
             return
@@ -140,34 +144,35 @@ class _Run:
             finally:
                 window.close()
 
-    def end(self) -> Record:
+    def end(self) -> None:
         """Put the study into the state that its blocks say."""
         record = self._store.find(self._study_id)
         self._report(at_once=True)
         if self._lease.lost.is_set():
-            return record
+            return
         if record.blocks_done < record.blocks_total:
-            return self.put_down("cancelled", None)
-        count = len(self._failures)
-        message = (
-            f"{count} of {record.blocks_total} blocks failed; the first: {self._failures[0]}" if count else ""
-        )
-        state = "failed" if count == record.blocks_total else "done"
-        return self._store.set_state(self._study_id, state, message or (record.message and ""))
+            self.put_down("cancelled", None)
+            return
+        message = None
+        if self._failures:
+            count, total = len(self._failures), record.blocks_total
+            message = f"{count} of {total} blocks failed; the first: {self._failures[0]}"
+        elif record.message and not record.points_failed:
+            message = ""  # of an earlier run that was interrupted; there is nothing to say any more
+        # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
+        given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
+        self._store.set_state(self._study_id, "failed" if given_up else "done", message)
 
-    def put_down(self, state: str, message: str | None) -> Record:
+    def put_down(self, state: str, message: str | None) -> None:
         """End a study that is not complete, unless somebody else has said what becomes of it."""
-        if self._lease.lost.is_set():
-            return self._store.find(self._study_id)
-        return self._store.set_state(self._study_id, state, message, only_from=("running",))
+        if not self._lease.lost.is_set():
+            self._store.set_state(self._study_id, state, message, only_from=("running",))
 
     def left(self) -> str:
         """What remains, and how to go on."""
         record = self._store.find(self._study_id)
         pending = record.blocks_total - record.blocks_done
-        return (
-            f"{record.blocks_done} of {record.blocks_total} blocks are kept, {pending} left: resume the study"
-        )
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept, resume computes the other {pending}"
 
     @property
     def _stopping(self) -> bool:
@@ -191,7 +196,7 @@ class _Run:
         if isinstance(ended, Failure):
             ended = self._give_up(ended, cube_path)
         self._store.mark(self._study_id, ended)
-        self._meter.add(ended.points, ended.failed, float(self._plan.costs([ended.index])[0]))
+        self._meter.add(ended.points, ended.failed, float(self._plan.block_seconds[ended.index]))
 
     def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:
         block = self._plan.block(failure.index)

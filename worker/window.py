@@ -160,6 +160,7 @@ class Window:
         self._drop(set(self._flying) - running)
         while self._flying and (left := deadline - time.monotonic()) > 0.0:
             yield from self.collect(min(left, 1.0))
+        self.close()
 
     def close(self) -> None:
         """Drop every block that is still at the cluster."""

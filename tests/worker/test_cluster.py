@@ -8,13 +8,12 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import psutil
 import pytest
 
+from tests.worker.dask_processes import dask_process, scheduler_process
 from worker.cluster import ClusterUnusable, connect, core_count
 from worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
 
@@ -40,39 +39,6 @@ def _working(parent: psutil.Process) -> list[psutil.Process]:
 def _gone(processes: list[psutil.Process], seconds: float = 20.0) -> bool:
     _, alive = psutil.wait_procs(processes, timeout=seconds)
     return not alive
-
-
-@contextmanager
-def dask_process(*arguments: str, cwd: Path = ROOT) -> Iterator[subprocess.Popen[str]]:
-    environment = {**os.environ, "PYTHONPATH": str(cwd)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "dask", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        env=environment,
-        cwd=cwd,
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-        assert process.stdout is not None
-        process.stdout.close()
-
-
-@contextmanager
-def scheduler_process() -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    with dask_process("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard") as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if found := re.search(r"Scheduler at:\s+(tcp://\S+)", line):
-                # What it still prints must not fill the pipe.
-                threading.Thread(target=process.stdout.read, daemon=True).start()
-                yield found.group(1), process
-                return
-        raise AssertionError("the scheduler ended before it listened")
 
 
 def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> None:

@@ -1,0 +1,58 @@
+"""A study on somebody else's scheduler, which dies while the study runs."""
+
+import threading
+from pathlib import Path
+
+from studies.definition import parse_study
+from studies.plan import plan_with_chunk
+from studies.store.store import Store
+from tests.worker.dask_processes import dask_process, scheduler_process
+from worker.cluster import connect
+from worker.cost import seconds_per_point
+from worker.progress import Progress
+from worker.provenance import provenance
+from worker.runner import run_study
+
+
+def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:
+    study = parse_study(
+        {
+            "name": "linear",
+            "damping_ratio": 0.0038,
+            "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 4000}},
+            "particle": False,
+        }
+    )
+    store = Store.open(tmp_path)
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 4), seconds_per_point)
+    record, _ = store.submit(study, plan, provenance())
+
+    with (
+        scheduler_process() as (address, process),
+        dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
+    ):
+
+        def kill(progress: Progress) -> None:
+            if progress.blocks_done:
+                process.kill()
+
+        record = run_study(store, record.id, lambda: connect(scheduler=address), kill, threading.Event())
+    assert record.state == "failed"
+    assert record.message is not None
+    assert "connection to the Dask scheduler was lost" in record.message
+    assert 0 < record.blocks_done < record.blocks_total
+
+    kept = record.blocks_done
+    seen: list[Progress] = []
+    stop = threading.Event()
+
+    def few_more(progress: Progress) -> None:
+        seen.append(progress)
+        if progress.blocks_done > kept:
+            stop.set()
+
+    record = run_study(store, record.id, lambda: connect(workers=1), few_more, stop)
+    assert seen[0].blocks_done == kept
+    assert record.state == "cancelled"
+    assert record.blocks_done > kept
+    store.close()
