@@ -1,5 +1,7 @@
 """How an error leaves the command line: a message on standard error or, with --json, a problem document; a status."""
 
+import re
+
 import typer
 
 from service.cli.output import note, print_json
@@ -57,8 +59,8 @@ def report(error: Exception, as_json: bool) -> int:
         text = f"The request has {len(faults)} fault{'' if len(faults) == 1 else 's'}; nothing was stored."
     elif isinstance(fault := getattr(error, "fault", None), Fault):
         # Store and cluster raise errors of their own that carry the one fault.
-        kind, faults = type(error).__name__, (fault,)
-        status = BAD_USAGE if kind == "StudyNotFound" else FAILED
+        kind, faults = _kebab(type(error).__name__), (fault,)
+        status = BAD_USAGE if kind in ("study-not-found", "query-fault") else FAILED
     elif isinstance(error, OSError):
         kind = "system"
     else:
@@ -79,6 +81,10 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
         if not _asks_for_help(error):
             note("`damperlab --help` and `damperlab COMMAND --help` list what is allowed.")
     return error.exit_code
+
+
+def _kebab(name: str) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z])", "-", name).lower()
 
 
 def _asks_for_help(error: typer.TyperException) -> bool:

@@ -9,18 +9,21 @@ import typer
 from service.cli.options import AsJson, check_file
 from service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from service.cli.words import cell
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
     import numpy as np
 
     from worker.simulate import Design
 
+OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
 CYCLES_LIMIT = 10_000_000
 """Of a service's requests the settings are stricter; here nobody else waits."""
 SAMPLES_LIMIT = 10_000_000
-HISTORY_CYCLES = 20
-"""Cycles of the time history where a file is asked for and no number is given."""
+STEADY_HISTORY = 20
+"""Cycles of a steady response in a file where no number is given."""
+LONG_HISTORY = 200
+"""Most cycles from rest in a file where no number is given."""
 SHOWN_SAMPLES = 1000
 
 
@@ -50,9 +53,7 @@ def simulate(
     ] = Method.event,
     history: Annotated[
         int | None,
-        typer.Option(
-            metavar="CYCLES", help=f"Cycles at the end to show over time; {HISTORY_CYCLES} with -o."
-        ),
+        typer.Option(metavar="CYCLES", help="Cycles at the end that -o or --json shows over time."),
     ] = None,
     output: Annotated[
         Path | None,
@@ -78,7 +79,7 @@ def simulate(
         "samples": SAMPLES_LIMIT,
     }
     document |= {name: given[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
-    document["history"] = _history(history, output, cycles, method)
+    document["history"] = _history(history, output, cycles, method, frequency_ratio)
     if cycles is not None:
         document["cycles"] = cycles
     with working("Computing (the first time, kernels are compiled)"):
@@ -92,13 +93,12 @@ def simulate(
         answer["history"] = decimated(answer["history"], SHOWN_SAMPLES)
         print_json(answer)
     elif output is None:
-        _print(answer)
+        _print(answer, steady=cycles is None)
 
 
-OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
-
-
-def _history(history: int | None, output: Path | None, cycles: int | None, method: Method) -> int:
+def _history(
+    history: int | None, output: Path | None, cycles: int | None, method: Method, frequency_ratio: float
+) -> int:
     """Settle how many cycles of time history to ask for."""
     if output is not None and method is Method.rk4:
         raise typer.BadParameter(
@@ -108,7 +108,9 @@ def _history(history: int | None, output: Path | None, cycles: int | None, metho
         return history
     if output is None:
         return 0
-    return HISTORY_CYCLES if cycles is None else min(HISTORY_CYCLES, cycles)
+    wanted = STEADY_HISTORY if cycles is None else min(cycles, LONG_HISTORY)
+    # A slow excitation has long cycles, and a time history may cover a limited number of natural periods.
+    return max(1, min(wanted, int(frequency_ratio * LONG_HISTORY))) if frequency_ratio > 0 else wanted
 
 
 def _write(history: "dict[str, np.ndarray]", design: "Design", output: Path) -> None:
@@ -126,7 +128,8 @@ def _write(history: "dict[str, np.ndarray]", design: "Design", output: Path) -> 
     note(f"Wrote {output}.")
 
 
-def _print(answer: dict[str, Any]) -> None:
+def _print(answer: dict[str, Any], steady: bool) -> None:
+    """Print the metrics and the state at the end; a stop after a number of cycles that was asked for needs no word."""
     metrics = answer["metrics"]
     print_table(
         ("metric", "value", "what"),
@@ -141,4 +144,6 @@ def _print(answer: dict[str, Any]) -> None:
     )
     events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
     say(f"After {answer['cycles']} cycles: {state}; {events}.")
-    say(answer["status"])
+    status = Status(metrics["status"])
+    if steady or status > Status.MAX_CYCLES:
+        say(status.sentence)

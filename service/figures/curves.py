@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from service.figures.style import (
@@ -139,6 +140,7 @@ def draw_history(history: Mapping[str, NDArray[np.float64]], design: Design) -> 
         for panel in panels:
             panel.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0)
             panel.margins(x=0.005)
+        panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         panels[-1].set_xlabel("Time in excitation cycles")
         figure.suptitle(title, x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
     return figure
