@@ -35,7 +35,9 @@ def test_the_same_definition_gives_the_existing_record(store, make_study, make_p
 def test_a_document_of_a_record_is_json_and_says_what_the_contract_asks(store, make_study, make_plan_of):
     record, _ = store.submit(make_study(), make_plan_of(make_study()), {})
     document = json.loads(json.dumps(record.document()))
-    asked = "state points_total points_done points_failed created started finished seconds_left definition digest"
+    asked = (
+        "state points_total points_done points_failed created started finished seconds_left definition digest"
+    )
     assert set(asked.split()) <= set(document)
     assert document["created"].endswith("+00:00")
 
@@ -135,8 +137,13 @@ def test_pages_go_from_new_to_old_and_do_not_shift(store, make_study, make_plan_
 
 @pytest.mark.parametrize(
     ("asked", "field"),
-    [({"cursor": "nonsense"}, "cursor"), ({"cursor": "\ud800"}, "cursor"), ({"limit": 0}, "limit")]
-    + [({"limit": 10**6}, "limit"), ({"state": "paused"}, "state")],
+    [
+        ({"cursor": "nonsense"}, "cursor"),
+        ({"cursor": "\ud800"}, "cursor"),
+        ({"limit": 0}, "limit"),
+        ({"limit": 10**6}, "limit"),
+        ({"state": "paused"}, "state"),
+    ],
 )
 def test_a_page_that_cannot_be_is_refused(store, asked, field):
     with pytest.raises(StoreFault) as caught:
@@ -162,7 +169,9 @@ def test_a_prefix_of_several_ids_is_refused_with_them(store, make_study, make_pl
         store.find(shared)
 
 
-def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store, make_study, make_plan_of, outcome_of):
+def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(
+    store, make_study, make_plan_of, outcome_of
+):
     plan = make_plan_of(make_study())
     study_id = store.submit(make_study(), plan, {})[0].id
     store.mark(study_id, outcome_of(plan.block(0)))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -67,8 +68,12 @@ def test_xarray_opens_the_folder_and_reads_the_same(store, make_study, make_plan
         write_region(store.cube_path(study_id), block, values_of(study, block))
         store.mark(study_id, outcome_of(block))
     path = store.cube_path(study_id)
-    xr.testing.assert_identical(xr.open_zarr(path, chunks=None, consolidated=True).load(), store.cube(study_id))
-    xr.testing.assert_identical(xr.open_zarr(path, chunks=None, consolidated=False).load(), store.cube(study_id))
+    xr.testing.assert_identical(
+        xr.open_zarr(path, chunks=None, consolidated=True).load(), store.cube(study_id)
+    )
+    xr.testing.assert_identical(
+        xr.open_zarr(path, chunks=None, consolidated=False).load(), store.cube(study_id)
+    )
 
 
 def test_a_block_without_its_mark_is_hidden_whole(store, make_study, make_plan_of, values_of, outcome_of):
@@ -111,12 +116,18 @@ def test_every_way_of_indexing_hides_the_same_points(store, make_study, make_pla
                 rng.integers(extent, size=3),
                 slice(int(rng.integers(extent)), None),
             )[rng.integers(4)]
-        xr.testing.assert_identical(store.cube(study_id)["amplitude_ratio"].isel(index).load(), whole.isel(index))
+        xr.testing.assert_identical(
+            store.cube(study_id)["amplitude_ratio"].isel(index).load(), whole.isel(index)
+        )
     points = {name: ("point", rng.integers(whole.sizes[name], size=9)) for name in DIMENSIONS}
-    xr.testing.assert_identical(store.cube(study_id)["amplitude_ratio"].isel(points).load(), whole.isel(points))
+    xr.testing.assert_identical(
+        store.cube(study_id)["amplitude_ratio"].isel(points).load(), whole.isel(points)
+    )
 
 
-def test_blocks_done_after_the_cube_was_opened_stay_hidden(store, make_study, make_plan_of, values_of, outcome_of):
+def test_blocks_done_after_the_cube_was_opened_stay_hidden(
+    store, make_study, make_plan_of, values_of, outcome_of
+):
     study = make_study()
     plan = make_plan_of(study)
     study_id = store.submit(study, plan, {})[0].id
@@ -138,7 +149,7 @@ def test_a_region_is_on_the_disk_before_it_is_reported(
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(Path(os.readlink(f"/proc/self/fd/{descriptor}")))
+        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink())
         real(descriptor)
 
     monkeypatch.setattr(studies.store.durable.os, "fsync", record)
@@ -156,7 +167,7 @@ def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_pla
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(Path(os.readlink(f"/proc/self/fd/{descriptor}")))
+        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink())
         real(descriptor)
 
     monkeypatch.setattr(studies.store.durable.os, "fsync", record)
@@ -208,8 +219,6 @@ def test_a_cube_of_ten_million_points_is_opened_and_sliced_in_little_memory(stor
     assert study.points == 10**7
     plan = make_plan_of(study, (1, 1, 1, 5, 10, 10))
     study_id = store.submit(study, plan, {})[0].id
-    import tracemalloc
-
     store.cube(study_id)
     tracemalloc.start()
     cube = store.cube(study_id)

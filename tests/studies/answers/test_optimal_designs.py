@@ -1,0 +1,159 @@
+"""The ranking: the same as judging every design of the whole cube by hand."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import studies.answers.optimal_designs
+from studies.answers.faults import QueryFault
+from studies.answers.optimal_designs import DESIGN, optimal_designs
+
+
+def _by_hand(whole, objective, low=0.0, high=9.0, locked=True, speed=np.inf, ranges=None):
+    """Every qualifying design as (value, error, coordinates), ranked; plain loops over the cube in memory."""
+    frequencies = whole["frequency_ratio"].values
+    counting = np.flatnonzero((frequencies >= low) & (frequencies <= high))
+    if objective == "resonance":
+        counting = np.array([np.abs(frequencies - 1).argmin()])
+    near = counting[np.abs(frequencies[counting] - 1).argmin()]
+    found = []
+    for index in itertools.product(*(range(whole.sizes[name]) for name in DESIGN)):
+        coordinates = {name: whole[name].values[i] for name, i in zip(DESIGN, index, strict=True)}
+        if any(not a <= coordinates[name] <= b for name, (a, b) in (ranges or {}).items()):
+            continue
+        get = {name: whole[name].values[index] for name in whole.data_vars}
+        if not np.isin(get["status"][counting], (0, 1)).all():
+            continue
+        if (not locked and get["response_class"][near] == 1) or (
+            get["impact_speed_max"][counting] > speed
+        ).any():
+            continue
+        a, e, r = get["amplitude_ratio"][counting], get["amplitude_error"][counting], frequencies[counting]
+        width = r[-1] - r[0]
+        if objective == "resonance":
+            value, error = a[0], e[0]
+        elif objective == "peak":
+            value, error = a.max(), e[a.argmax()]
+        elif objective == "band_mean":
+            value, error = np.trapezoid(a, r) / width, np.trapezoid(e, r) / width
+        else:
+            value = np.sqrt(np.trapezoid(a * a, r) / width)
+            error = np.trapezoid(a * e, r) / width / value
+        found.append((value, error, coordinates, r[a.argmax()]))
+    return sorted(found, key=lambda row: row[0])
+
+
+QUESTIONS = [
+    ({}, {}),
+    ({"exclude_locked": True}, {"locked": False}),
+    ({"max_impact_speed": 7.0}, {"speed": 7.0}),
+    (
+        {"ranges": {"clearance_ratio": (2.0, 10.0), "restitution": (0.4, 1.0)}},
+        {"ranges": {"clearance_ratio": (2.0, 10.0), "restitution": (0.4, 1.0)}},
+    ),
+]
+
+
+@pytest.mark.parametrize("budget", [1, 2**18])
+@pytest.mark.parametrize("question", range(len(QUESTIONS)))
+@pytest.mark.parametrize("objective", ["resonance", "peak", "band_mean", "band_rms"])
+def test_the_ranking_is_that_of_the_whole_cube(cube, whole, monkeypatch, objective, question, budget):
+    monkeypatch.setattr(studies.answers.optimal_designs, "BUDGET", budget)
+    asked, by_hand = QUESTIONS[question]
+    band = {} if objective == "resonance" else {"band": (0.8, 1.0)}
+    limits = {} if objective == "resonance" else {"low": 0.8, "high": 1.0}
+    answer = optimal_designs(cube, objective, top=7, **band, **asked)
+    expected = _by_hand(whole, objective, **limits, **by_hand)
+    assert len(expected) > 3  # else this compares nothing
+    assert answer.sizes["rank"] == min(7, len(expected))
+    for place, (value, error, coordinates, frequency) in enumerate(expected[:7]):
+        row = answer.isel(rank=place)
+        assert row["rank"] == place + 1
+        # sums of three terms, in another order
+        np.testing.assert_allclose(row["value"], value, rtol=1e-14)
+        np.testing.assert_allclose(row["error"], error, rtol=1e-14)
+        assert {name: row[name].item() for name in DESIGN} == coordinates
+        assert row["frequency_ratio"] == frequency
+        at = whole["response_class"].sel(coordinates)
+        assert row["response_class"] == at.sel(frequency_ratio=frequency)
+        counting = [1.0] if objective == "resonance" else [0.8, 0.95, 1.0]
+        share = (at.sel(frequency_ratio=counting) == 1).mean()
+        np.testing.assert_allclose(row["locked_share"], share, rtol=1e-14)
+
+
+def test_what_was_left_out_is_counted_and_said(cube, whole):
+    answer = optimal_designs(cube, "peak", top=100, exclude_locked=True)
+    status = whole["status"].values.reshape(-1, whole.sizes["frequency_ratio"])
+    missing = (status == -1).any(axis=1)
+    failed = ~missing & (status > 1).any(axis=1)
+    assert answer.attrs["designs"] == len(status)
+    assert answer.attrs["incomplete"] == missing.sum() > 0
+    assert answer.attrs["failed"] == failed.sum() > 0
+    assert answer.attrs["complete"] == 1 - missing.mean()
+    left = len(status) - missing.sum() - failed.sum() - answer.attrs["locked"]
+    assert answer.sizes["rank"] == left
+    assert f"{failed.sum()} failed at a frequency that counts" in answer.attrs["note"]
+    assert "6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
+
+
+def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(cube):
+    alone = cube.isel(frequency_ratio=[3])
+    for objective in ("resonance", "peak", "band_mean", "band_rms"):
+        answer = optimal_designs(alone, objective)
+        assert (
+            "Only one frequency was computed, r = 1: the judgement holds at that frequency only"
+            in (answer.attrs["note"])
+        )
+        np.testing.assert_allclose(answer["value"], optimal_designs(cube, "resonance")["value"], rtol=1e-15)
+    assert "Only one frequency counts here" in optimal_designs(cube, "resonance").attrs["note"]
+
+
+def test_frequencies_in_any_order_give_the_same_band_mean(cube, whole):
+    shuffled = whole.isel(frequency_ratio=[3, 0, 5, 1, 4, 2])
+    expected = optimal_designs(cube, "band_mean")
+    answer = optimal_designs(shuffled, "band_mean")
+    np.testing.assert_allclose(answer["value"], expected["value"], rtol=1e-14)
+    np.testing.assert_array_equal(answer["frequency_ratio"], expected["frequency_ratio"])
+
+
+def test_no_design_is_an_answer_too(cube):
+    answer = optimal_designs(cube, "peak", max_impact_speed=0.0)
+    assert answer.sizes["rank"] == 0
+    assert "No design is left" in answer.attrs["note"]
+
+
+def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
+    answer = optimal_designs(cube[["amplitude_ratio", "status"]], "peak", top=3)
+    assert answer.sizes["rank"] == 3
+    assert np.isnan(answer["error"]).all()
+    assert (answer["response_class"] == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("question", "field", "words"),
+    [
+        ({"objective": "best"}, "objective", "resonance, peak"),
+        ({"top": 0}, "top", "1 to"),
+        ({"band": (0.8, 1.2)}, "band", "resonance"),
+        ({"objective": "peak", "band": (1.2, 0.8)}, "band", "lower one first"),
+        ({"objective": "peak", "band": (0.96, 0.99)}, "band", "holds no grid point"),
+        ({"ranges": {"clearance_ratio": (30.0, 40.0)}}, "clearance_ratio", "20 is the nearest"),
+        ({"ranges": {"clearance_ratio": (float("nan"), 4.0)}}, "clearance_ratio", "lower one first"),
+        ({"ranges": {"clearance": (1.0, 4.0)}}, "clearance", "did you mean clearance_ratio"),
+        ({"ranges": {"frequency_ratio": (1.0, 4.0)}}, "frequency_ratio", "band"),
+        ({"max_impact_speed": -1.0}, "max_impact_speed", "0 or more"),
+        ({"max_impact_speed": float("nan")}, "max_impact_speed", "0 or more"),
+    ],
+)
+def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, question, field, words):
+    with pytest.raises(QueryFault, match=words) as caught:
+        optimal_designs(cube, **question)
+    assert caught.value.fault.field == field
+
+
+def test_a_study_without_what_is_needed_is_told_which_variable(cube):
+    for question in ({"exclude_locked": True}, {"max_impact_speed": 1.0}):
+        with pytest.raises(QueryFault) as caught:
+            optimal_designs(cube[["amplitude_ratio", "status"]], **question)
+        assert caught.value.fault.field in question

@@ -1,0 +1,160 @@
+"""Maps and curves: what is in them is what is in the cube, and they say what was chosen and what is missing."""
+
+import numpy as np
+import pytest
+
+import studies.answers.resonance_map
+from studies.answers.faults import QueryFault
+from studies.answers.frequency_response import frequency_response
+from studies.answers.resonance_map import resonance_map
+
+
+def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
+    answer = resonance_map(
+        cube, "clearance_ratio", "friction_ratio", at={"restitution": 0.55, "frequency_ratio": 1.19}
+    )
+    assert answer["amplitude_ratio"].dims == ("friction_ratio", "clearance_ratio")
+    for name in ("amplitude_ratio", "amplitude_error", "response_class", "status"):
+        expected = whole[name].values[0, 1, 0, :, :, 4].T
+        np.testing.assert_array_equal(answer[name], expected)
+        assert answer[name].attrs["units"] == whole[name].attrs["units"]
+    status = whole["status"].values[0, 1, 0, :, :, 4]
+    assert answer.attrs["complete"] == (status >= 0).mean()
+    assert answer.attrs["points_failed"] == (status > 1).sum()
+    assert answer["restitution"].item() == 0.5
+    assert answer["frequency_ratio"].item() == 1.2
+    assert "nearest to the 0.55 asked for" in answer.attrs["note"]
+
+
+def test_dimensions_that_were_not_asked_for_are_chosen_and_said(cube):
+    answer = resonance_map(cube, "friction_ratio", "restitution")
+    assert answer["frequency_ratio"].item() == 1.0
+    assert answer["clearance_ratio"].item() == 1.0
+    assert "clearance_ratio = 1 (not asked for; one of 5 on the grid)" in answer.attrs["note"]
+    assert "mass_ratio = 0.1," in answer.attrs["note"]  # there was nothing to choose
+
+
+def test_any_two_dimensions_make_a_map(cube, whole):
+    answer = resonance_map(cube, "frequency_ratio", "restitution", "period", at={"friction_ratio": 0.4})
+    expected = whole["period"].values[0, :, 0, 0, 2, :].astype(float)
+    expected[expected < 0] = np.nan
+    np.testing.assert_array_equal(answer["period"], expected)
+    one_row = resonance_map(cube, "mass_ratio", "restitution")
+    assert one_row["amplitude_ratio"].shape == (3, 1)
+
+
+@pytest.mark.parametrize("budget", [1, 45, 10**6])
+@pytest.mark.parametrize("reduce", ["max", "min"])
+def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch, budget, reduce):
+    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    answer = resonance_map(
+        cube,
+        "clearance_ratio",
+        "friction_ratio",
+        over="frequency_ratio",
+        reduce=reduce,
+        at={"restitution": 0.8},
+    )
+    values = whole["amplitude_ratio"].values[0, 2, 0].transpose(2, 1, 0)
+    known = np.isfinite(values).any(axis=0)
+    assert not np.isnan(answer["amplitude_ratio"].values[known]).any()
+    fill = -np.inf if reduce == "max" else np.inf
+    filled = np.where(np.isnan(values), fill, values)
+    place = filled.argmax(axis=0) if reduce == "max" else filled.argmin(axis=0)
+    for name in ("amplitude_ratio", "amplitude_error", "response_class", "status"):
+        source = whole[name].values[0, 2, 0].transpose(2, 1, 0)
+        expected = np.take_along_axis(source, place[None], axis=0)[0]
+        np.testing.assert_array_equal(answer[name].values[known], expected[known])
+    frequencies = whole["frequency_ratio"].values[place]
+    np.testing.assert_array_equal(answer["frequency_ratio_at"].values[known], frequencies[known])
+    status = whole["status"].values[0, 2, 0]
+    assert answer.attrs["complete"] == (status >= 0).mean() < 1
+    assert answer.attrs["points_failed"] == (status > 1).sum() > 0
+
+
+@pytest.mark.parametrize("budget", [1, 10**6])
+def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, budget):
+    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    answer = resonance_map(
+        cube,
+        "clearance_ratio",
+        "friction_ratio",
+        over="restitution",
+        reduce="mean",
+        at={"frequency_ratio": 0.7},
+    )
+    values = whole["amplitude_ratio"].values[0, :, 0, :, :, 0].transpose(0, 2, 1)
+    known = np.isfinite(values)
+    number = known.sum(axis=0)
+    expected = np.where(number > 0, np.where(known, values, 0).sum(axis=0) / np.maximum(number, 1), np.nan)
+    # three terms: rounding alone may differ
+    np.testing.assert_allclose(answer["amplitude_ratio"], expected, rtol=4 * np.finfo(float).eps)
+    status = whole["status"].values[0, :, 0, :, :, 0].transpose(0, 2, 1)
+    worst = np.where((status > 1).any(axis=0), 2, np.where((status < 0).any(axis=0), -1, status.max(axis=0)))
+    np.testing.assert_array_equal(answer["status"], worst)
+    assert "response_class" not in answer
+
+
+def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
+    empty = cube.isel(clearance_ratio=slice(0, 2)).copy(deep=True).load()
+    empty["amplitude_ratio"][:] = np.nan
+    empty["status"][:] = -1
+    for reduce in ("max", "min", "mean"):
+        answer = resonance_map(empty, "clearance_ratio", "restitution", over="frequency_ratio", reduce=reduce)
+        assert np.isnan(answer["amplitude_ratio"]).all()
+        assert (answer["status"] == -1).all()
+        assert answer.attrs["complete"] == 0
+
+
+@pytest.mark.parametrize(
+    ("question", "field", "words"),
+    [
+        ({"x": "clearance"}, "x", "did you mean clearance_ratio"),
+        ({"y": "friction_ratio", "x": "friction_ratio"}, "y", "no other argument"),
+        ({"metric": "amplitude"}, "metric", "did you mean amplitude"),
+        ({"over": "clearance_ratio"}, "over", "no other argument"),
+        ({"over": "nothing"}, "over", "one of damping_ratio"),
+        ({"over": "restitution", "reduce": "median"}, "reduce", "max, min, mean"),
+        ({"reduce": "max"}, "reduce", "name the dimension"),
+        ({"over": "restitution", "metric": "response_class"}, "metric", "codes"),
+        ({"at": {"gap": 1.0}}, "gap", "one of"),
+        ({"at": {"clearance_ratio": 1.0}}, "clearance_ratio", "no other argument"),
+        ({"at": {"restitution": float("nan")}}, "restitution", "finite"),
+    ],
+)
+def test_a_map_that_cannot_be_drawn_is_refused_with_what_can(cube, question, field, words):
+    with pytest.raises(QueryFault, match=words) as caught:
+        resonance_map(cube, **{"x": "clearance_ratio", "y": "friction_ratio", **question})
+    assert caught.value.fault.field == field
+
+
+def test_a_curve_runs_along_the_frequency(cube, whole):
+    answer = frequency_response(cube, "amplitude_ratio_rms", {"clearance_ratio": 9.0, "friction_ratio": 0.2})
+    np.testing.assert_array_equal(
+        answer["amplitude_ratio_rms"], whole["amplitude_ratio_rms"].values[0, 0, 0, 3, 1]
+    )
+    for name in ("amplitude_error", "response_class", "status"):
+        np.testing.assert_array_equal(answer[name], whole[name].values[0, 0, 0, 3, 1])
+    assert answer["clearance_ratio"].item() == 10.0
+    assert answer.attrs["complete"] == (whole["status"].values[0, 0, 0, 3, 1] >= 0).mean()
+    assert "nearest to the 9 asked for" in answer.attrs["note"]
+
+
+def test_a_curve_of_one_frequency_says_so(cube):
+    answer = frequency_response(cube.isel(frequency_ratio=[2]))
+    assert answer["amplitude_ratio"].shape == (1,)
+    assert "one point" in answer.attrs["note"]
+
+
+@pytest.mark.parametrize(
+    ("metric", "at", "field"),
+    [
+        ("amplitude", {}, "metric"),
+        ("cycles", {"frequency_ratio": 1.0}, "frequency_ratio"),
+        ("cycles", {"z": 1}, "z"),
+    ],
+)
+def test_a_curve_that_cannot_be_drawn_is_refused(cube, metric, at, field):
+    with pytest.raises(QueryFault) as caught:
+        frequency_response(cube, metric, at)
+    assert caught.value.fault.field == field

@@ -1,0 +1,116 @@
+"""Exports: every point once, every digit back, and nothing under the name until it is whole."""
+
+import csv
+import itertools
+import tracemalloc
+
+import h5netcdf
+import numpy as np
+import pytest
+import xarray as xr
+
+import studies.store.export
+from studies.store.cube import write_region
+from studies.store.export import csv_lines, write_netcdf
+from studies.store.slabs import rows, slabs
+from studies.variables import DIMENSIONS
+
+SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 1, 1, 40)]
+
+
+@pytest.fixture
+def cube(store, make_study, make_plan_of, values_of, outcome_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    rng = np.random.default_rng(3)
+    for index in range(plan.count - 2):
+        block = plan.block(index)
+        values = values_of(study, block)
+        values["amplitude_ratio"] = rng.standard_normal(block.shape)
+        write_region(store.cube_path(study_id), block, values)
+        store.mark(study_id, outcome_of(block))
+    return store.cube(study_id)
+
+
+@pytest.mark.parametrize("budget", [1, 7, 30, 10**6])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_slabs_and_rows_hold_every_point_once(shape, budget):
+    for chunk in itertools.product(*({1, min(2, n), n} for n in shape)):
+        numbers = np.arange(np.prod(shape)).reshape(shape)
+        ordered = np.concatenate([numbers[slab].ravel() for slab in rows(shape, chunk, budget)])
+        np.testing.assert_array_equal(ordered, numbers.ravel())
+        pieces = [numbers[slab] for slab in slabs(shape, chunk, budget)]
+        np.testing.assert_array_equal(np.sort(np.concatenate([p.ravel() for p in pieces])), numbers.ravel())
+        assert max(p.size for p in pieces) <= max(budget, np.prod(chunk))
+        starts = [
+            part.start % step
+            for slab in slabs(shape, chunk, budget)
+            for part, step in zip(slab, chunk, strict=True)
+        ]
+        assert not any(starts)  # along chunk borders
+
+
+@pytest.mark.parametrize("budget", [1, 16, 2**18])
+def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
+    monkeypatch.setattr(studies.store.export, "BUDGET", budget)
+    table = list(csv.reader("".join(csv_lines(cube)).splitlines()))
+    names = [*DIMENSIONS, *cube.data_vars]
+    assert table[0] == names
+    columns = dict(zip(names, zip(*table[1:], strict=True), strict=True))
+    grid = np.meshgrid(*(cube[name].values for name in DIMENSIONS), indexing="ij")
+    for name, values in zip(DIMENSIONS, grid, strict=True):
+        np.testing.assert_array_equal(np.array(columns[name], float), values.ravel())
+    for name in cube.data_vars:
+        np.testing.assert_array_equal(np.array(columns[name], float), cube[name].values.ravel().astype(float))
+    assert set(columns["status"]) == {"0", "-1"}
+
+
+@pytest.mark.parametrize("budget", [1, 2**18])
+def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
+    monkeypatch.setattr(studies.store.export, "BUDGET", budget)
+    path = tmp_path / "cube.nc"
+    write_netcdf(cube, path)
+    with xr.open_dataset(path, engine="h5netcdf") as back:
+        xr.testing.assert_identical(back.load(), cube.load())
+        assert back["status"].dtype == np.int8
+    assert list(tmp_path.glob("*.nc*")) == [path]
+
+
+def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
+    path = tmp_path / "cube.nc"
+    path.write_text("the old one")
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(h5netcdf.File, "create_variable", refuse)
+    with pytest.raises(OSError, match="no space"):
+        write_netcdf(cube, path)
+    assert path.read_text() == "the old one"
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["cube.nc"]
+
+
+def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan_of, tmp_path, monkeypatch):
+    monkeypatch.setattr(studies.store.export, "BUDGET", 2**12)
+    monkeypatch.setattr(studies.store.export, "ROWS_AT_ONCE", 2**10)
+    axes = {
+        "clearance_ratio": {"start": 1, "stop": 25, "num": 40},
+        "friction_ratio": {"start": 0, "stop": 1, "num": 40},
+        "restitution": 0.5,
+        "mass_ratio": 0.1,
+        "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 50},
+    }
+    study = make_study(axes=axes)
+    study_id = store.submit(study, make_plan_of(study, (1, 1, 1, 8, 8, 25)), {})[0].id
+    cube = store.cube(study_id)
+    in_memory = cube.nbytes
+    assert in_memory > 8e6
+    for line in csv_lines(cube.isel(clearance_ratio=slice(0, 1))):
+        assert line  # what is loaded once is loaded before memory is watched
+    tracemalloc.start()
+    write_netcdf(cube, tmp_path / "cube.nc")
+    assert sum(text.count("\n") for text in csv_lines(cube)) == study.points + 1
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < in_memory / 2

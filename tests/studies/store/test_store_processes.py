@@ -1,0 +1,231 @@
+"""Several processes at one store: races, readers beside a writer, and a writer that is killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.store.store import Store
+from studies.variables import VARIABLES
+
+SECONDS = 60
+"""No process of these tests may live longer."""
+
+PREAMBLE = """
+import sys
+from pathlib import Path
+import numpy as np
+from studies.definition import parse_study
+from studies.plan import plan_with_chunk
+from studies.store.cube import stored_variables, write_region
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+
+axes = dict(clearance_ratio={"start": 1, "stop": 9, "num": 9}, friction_ratio={"start": 0, "stop": 0.8, "num": 9},
+            restitution=0.5, mass_ratio=0.1, frequency_ratio=[0.9, 1.0, 1.1])
+study = parse_study({"name": "race", "damping_ratio": 0.0038, "axes": axes})
+plan = plan_with_chunk(study, (1, 1, 1, 2, 2, 3), lambda _, at: np.ones(len(at["mass_ratio"])))
+outcome = lambda block: BlockOutcome(block.index, block.points, 0, 0.01, 0.01)
+
+def values(block):
+    found = {v.name: np.full(block.shape, block.index, v.dtype) for v in stored_variables(study)}
+    return found | {"status": np.zeros(block.shape, "i1")}
+"""
+
+BLOCKS = 25
+
+
+def _start(code: str, *arguments: object) -> subprocess.Popen[str]:
+    script = PREAMBLE + textwrap.dedent(code)
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
+        cwd=Path(__file__).parents[3],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def _together(processes: Sequence[subprocess.Popen[str]]) -> list[str]:
+    """Let the processes, which wait for a line, go at once; give what each printed."""
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n", process.communicate(timeout=SECONDS)[1]
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    printed = []
+    for process in processes:
+        out, err = process.communicate(timeout=SECONDS)
+        assert process.returncode == 0, err
+        printed.append(out)
+    return printed
+
+
+@pytest.fixture
+def data_dir(tmp_path: Path) -> Path:
+    return tmp_path / "data"
+
+
+def test_one_of_several_submitters_makes_the_study(data_dir):
+    code = """
+    print("ready", flush=True); sys.stdin.readline()
+    store = Store.open(Path(sys.argv[1]))   # the folder is new, so they also race for making the catalogue
+    record, created = store.submit(study, plan, {})
+    print(record.id, created)
+    """
+    answers = [line.split() for line in _together([_start(code, data_dir) for _ in range(4)])]
+    assert len({study_id for study_id, _ in answers}) == 1
+    assert sorted(created for _, created in answers) == ["False", "False", "False", "True"]
+    store = Store.open(data_dir)
+    assert len(store.page().records) == 1
+    assert len(list((data_dir / "cubes").iterdir())) == 1
+    assert (store.cube(answers[0][0])["status"] == -1).all()
+    store.close()
+
+
+def test_one_of_several_runners_gets_the_claim(data_dir):
+    code = """
+    store = Store.open(Path(sys.argv[1]))
+    study_id = store.submit(study, plan, {})[0].id
+    print("ready", flush=True); sys.stdin.readline()
+    print(store.claim(study_id, sys.argv[2]))
+    """
+    won = _together([_start(code, data_dir, number) for number in range(4)])
+    assert sorted(won) == ["False\n", "False\n", "False\n", "True\n"]
+
+
+def test_marks_of_several_processes_and_threads_are_all_kept(data_dir):
+    code = """
+    from concurrent.futures import ThreadPoolExecutor
+    store = Store.open(Path(sys.argv[1]))
+    study_id = store.submit(study, plan, {})[0].id
+    print("ready", flush=True); sys.stdin.readline()
+    # every process marks every block: each counts once
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(lambda i: store.mark(study_id, outcome(plan.block(i))), range(plan.count)))
+    print(study_id)
+    """
+    study_id = _together([_start(code, data_dir) for _ in range(3)])[0].strip()
+    store = Store.open(data_dir)
+    record = store.find(study_id)
+    assert record.blocks_done == record.blocks_total == BLOCKS
+    assert record.points_done == record.points_total
+    assert store.pending(study_id).size == 0
+    store.close()
+
+
+def test_a_reader_beside_a_writer_never_sees_a_torn_block(data_dir):
+    code = """
+    store = Store.open(Path(sys.argv[1]))
+    study_id = store.submit(study, plan, {})[0].id
+    print(study_id, flush=True); sys.stdin.readline()
+    for index in range(plan.count):
+        block = plan.block(index)
+        write_region(store.cube_path(study_id), block, values(block))
+        store.mark(study_id, outcome(block))
+    """
+    writer = _start(code, data_dir)
+    assert writer.stdout is not None
+    assert writer.stdin is not None
+    study_id = writer.stdout.readline().strip()
+    store = Store.open(data_dir)
+    try:
+        writer.stdin.write("go\n")
+        writer.stdin.flush()
+        seen: list[int] = []
+        deadline = time.monotonic() + SECONDS
+        while not seen or seen[-1] < BLOCKS:
+            assert time.monotonic() < deadline, writer.communicate(timeout=1)[1]
+            # what the record says is done must be there in full in the cube that is opened after it
+            promised = store.find(study_id).points_done
+            cube = store.cube(study_id).load()
+            there = cube["status"].values == 0
+            assert there.sum() >= promised
+            blocks = np.unique(cube["amplitude_ratio"].values[there])
+            seen.append(blocks.size)
+            for name in VARIABLES.keys() - {"status"}:
+                values = cube[name].values
+                np.testing.assert_array_equal(values[there], cube["amplitude_ratio"].values[there])
+                np.testing.assert_array_equal(values[~there], VARIABLES[name].fill)
+        __, err = writer.communicate(timeout=SECONDS)
+        assert writer.returncode == 0, err
+        assert sorted(seen) == seen
+        assert any(0 < number < BLOCKS for number in seen)  # it did look while the writer wrote
+    finally:
+        writer.kill()
+        writer.wait()
+        store.close()
+
+
+def test_a_killed_writer_loses_nothing_that_was_marked_and_is_taken_over(data_dir):
+    code = """
+    store = Store.open(Path(sys.argv[1]))
+    record, _ = store.submit(study, plan, {})
+    assert store.claim(record.id, "writer", seconds=float(sys.argv[2]))
+    store.set_state(record.id, "running")
+    for index in store.pending(record.id):
+        block = plan.block(int(index))
+        write_region(store.cube_path(record.id), block, values(block))
+        store.mark(record.id, outcome(block))
+        print(record.id, index, flush=True)
+    store.release(record.id, "writer")
+    store.set_state(record.id, "done")
+    """
+    marked: list[int] = []
+    for lines in (3, 5, 2):
+        writer = _start(code, data_dir, 0.0)  # its claim is as good as expired once it is dead
+        assert writer.stdout is not None
+        for _ in range(lines):
+            study_id, index = writer.stdout.readline().split()
+            marked.append(int(index))
+        os.kill(writer.pid, signal.SIGKILL)
+        rest, _ = writer.communicate(timeout=SECONDS)
+        marked += [int(line.split()[1]) for line in rest.splitlines() if line.endswith("\n") or line]
+    store = Store.open(data_dir)
+    record = store.find(study_id)
+    pending = store.pending(study_id)
+    assert record.state == "running"  # nobody was left to say otherwise, but nobody holds it
+    assert record.owner is None
+    assert set(marked).isdisjoint(pending)
+    assert len(marked) == len(set(marked))  # nothing was computed twice
+    assert record.blocks_done + pending.size == BLOCKS
+    cube = store.cube(study_id).load()
+    there = cube["status"].values == 0
+    assert there.sum() == record.points_done
+    for name in VARIABLES.keys() - {"status"}:
+        np.testing.assert_array_equal(cube[name].values[there], cube["amplitude_ratio"].values[there])
+    last = _start(code, data_dir, 60.0)
+    _, err = last.communicate(timeout=SECONDS)
+    assert last.returncode == 0, err
+    assert store.find(study_id).state == "done"
+    whole = store.cube(study_id).load()
+    assert (whole["status"] == 0).all()
+    np.testing.assert_array_equal(np.unique(whole["cycles"]), np.arange(BLOCKS))
+    store.close()
+
+
+def test_threads_share_one_store(data_dir):
+    store = Store.open(data_dir)
+    setup = _start(
+        "print(Store.open(Path(sys.argv[1])).submit(study, plan, {})[0].id)",
+        data_dir,
+    )
+    study_id = setup.communicate(timeout=SECONDS)[0].strip()
+
+    def look(_: int) -> int:
+        return int((store.cube(study_id)["status"].values == -1).sum() + store.find(study_id).points_done)
+
+    with ThreadPoolExecutor(8) as threads:
+        assert set(threads.map(look, range(40))) == {9 * 9 * 3}
+    store.close()
