@@ -1,0 +1,291 @@
+"""The study at the border: every fault named, every default stated, nothing but StudyFaults raised."""
+
+import json
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from studies.definition import EXAMPLES, KEYS, Study, parse_study
+from studies.faults import MAX_FAULTS, Fault, StudyFaults
+from studies.guard import MAX_DEPTH, MAX_VALUES
+from studies.reading import named_studies
+from studies.schema import study_json_schema
+from studies.variables import DIMENSIONS, VARIABLES
+
+MINIMAL: dict[str, Any] = {"axes": {"clearance_ratio": 10, "frequency_ratio": 1}}
+
+
+def faults(document: object) -> dict[str, str]:
+    """Return the faults of a document, field to sentence."""
+    with pytest.raises(StudyFaults) as caught:
+        parse_study(document)
+    return {fault.field: str(fault) for fault in caught.value.faults}
+
+
+def with_axes(**axes: Any) -> dict[str, Any]:
+    return {"axes": MINIMAL["axes"] | axes}
+
+
+def test_silent_study_is_the_papers_structure_without_friction() -> None:
+    coordinates = parse_study(MINIMAL).coordinates
+    assert tuple(coordinates) == DIMENSIONS
+    assert {name: float(values[0]) for name, values in coordinates.items()} == {
+        "damping_ratio": 0.0038,
+        "restitution": 0.47,
+        "mass_ratio": 0.1,
+        "clearance_ratio": 10.0,
+        "friction_ratio": 0.0,
+        "frequency_ratio": 1.0,
+    }
+    study = parse_study(MINIMAL)
+    assert study.metrics == tuple(VARIABLES)
+    assert (study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance) == (
+        4000,
+        1e-4,
+        1e-9,
+    )
+    assert (study.shape, study.points) == ((1, 1, 1, 1, 1, 1), 1)
+
+
+def test_scene_without_particle_has_length_one_and_zero_in_its_three_dimensions() -> None:
+    axes = {"clearance_ratio": [1, 2, 3], "frequency_ratio": [0.9, 1.0]}
+    study = parse_study({"particle": False, "axes": axes})
+    assert study.shape == (1, 1, 1, 1, 1, 2)
+    for name in ("restitution", "mass_ratio", "clearance_ratio"):
+        assert study.coordinates[name].tolist() == [0.0]
+    parse_study({"particle": False, "axes": {"frequency_ratio": 1}})
+
+
+def test_every_fault_is_reported_at_once() -> None:
+    found = faults(
+        {
+            "nam": "x",
+            "damping_ratio": 1,
+            "axes": {
+                "clearance_ratio": [1, -0.5, math.nan, 1],
+                "restitution": "0.47",
+                "friction_ratio": {"start": 1, "num": 10**400, "step": 2},
+                "mass_ratio": [],
+                "frequency_ratio": math.inf,
+                "damping_ratio": 0.1,
+            },
+            "particle": 1,
+            "contact": {"model": "dwell"},
+            "metrics": ["amplitude"],
+            "steady": {"max_cycles": 0, "tolerance": True},
+            "solver": {"method": "rk4"},
+            "start": "up",
+            "physical": {"mass_kg": -1, "friction_force_n": 2},
+        }
+    )
+    assert set(found) == {
+        "nam",
+        "damping_ratio",
+        "axes.clearance_ratio[1]",
+        "axes.clearance_ratio[2]",
+        "axes.clearance_ratio[3]",
+        "axes.restitution",
+        "axes.friction_ratio.step",
+        "axes.friction_ratio.stop",
+        "axes.friction_ratio.num",
+        "axes.mass_ratio",
+        "axes.frequency_ratio",
+        "axes.damping_ratio",
+        "particle",
+        "contact.model",
+        "metrics[0]",
+        "steady.max_cycles",
+        "steady.tolerance",
+        "solver.method",
+        "start",
+        "physical.mass_kg",
+        "physical.natural_frequency_hz",
+        "physical.base_amplitude_m",
+        "physical.friction_force_n",
+    }
+    assert "-0.5" in found["axes.clearance_ratio[1]"]
+    assert "NaN" in found["axes.clearance_ratio[2]"]
+    assert "`name`" in found["nam"]
+    assert "top of the document" in found["axes.damping_ratio"]
+    assert "400 digits" in found["axes.friction_ratio.num"]
+    assert "only instant" in found["contact.model"]
+    assert "`amplitude_ratio`" in found["metrics[0]"]
+
+
+@pytest.mark.parametrize("document", [None, True, 3, "figure-11", [], [MINIMAL], b"{}", {1, 2}, object()])
+def test_what_is_no_mapping_is_no_study(document: object) -> None:
+    assert set(faults(document)) == {"study"}
+
+
+def test_required_axes_are_named_when_missing() -> None:
+    assert set(faults({})) == {"axes.clearance_ratio", "axes.frequency_ratio"}
+    assert set(faults({"particle": False})) == {"axes.frequency_ratio"}
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed", "refused"),
+    [
+        ("damping_ratio", [0, 0.999999], [-1e-9, 1, 1.5]),
+        ("restitution", [0, 1], [-0.01, 1.0000001]),
+        ("mass_ratio", [0, 1e12], [-0.1, 2e12]),
+        ("clearance_ratio", [1e-12, 1e12], [0, -1, 1e-13, 2e12]),
+        ("friction_ratio", [0, 1e12], [-0.1, 2e12]),
+        ("frequency_ratio", [1e-4, 1e4], [0, -1, 1e-5, 1e5]),
+    ],
+)
+def test_bounds_of_each_ratio(name: str, allowed: list[float], refused: list[float]) -> None:
+    def document(value: object) -> dict[str, Any]:
+        return MINIMAL | {name: value} if name == "damping_ratio" else with_axes(**{name: value})
+
+    field = name if name == "damping_ratio" else f"axes.{name}"
+    for value in allowed:
+        assert parse_study(document(value)).coordinates[name].tolist() == [value]
+    for value in [*refused, math.nan, math.inf, -math.inf, True, None, "1", {}, 10**400, -(10**5000)]:
+        assert all(found.startswith(field) for found in faults(document(value)))
+
+
+def test_grid_over_the_limit_is_refused_before_it_is_expanded() -> None:
+    million = {"start": 1, "stop": 2, "num": 1_000_000}
+    found = faults(with_axes(clearance_ratio=million, friction_ratio=million, frequency_ratio=million))
+    assert "1,000,000,000,000,000,000 design points" in found["axes"]
+    limit = with_axes(clearance_ratio=million, friction_ratio=million | {"num": 1000})
+    assert parse_study(limit).points == 10**9
+    limit["axes"]["friction_ratio"]["num"] = 1001
+    assert set(faults(limit)) == {"axes"}
+
+
+def test_depth_and_size_are_bounded_and_cycles_end() -> None:
+    deep: Any = 1.0
+    for _ in range(100_000):
+        deep = [deep]
+    assert str(MAX_DEPTH) in next(iter(faults(with_axes(clearance_ratio=deep)).values()))
+    cyclic: dict[str, Any] = {}
+    cyclic["axes"] = cyclic
+    faults(cyclic)
+    bomb: Any = [1.0]
+    for _ in range(6):
+        bomb = [bomb] * 9
+    faults({"axes": bomb})
+    assert "axes.clearance_ratio" in faults(with_axes(clearance_ratio=list(range(1, MAX_VALUES + 2))))
+    assert parse_study(with_axes(clearance_ratio=list(range(1, MAX_VALUES + 1)))).points == MAX_VALUES
+
+
+def test_an_answer_to_a_hostile_document_stays_small() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_study({f"key{i}" + "x" * 10_000: i for i in range(100)} | {})
+    assert len(caught.value.faults) <= MAX_FAULTS + 1
+    assert len(str(caught.value)) < 60_000
+    with pytest.raises(StudyFaults) as caught:
+        parse_study({"axes": {"clearance_ratio": [-1.0] * MAX_VALUES, "restitution": 2}})
+    assert "axes.restitution" in {fault.field for fault in caught.value.faults}
+
+
+def test_status_is_stored_in_any_case_and_metrics_take_the_registrys_order() -> None:
+    study = parse_study(MINIMAL | {"metrics": ["cycles", "amplitude_ratio"]})
+    assert study.metrics == ("amplitude_ratio", "cycles", "status")
+    assert set(faults(MINIMAL | {"metrics": ["cycles", "cycles"]})) == {"metrics[1]"}
+    assert set(faults(MINIMAL | {"metrics": []})) == {"metrics"}
+
+
+def test_faults_are_text_that_every_encoder_takes() -> None:
+    found = faults({"\ud800": 1, "name": "a\nb"})
+    json.dumps(found, ensure_ascii=False).encode("utf-8")
+    faults({"axes": {3: 4}})
+
+
+@pytest.mark.parametrize("document", EXAMPLES)
+def test_examples_parse_and_documents_parse_back(document: dict[str, Any]) -> None:
+    study = parse_study(document)
+    again = parse_study(json.loads(json.dumps(study.document())))
+    assert again == study
+    assert again.digest == study.digest
+    assert pickle.loads(pickle.dumps(study)) == study
+    assert Study(**document) == study
+
+
+def test_a_study_cannot_be_changed_or_made_past_the_checks() -> None:
+    study = parse_study(MINIMAL)
+    with pytest.raises(ValueError, match="frozen"):
+        study.particle = False  # type: ignore[misc]
+    study.coordinates["clearance_ratio"][0] = 3.0
+    assert study.coordinates["clearance_ratio"].tolist() == [10.0]
+    with pytest.raises(ValueError, match="plain data"):
+        Study(axes=study.axes)
+
+
+def test_schema_stands_alone_and_names_every_key() -> None:
+    schema = study_json_schema()
+    assert "$ref" not in json.dumps(schema)
+    assert tuple(schema["properties"]) == KEYS[""]
+    assert tuple(schema["properties"]["axes"]["properties"]) == KEYS["axes"]
+    for example in schema["examples"]:
+        parse_study(example)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=12,
+)
+known_keys = st.sampled_from(
+    sorted({key for keys in KEYS.values() for key in keys} | {"start", "stop", "num", "spacing"})
+)
+near_values = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.sampled_from(["rest", "log", "instant", "x"]),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(known_keys, inner, max_size=6),
+    max_leaves=20,
+)
+
+
+def parses_or_is_refused(document: object) -> None:
+    refused: tuple[Fault, ...] = ()
+    try:
+        study = parse_study(document)
+    except StudyFaults as error:
+        refused = error.faults
+    else:
+        means_something(study)
+        return
+    assert refused
+    for fault in refused:
+        assert all((fault.field, fault.found, fault.allowed, fault.advice))
+        str(fault).encode("utf-8")
+
+
+def means_something(study: Study) -> None:
+    assert parse_study(study.document()) == study
+    for values in study.coordinates.values():
+        assert np.isfinite(values).all()
+        assert (np.diff(values) > 0).all()
+    assert study.points == math.prod(study.shape) >= 1
+
+
+@given(json_values | near_values)
+@settings(max_examples=150, deadline=None)
+def test_arbitrary_json_only_ever_raises_study_faults(document: object) -> None:
+    parses_or_is_refused(document)
+
+
+@given(st.sampled_from([*EXAMPLES, *(s.document() for s in named_studies().values())]), st.data())
+@settings(max_examples=250, deadline=None)
+def test_damaged_studies_only_ever_raise_study_faults(base: dict[str, Any], data: st.DataObject) -> None:
+    document = json.loads(json.dumps(base))
+    for _ in range(data.draw(st.integers(1, 3))):
+        here = document
+        while True:
+            key = data.draw(st.sampled_from(sorted(here)) | known_keys | st.text(max_size=4))
+            if here.get(key) and isinstance(here[key], dict) and data.draw(st.booleans()):
+                here = here[key]
+                continue
+            here[key] = data.draw(near_values | json_values)
+            break
+    parses_or_is_refused(document)
