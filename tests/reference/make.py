@@ -21,16 +21,18 @@ STATES = Path(__file__).with_name("states.json")
 DIGITS = 40
 NUDGE = ExtendedNumbers(DIGITS).convert("1e-12")
 NAMES = ("u", "u_rate", "p", "p_rate")
+INPUTS = Point._fields
 COUNTS = ("impacts", "turns", "sticks", "attachments", "releases")
 CHAOTIC = 1e8  # an error of one rounding then costs half of the digits of a double
 
 HOW = (
     "States of the model after whole excitation cycles from rest in the absolute frame, computed in "
     f"{DIGITS} decimal digits by tests/reference/simulator.py (instantaneous contact); made by "
-    "python -m tests.reference.make. Parameters are the binary doubles printed. Impacts are counted until "
-    "a chatter's rebound is below 1e-15, other events exactly. amplification: largest change of the end "
-    "state (maximum norm) per change of u, u' or p by 1e-12 at the start or half way. double_error: largest error "
-    "of the same algorithm in double precision. chaotic: amplification above 1e8."
+    "python -m tests.reference.make. Parameters are the binary doubles printed. Impacts, and the turns and "
+    "sticks that they cause on a stuck mass, are counted until a chatter's rebound is below 1e-15; the other "
+    "counts do not depend on that. amplification: largest change of the end state (maximum norm) per change "
+    "of u, u' or p by 1e-12 at the start or half way. double_error: largest error of the same algorithm in "
+    "double precision. chaotic: amplification above 1e8."
 )
 
 
@@ -65,18 +67,7 @@ def measure(point: Point) -> dict[str, Any]:
         for state in nudged(start, bool(start.wall), point.particle is not None):
             other = simulate(*scene, cycles=cycles, digits=DIGITS, start=state)
             worst = max(worst, distance(truth, other) / NUDGE)
-    record: dict[str, Any] = {
-        "scene": point.scene,
-        "damping_ratio": point.damping_ratio,
-        "frequency_ratio": point.frequency_ratio,
-        "friction_ratio": point.friction_ratio,
-    }
-    if point.particle is not None:
-        names = ("clearance_ratio", "restitution", "mass_ratio")
-        record["particle"] = dict(zip(names, point.particle, strict=True))
-    else:
-        record["particle"] = None
-    record["cycles"] = point.cycles
+    record = inputs(point)
     record["state"] = {name: numbers.text(truth[name]) for name in NAMES}
     record["events"] = {name: truth[name] for name in COUNTS}
     record["amplification"] = float(f"{float(worst):.3g}")
@@ -85,20 +76,31 @@ def measure(point: Point) -> dict[str, Any]:
     return record
 
 
+def key(record: dict[str, Any]) -> str:
+    """Return what identifies a record: its scene, parameters and cycles."""
+    return json.dumps([value for name, value in record.items() if name in INPUTS])
+
+
+def inputs(point: Point) -> dict[str, Any]:
+    """Return the part of a record that says what was asked."""
+    names = ("clearance_ratio", "restitution", "mass_ratio")
+    asked = point._asdict()
+    asked["particle"] = point.particle and dict(zip(names, point.particle, strict=True))
+    return asked
+
+
 def main() -> None:
-    """Compute every point, or those of one scene, and write the file."""
+    """Compute every point, or those of one scene and those that are new, and write the file."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--only", help="compute the points of this scene alone and keep the others of the file"
-    )
+    parser.add_argument("--only", help="compute the points of this scene; keep the others that the file has")
     only = parser.parse_args().only
-    kept = json.loads(STATES.read_text())["points"] if only and STATES.exists() else []
-    records = [record for record in kept if record["scene"] != only]
+    known = json.loads(STATES.read_text())["points"] if only and STATES.exists() else []
+    kept = {key(record): record for record in known if record["scene"] != only}
+    records = []
     for point in POINTS:
-        if only in (None, point.scene):
-            begun = time.perf_counter()
-            records.append(measure(point))
-            print(f"{time.perf_counter() - begun:6.1f} s", json.dumps(records[-1]), flush=True)
+        begun = time.perf_counter()
+        records.append(kept.get(key(inputs(point))) or measure(point))
+        print(f"{time.perf_counter() - begun:6.1f} s", json.dumps(records[-1]), flush=True)
     STATES.write_text(json.dumps({"how": HOW, "points": records}, indent=1) + "\n")
 
 
