@@ -55,8 +55,8 @@ def simulate(
     dict
         ``u, u_rate, p, p_rate`` (absolute, dimensionless; p = p' = 0 without a particle), ``impacts, turns,
         sticks, attachments, releases`` (counts; a turn is v' = 0 in a scene with friction, whether the mass
-        sticks or not; in a chatter, impacts, and the turns that they cause, are counted until it is cut), ``max_impact_speed``,
-        ``stuck_time``, ``end`` (a `State`).
+        sticks or not; in a chatter, impacts, and the turns that they cause, are counted until it is cut),
+        ``max_impact_speed``, ``stuck_time``, ``end`` (a `State`).
     """
     numbers: Numbers = DoubleNumbers() if digits is None else ExtendedNumbers(digits)
     seen_peaks, seen_energy = PeakObserver(numbers), EnergyObserver(numbers, numbers.convert(zeta))
