@@ -47,7 +47,7 @@ def _fill(file: Any, cube: xr.Dataset) -> None:
         coordinate = file.create_variable(name, (name,), data=cube[name].values)
         coordinate.attrs.update(cube[name].attrs)
     for key, variable in cube.data_vars.items():
-        chunks = variable.encoding.get("chunks", variable.shape)
+        chunks = _chunks(variable)
         target = file.create_variable(
             str(key),
             DIMENSIONS,
@@ -60,6 +60,12 @@ def _fill(file: Any, cube: xr.Dataset) -> None:
         target.attrs.update(variable.attrs)
         for slab in slabs(variable.shape, chunks, BUDGET):
             target[slab] = variable[slab].values
+
+
+def _chunks(variable: xr.DataArray) -> tuple[int, ...]:
+    # of a cube that was cut, the encoding still tells the chunks of the whole
+    stored = variable.encoding.get("chunks", variable.shape)
+    return tuple(min(step, extent) for step, extent in zip(stored, variable.shape, strict=True))
 
 
 def csv_lines(cube: xr.Dataset) -> Iterator[str]:
@@ -85,7 +91,7 @@ def csv_lines(cube: xr.Dataset) -> Iterator[str]:
     formats = ["%.17g"] * len(DIMENSIONS)
     formats += ["%.17g" if cube[name].dtype.kind == "f" else "%d" for name in names]
     line = ",".join(formats) + "\n"
-    for slab in rows(first.shape, first.encoding.get("chunks", first.shape), BUDGET):
+    for slab in rows(first.shape, _chunks(first), BUDGET):
         index = dict(zip(DIMENSIONS, slab, strict=True))
         piece = cube.isel(index)
         axes = np.meshgrid(*(piece[name].values for name in DIMENSIONS), indexing="ij", copy=False)

@@ -164,7 +164,7 @@ def test_a_reader_beside_a_writer_never_sees_a_torn_block(data_dir):
         assert any(0 < number < BLOCKS for number in seen)  # it did look while the writer wrote
     finally:
         writer.kill()
-        writer.wait()
+        writer.communicate()
         store.close()
 
 
