@@ -68,8 +68,21 @@ numba.config.CACHE_DIR = str(CACHE_FOLDER)  # read when a kernel is decorated, s
 def kernel(function: F) -> F:
     """Compile on first call, keep on disk, release the GIL.
 
-    No fastmath: re-ordered sums would make the bits of a cube depend on the compiler's mood. Division by zero gives inf
-    and NaN as in C, because a numerical failure is data, not an exception.
+    Of fastmath only `contract` (a product and a sum rounded once): sums are never re-ordered, so a point has the same
+    bits in whatever block, process and order it is computed. Division by zero gives inf and NaN as in C, because a
+    numerical failure is data, not an exception.
     """
-    jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    return jitted
+
+
+def inlined(function: F) -> F:
+    """Compile as `kernel` does, into its caller: for the steps of a march.
+
+    A call would hand over arrays, and numba counts references to each on both sides, with locked instructions that cost
+    more than the mathematics.
+    """
+    jitted: F = numba.njit(
+        cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True
+    )(function)
     return jitted

@@ -30,7 +30,7 @@ from worker.solver.scene import (
     VISCOUS_LOSS,
     Particle,
 )
-from worker.solver.taylor import ORDER
+from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
 from worker.steady.energy import energy_residual, stored_energy
 from worker.steady.linear import linear_response
@@ -163,7 +163,7 @@ def _march(
     base = make_base(design.damping_ratio, r)
     free = make_medium(base, 1.0)
     loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
-    work = np.empty((4, ORDER + 1))
+    work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     meter = np.zeros(METERS)

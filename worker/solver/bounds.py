@@ -1,9 +1,9 @@
 """Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
 
-from worker.jit import kernel
+from worker.jit import inlined
 
 
-@kernel
+@inlined
 def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
     """Largest |x|, |w| and |u''| over a span of slip.
 
@@ -28,15 +28,31 @@ def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
     return x_most, w_most, compliance * (two_zeta * w_most + x_most)
 
 
-@kernel
-def derivative_bounds(x_most, w_most, acceleration_most, two_zeta, compliance, frequency_ratio):
-    """Largest |u'''|, |u''''|, |u'''''| and |w''|, |w'''|, |w''''| over the same span, by differentiating the motion."""
-    r2 = frequency_ratio * frequency_ratio
-    w1 = acceleration_most + r2
+@inlined
+def u_bend(order, held, w_most, u2_most, two_zeta, compliance, frequency_ratio):
+    """Bound on the derivative of u of an order from 2 to 5 over the same span, by differentiating the motion."""
+    r = frequency_ratio
+    if held:
+        return r**order
+    if order == 2:
+        return u2_most
+    w1 = u2_most + r * r
     u3 = compliance * (two_zeta * w1 + w_most)
-    w2 = u3 + r2 * frequency_ratio
+    if order == 3:
+        return u3
+    w2 = u3 + r * r * r
     u4 = compliance * (two_zeta * w2 + w1)
-    w3 = u4 + r2 * r2
-    u5 = compliance * (two_zeta * w3 + w2)
-    w4 = u5 + r2 * r2 * frequency_ratio
-    return u3, u4, u5, w2, w3, w4
+    if order == 4:
+        return u4
+    w3 = u4 + r * r * r * r
+    return compliance * (two_zeta * w3 + w2)
+
+
+@inlined
+def w_bend(dropped, w_most, u2_most, two_zeta, compliance, frequency_ratio):
+    """Bound on the second derivative of w/t^dropped (0, 1 or 2) over the same span: 2/(dropped + 2)! of that of w."""
+    r = frequency_ratio
+    bend = u_bend(3 + dropped, False, w_most, u2_most, two_zeta, compliance, r) + r ** (3 + dropped)
+    if dropped == 0:
+        return bend
+    return bend / 3.0 if dropped == 1 else bend / 12.0

@@ -7,32 +7,20 @@ Newton only when the same bound proves that it is monotone there; everything els
 
 from math import inf
 
-from worker.jit import kernel
-from worker.solver.taylor import ORDER
+from worker.jit import inlined
+from worker.solver.taylor import slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
 
 
-@kernel
-def _value_and_slope(polynomial, first, t):
-    """q(t) and q'(t) of q = Σ polynomial[i] t^(i − first), i ≥ first."""
-    f = polynomial[ORDER]
-    d = 0.0
-    for i in range(ORDER - 1, first - 1, -1):
-        d = d * t + f
-        f = f * t + polynomial[i]
-    return f, d
-
-
-@kernel
-def _newton(polynomial, first, sign, low, high, t):
+@inlined
+def _newton(polynomial, sign, low, high, t):
     """Root in [low, high] of a function that falls monotonically through zero there: Newton, kept in its bracket."""
     width = high - low
     for _ in range(60):
-        f, d = _value_and_slope(polynomial, first, t)
-        f *= sign
-        d *= sign
+        f = sign * value(polynomial, t)
+        d = sign * slope(polynomial, t)
         if f > 0.0:
             low = t
         else:
@@ -47,28 +35,26 @@ def _newton(polynomial, first, sign, low, high, t):
         step = t_next - t
         t = t_next
         # |curvature| · width ≤ 2 |slope| on a monotone bracket, so the next error is at most step²/width
-        if step * step <= 1e-17 * t * width:
+        if step * step <= 1e-16 * t * width:
             return t
     return t
 
 
-@kernel
-def first_crossing(polynomial, first, sign, start, end, curvature):
-    """First time in (start, end] at which sign · q falls through zero.
+@inlined
+def first_crossing(polynomial, sign, start, end, curvature):
+    """First time in (start, end] at which sign · p falls through zero.
 
     Parameters
     ----------
-    polynomial : array, shape (ORDER + 1,)
-        Coefficients of p(t) = t^first · q(t).
-    first : int
-        Number of leading coefficients that are zero by the event that came before (contact just opened, slip just
-        began). Dividing by t^first removes the trivial root, so that a short flight is not lost in rounding.
+    polynomial : array, shape (TERMS,)
+        Coefficients of p. Where the event that came before makes the lowest ones zero (contact just opened, slip just
+        began) they are dropped beforehand, so that a short flight is not lost next to the trivial root.
     sign : float
-        ±1: the function is sign · q and is positive, or zero and rising, just after `start`.
+        ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float
         Search interval.
     curvature : float
-        Bound on |q''| over the interval.
+        Bound on |p''| over the interval.
 
     Returns
     -------
@@ -76,20 +62,19 @@ def first_crossing(polynomial, first, sign, start, end, curvature):
         The time; inf where there is none; `start` where the function is already negative.
     """
     if start == 0.0:
-        q0 = sign * polynomial[first]
-        q1 = sign * polynomial[first + 1]
-        if q0 < 0.0 or (q0 == 0.0 and q1 < 0.0):
+        f0 = sign * polynomial[0]
+        d0 = sign * polynomial[1]
+        if f0 < 0.0 or (f0 == 0.0 and d0 < 0.0):
             return 0.0
-        if q0 + min(0.0, q1 * end) - 0.5 * curvature * end * end > 0.0:
+        if f0 + min(0.0, d0 * end) - 0.5 * curvature * end * end > 0.0:
             return inf
     else:
-        q0, q1 = _value_and_slope(polynomial, first, start)
-        q0 *= sign
-        q1 *= sign
+        f0 = sign * value(polynomial, start)
+        d0 = sign * slope(polynomial, start)
     low = start
     high = end
-    if q1 < 0.0:  # a first bracket just beyond the root of the tangent: short flights need no halving
-        guess = start - 1.5 * q0 / q1
+    if d0 < 0.0:  # a first bracket just beyond the root of the tangent: short flights need no halving
+        guess = start - 1.5 * f0 / d0
         if guess < high:
             high = guess
             if high <= low:
@@ -98,23 +83,24 @@ def first_crossing(polynomial, first, sign, start, end, curvature):
     for _ in range(_MAX_STEPS):
         middle = 0.5 * (low + high)
         radius = 0.5 * (high - low)
-        f, d = _value_and_slope(polynomial, first, middle)
-        f *= sign
-        d *= sign
-        slack = 0.5 * curvature * radius * radius
-        clear = f - abs(d) * radius - slack > 0.0
-        if not clear and abs(d) > curvature * radius:
+        f = sign * value(polynomial, middle)
+        d = sign * slope(polynomial, middle)
+        bend = curvature * radius
+        clear = f - (abs(d) + 0.5 * bend) * radius > 0.0
+        if not clear and abs(d) > bend:
             if d > 0.0:
                 clear = True
             else:
-                at_high, _slope = _value_and_slope(polynomial, first, high)
-                if sign * at_high > 0.0:
+                guess = middle - f / d  # of the tangent
+                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside, without a look at the end
+                if guess + 0.5 * bend * radius / abs(d) < high:
+                    return _newton(polynomial, sign, low, high, max(guess, low))
+                if sign * value(polynomial, high) > 0.0:
                     clear = True
                 else:
-                    return _newton(polynomial, first, sign, low, high, min(max(middle - f / d, low), high))
+                    return _newton(polynomial, sign, low, high, min(max(guess, low), high))
         if not clear and radius <= finest:
-            at_high, _slope = _value_and_slope(polynomial, first, high)
-            if sign * at_high < 0.0:
+            if sign * value(polynomial, high) < 0.0:
                 return high
             clear = True  # a touch within rounding is no crossing
         if clear:

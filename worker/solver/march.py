@@ -6,12 +6,13 @@ without `particle` no gap, no impact, no riding; without `meter` no energies and
 
 from math import inf
 
-from worker.jit import kernel
+from worker.jit import inlined, kernel
 from worker.physics.friction import hold_force, slip_direction
 from worker.physics.impact import impact_loss, rebound
-from worker.solver.bounds import derivative_bounds, motion_bounds
+from worker.solver.bounds import motion_bounds, u_bend, w_bend
 from worker.solver.crossing import first_crossing
-from worker.solver.measure import measure
+from worker.solver.measure import measure, measure_window, peaks_at_ends
+from worker.solver.memory import address
 from worker.solver.record import record
 from worker.solver.scene import (
     ARRIVED,
@@ -28,14 +29,16 @@ from worker.solver.scene import (
     State,
 )
 from worker.solver.taylor import (
-    ORDER,
-    derivative_into,
+    TERMS,
+    acceleration_into,
+    combine,
     expand_base,
-    expand_slip,
     expand_stick,
+    rate_into,
     slope,
     value,
 )
+from worker.solver.windows import point_base, point_medium
 
 _NOTHING, _TURN, _SLIP, _NEAR_WALL, _FAR_WALL, _RELEASE = 0, 1, 2, 3, 4, 5
 
@@ -43,11 +46,13 @@ _NOTHING, _TURN, _SLIP, _NEAR_WALL, _FAR_WALL, _RELEASE = 0, 1, 2, 3, 4, 5
 # momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.
 _CHATTER_LEFT = 1e-8
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
+# Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
+_DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 
 
 @kernel
-def half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, log):
+def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_array, log):
     """March a state through half an excitation cycle and mirror it.
 
     Parameters
@@ -62,7 +67,7 @@ def half_cycle(state, base, free, loaded, friction, particle, work, counts, mete
         γ_F.
     particle : Particle or None
         The particle.
-    work : array, shape (4, ORDER + 1)
+    work : array, shape (4, TERMS)
         Scratch.
     counts : int64 array, shape (COUNTS,)
         Counts, added to; counts[BUDGET] is the largest number of segments allowed.
@@ -78,10 +83,19 @@ def half_cycle(state, base, free, loaded, friction, particle, work, counts, mete
     outcome : int
         ARRIVED, OUT_OF_EVENTS or STALLED.
     """
-    shaken = work[0]
-    relative = work[1]
-    absolute = work[2]
-    scratch = work[3]
+    base = point_base(base_arrays)
+    free = point_medium(free_arrays)
+    loaded = None
+    if particle is not None:
+        loaded = point_medium(loaded_arrays)
+    counts = address(count_array, 0)
+    meter = None
+    if meter_array is not None:
+        meter = address(meter_array, 0)
+    relative = address(work, 0)
+    absolute = address(work, TERMS)
+    scratch = address(work, 2 * TERMS)
+    shaken = address(work, 3 * TERMS)
     r = base.frequency_ratio
     for k in range(base.windows):
         sine = base.sine[k]
@@ -89,39 +103,58 @@ def half_cycle(state, base, free, loaded, friction, particle, work, counts, mete
         left = base.window
         whole = True
         while True:
+            held = False
+            offset = 0.0
+            if friction is not None:
+                held = state.slip == 0.0
+                offset = state.slip * friction
             medium = free
             if particle is not None:
                 if state.riding > 0.0:
                     medium = loaded
-            kind = _NOTHING
-            quiet = _is_quiet(state, sine, cosine, left, base, medium, friction, particle)
-            if meter is None and log is None:
-                if quiet and whole:
-                    state = _glide(state, base, medium, k, friction, particle)
+            _x_most, w_most, u2_most = _most(state, offset, held, left, base, medium)
+            quiet = _is_quiet(state, offset, held, sine, cosine, left, base, medium, friction, particle, w_most, u2_most)
+            if quiet and whole and log is None:
+                crossed = _glide(state, offset, held, base, medium, k, particle)
+                if meter is None:
+                    state = crossed
                     break
-            expand_base(sine, cosine, r, shaken)
-            held = False
-            if friction is not None:
-                held = state.slip == 0.0
+                if peaks_at_ends(meter, state, crossed, sine, base.sine[k + 1], left, u2_most, friction, r):
+                    measure_window(meter, state, crossed, offset, held, sine, cosine, base, medium, friction)
+                    state = crossed
+                    break
             if held:
-                expand_stick(state.v, shaken, relative, absolute)
+                expand_stick(state.v, sine, cosine, base.rows, relative, absolute)
             else:
-                offset = 0.0
-                if friction is not None:
-                    offset = state.slip * friction
-                expand_slip(
-                    state.v + offset, state.w, base.two_zeta, medium.compliance, shaken, relative, absolute
-                )
+                combine(state.v + offset, state.w, sine, cosine, medium.relative, relative)
+                combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
             t = left
+            kind = _NOTHING
             if not quiet:
                 t, kind = _next_event(
-                    state, left, base, medium, friction, particle, shaken, relative, absolute, scratch
+                    state,
+                    held,
+                    sine,
+                    cosine,
+                    left,
+                    base,
+                    medium,
+                    friction,
+                    particle,
+                    relative,
+                    absolute,
+                    scratch,
+                    w_most,
+                    u2_most,
                 )
             if meter is not None:
-                measure(meter, state, t, base, medium, friction, shaken, relative, absolute, scratch)
+                expand_base(sine, cosine, base.rows, shaken)
+                measure(
+                    meter, offset, held, t, base, medium, friction, relative, absolute, shaken, scratch, u2_most, w_most
+                )
             if log is not None:
                 record(log, state, (k + 1) * base.window - left, t, kind)
-            state = _coast(state, t, friction, particle, relative, absolute)
+            state = _coast(state, offset, held, t, particle, relative, absolute)
             if kind == _NOTHING:
                 break
             counts[SEGMENTS] += 1
@@ -133,6 +166,8 @@ def half_cycle(state, base, free, loaded, friction, particle, work, counts, mete
                     return state, STALLED
             else:
                 counts[IDLE] = 0
+            if meter is None:
+                expand_base(sine, cosine, base.rows, shaken)
             sine = value(shaken, t)
             cosine = slope(shaken, t) / r
             left = left - t
@@ -156,49 +191,46 @@ def half_cycle(state, base, free, loaded, friction, particle, work, counts, mete
     )
 
 
-@kernel
+@inlined
 def _gap_rate(state, cosine, frequency_ratio):
     """Rate at which the particle leaves the wall last touched."""
     return state.wall * (state.p_rate - (state.w + frequency_ratio * cosine))
 
 
-@kernel
-def _is_quiet(state, sine, cosine, span, base, medium, friction, particle):
+@inlined
+def _most(state, offset, held, span, base, medium):
+    """Bounds on |x|, |w| and |u''| over the span."""
+    if held:
+        return abs(state.v), 0.0, base.frequency_ratio * base.frequency_ratio
+    return motion_bounds(
+        state.v + offset, state.w, span, base.two_zeta, medium.compliance, base.frequency_ratio
+    )
+
+
+@inlined
+def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, particle, w_most, u2_most):
     """Whether bounds alone prove that no event lies in the span; False means that one must look."""
     r = base.frequency_ratio
     r2 = r * r
-    held = False
-    x = state.v
-    if friction is not None:
-        held = state.slip == 0.0
-        x = state.v + state.slip * friction
-    if held:
-        acceleration_most = r2
-        w_most = 0.0
-    else:
-        _x_most, w_most, acceleration_most = motion_bounds(
-            x, state.w, span, base.two_zeta, medium.compliance, r
-        )
     if friction is not None:
         if held:
             inertia = 1.0 / medium.compliance
-            force = hold_force(state.v, r2 * sine, inertia)
-            if abs(force) + inertia * r2 * r * span >= friction:
+            if abs(hold_force(state.v, r2 * sine, inertia)) + inertia * r2 * r * span >= friction:
                 return False
-        elif state.slip_order > 0 or abs(state.w) <= span * (acceleration_most + r2):
+        elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + r2):
             return False
     if particle is not None:
         if state.riding > 0.0:
             jerk_most = r2 * r
             acceleration = -r2 * sine
             if not held:
-                jerk_most = medium.compliance * (base.two_zeta * (acceleration_most + r2) + w_most)
-                acceleration = -medium.compliance * (base.two_zeta * state.w + x)
+                jerk_most = medium.compliance * (base.two_zeta * (u2_most + r2) + w_most)
+                acceleration = -medium.compliance * (base.two_zeta * state.w + state.v + offset)
             if state.wall * acceleration <= span * jerk_most:
                 return False
         else:
             drift = _gap_rate(state, cosine, r) * span
-            bend = 0.5 * acceleration_most * span * span
+            bend = 0.5 * u2_most * span * span
             if state.gap_order > 0 or state.gap + min(0.0, drift) - bend <= 0.0:
                 return False
             if state.gap + max(0.0, drift) + bend >= 2.0 * particle.clearance_ratio:
@@ -206,21 +238,17 @@ def _is_quiet(state, sine, cosine, span, base, medium, friction, particle):
     return True
 
 
-@kernel
-def _glide(state, base, medium, k, friction, particle):
+@inlined
+def _glide(state, offset, held, base, medium, k, particle):
     """Cross window k, in which nothing happens, by its matrix."""
-    offset = 0.0
-    if friction is not None:
-        offset = state.slip * friction
     v = state.v
     w = 0.0
-    held = False
-    if friction is not None:
-        held = state.slip == 0.0
     if not held:
         x = state.v + offset
-        v = medium.xx * x + medium.xw * state.w + medium.forced_x[k] - offset
-        w = medium.wx * x + medium.ww * state.w + medium.forced_w[k]
+        sine = base.sine[k]
+        cosine = base.cosine[k]
+        v = (medium.xx * x + medium.xw * state.w) + (medium.xs * sine + medium.xc * cosine) - offset
+        w = (medium.wx * x + medium.ww * state.w) + (medium.ws * sine + medium.wc * cosine)
     gap = state.gap
     p_rate = state.p_rate
     if particle is not None:
@@ -232,16 +260,11 @@ def _glide(state, base, medium, k, friction, particle):
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
 
 
-@kernel
-def _coast(state, t, friction, particle, relative, absolute):
+@inlined
+def _coast(state, offset, held, t, particle, relative, absolute):
     """State a time t later on the expanded polynomials."""
     v = state.v
     w = 0.0
-    held = False
-    offset = 0.0
-    if friction is not None:
-        held = state.slip == 0.0
-        offset = state.slip * friction
     if not held:
         v = value(relative, t) - offset
         w = slope(relative, t)
@@ -251,86 +274,102 @@ def _coast(state, t, friction, particle, relative, absolute):
         if state.riding > 0.0:
             p_rate = slope(absolute, t)
         else:
-            # Horner from the second power: the gap's own change, no difference of large displacements
-            bend = absolute[ORDER]
-            for i in range(ORDER - 1, 1, -1):
-                bend = bend * t + absolute[i]
-            rate = state.p_rate - absolute[1]
-            gap = state.gap + state.wall * t * (rate - bend * t)
+            # the displacement from the second power on: the gap's own change, no difference of large numbers
+            bend = value(absolute, t) - (absolute[0] + absolute[1] * t)
+            if t * (abs(absolute[1]) + abs(absolute[2]) * t) < 0.01 * abs(absolute[0]):
+                bend = 0.0
+                for i in range(TERMS - 1, 1, -1):
+                    bend = bend * t + absolute[i]
+                bend *= t * t
+            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - bend)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
 
 
-@kernel
-def _next_event(state, span, base, medium, friction, particle, shaken, relative, absolute, scratch):
+@inlined
+def _next_event(
+    state,
+    held,
+    sine,
+    cosine,
+    span,
+    base,
+    medium,
+    friction,
+    particle,
+    relative,
+    absolute,
+    scratch,
+    w_most,
+    u2_most,
+):
     """Time and kind of the first event within the span, (span, _NOTHING) where there is none."""
     r = base.frequency_ratio
     r2 = r * r
-    held = False
-    if friction is not None:
-        held = state.slip == 0.0
     inertia = 1.0 / medium.compliance
-    if held:
-        u2, u3, u4, u5 = r2, r2 * r, r2 * r2, r2 * r2 * r
-        w2, w3, w4 = 0.0, 0.0, 0.0
-    else:
-        x_most, w_most, u2 = motion_bounds(relative[0], state.w, span, base.two_zeta, medium.compliance, r)
-        u3, u4, u5, w2, w3, w4 = derivative_bounds(x_most, w_most, u2, base.two_zeta, medium.compliance, r)
     t = span
     kind = _NOTHING
     if friction is not None:
         if held:
-            for i in range(ORDER + 1):
-                scratch[i] = -inertia * r2 * shaken[i]
+            for i in range(TERMS):
+                scratch[i] = -inertia * r2 * (sine * base.rows[i] + cosine * base.rows[TERMS + i])
             force_bend = inertia * r2 * r2
             scratch[0] += state.v + friction
-            found = first_crossing(scratch, 0, 1.0, 0.0, t, force_bend)
+            found = first_crossing(scratch, 1.0, 0.0, t, force_bend)
             if found < inf:
                 t, kind = found, _SLIP
             scratch[0] -= 2.0 * friction
-            found = first_crossing(scratch, 0, -1.0, 0.0, t, force_bend)
+            found = first_crossing(scratch, -1.0, 0.0, t, force_bend)
             if found < inf:
                 t, kind = found, _SLIP
-        else:
-            derivative_into(relative, 1, scratch)
+        elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + r2):
             order = state.slip_order
-            bend = w2
-            if order == 1:
-                bend = w3 / 3.0
-            elif order == 2:
-                bend = w4 / 12.0
-            found = first_crossing(scratch, order, state.slip, 0.0, t, bend)
+            rate_into(relative, order, scratch)
+            bend = w_bend(order, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            found = first_crossing(scratch, state.slip, 0.0, t, bend)
             if found < inf:
                 t, kind = found, _TURN
     if particle is not None:
         if state.riding > 0.0:
-            derivative_into(absolute, 2, scratch)
-            found = first_crossing(scratch, 0, state.wall, 0.0, t, u4)
+            acceleration_into(absolute, scratch)
+            bend = u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            found = first_crossing(scratch, state.wall, 0.0, t, bend)
             if found < inf:
                 t, kind = found, _RELEASE
         else:
-            for i in range(2, ORDER + 1):
-                scratch[i] = -state.wall * absolute[i]
-            scratch[1] = state.wall * (state.p_rate - absolute[1])
-            scratch[0] = state.gap
             order = state.gap_order
-            bend = u2
-            if order == 1:
-                bend = u3 / 3.0
-            elif order == 2:
-                bend = u4 / 12.0
-            elif order == 3:
-                bend = u5 / 60.0
-            found = first_crossing(scratch, order, 1.0, 0.0, t, bend)
-            if found < inf:
-                t, kind = found, _NEAR_WALL
-            scratch[0] = state.gap - 2.0 * particle.clearance_ratio
-            found = first_crossing(scratch, 0, -1.0, 0.0, t, u2)
-            if found < inf:
-                t, kind = found, _FAR_WALL
+            rate = state.wall * (state.p_rate - absolute[1])
+            bend = 0.5 * u2_most * t * t
+            if order > 0 or state.gap + min(0.0, rate * t) - bend <= 0.0:
+                for i in range(TERMS):
+                    scratch[i] = 0.0
+                for i in range(max(2 - order, 0), TERMS - order):
+                    scratch[i] = -state.wall * absolute[i + order]
+                if order < 2:
+                    scratch[1 - order] = rate
+                if order < 1:
+                    scratch[0] = state.gap
+                found = first_crossing(
+                    scratch,
+                    1.0,
+                    0.0,
+                    t,
+                    u_bend(2 + order, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
+                    * _DROPPED[order],
+                )
+                if found < inf:
+                    t, kind = found, _NEAR_WALL
+            if state.gap + max(0.0, rate * t) + bend >= 2.0 * particle.clearance_ratio:
+                for i in range(2, TERMS):
+                    scratch[i] = -state.wall * absolute[i]
+                scratch[1] = rate
+                scratch[0] = state.gap - 2.0 * particle.clearance_ratio
+                found = first_crossing(scratch, -1.0, 0.0, t, u2_most)
+                if found < inf:
+                    t, kind = found, _FAR_WALL
     return t, kind
 
 
-@kernel
+@inlined
 def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, meter):
     """What the event changes: one transition, after which slip, contact and their orders are consistent again."""
     if friction is not None:
@@ -354,7 +393,7 @@ def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, met
     return state
 
 
-@kernel
+@inlined
 def _release(state, sine, cosine, base, friction):
     """The wall stops pushing: the particle flies on with the velocity of the wall."""
     r = base.frequency_ratio
@@ -370,7 +409,7 @@ def _release(state, sine, cosine, base, friction):
     return State(state.v, state.w, state.slip, state.wall, 0.0, state.w + r * cosine, 0.0, 0, order)
 
 
-@kernel
+@inlined
 def _come_to_rest(state, sine, cosine, base, friction, particle):
     """The mass has come to rest on the base: it sticks, or slips on or back, alone or with the particle on its wall.
 
@@ -395,7 +434,7 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
     return State(state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order)
 
 
-@kernel
+@inlined
 def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
     """An impact on the given wall, and what follows: a flight, or riding on the wall when the chatter is over."""
     base_rate = base.frequency_ratio * cosine

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.jit import kernel
+from worker.jit import inlined
 
 COLUMNS = (
     "start",
@@ -35,7 +35,7 @@ def make_log(capacity: int) -> Log:
     return Log(np.empty((capacity, len(COLUMNS))), np.zeros(1, np.int64))
 
 
-@kernel
+@inlined
 def record(log, state, start, duration, event):
     """Append one segment."""
     i = log.cursor[0]

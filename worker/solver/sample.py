@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from worker.solver.record import COLUMNS, Log
 from worker.solver.scene import Particle
-from worker.solver.taylor import expand_base, expand_slip, expand_stick, slope, value
+from worker.solver.taylor import combine, expand_base, expand_stick, slope, value
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -38,7 +38,7 @@ def sample_half(
         As in `march.half_cycle`.
     half : int
         Number of the half cycle from the start: odd ones are mirrored back.
-    work : ndarray, shape (4, ORDER + 1)
+    work : ndarray, shape (4, TERMS)
         Scratch.
 
     Returns
@@ -46,22 +46,23 @@ def sample_half(
     ndarray, shape (len(HISTORY_COLUMNS), samples)
         Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
     """
-    shaken, relative, absolute = work[0], work[1], work[2]
+    relative, absolute, shaken = work[0], work[1], work[3]
     mirror = -1.0 if half % 2 else 1.0
     r = base.frequency_ratio
     begin = half * np.pi / r
     out: list[tuple[float, ...]] = []
     for row in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
         start, duration = row[_START], row[_DURATION]
-        expand_base(np.sin(r * start), np.cos(r * start), r, shaken)
+        sine, cosine = np.sin(r * start), np.cos(r * start)
+        expand_base(sine, cosine, base.rows, shaken)
         held = friction is not None and row[_SLIP] == 0.0
         offset = 0.0 if friction is None else row[_SLIP] * friction
         riding = row[_RIDING] > 0.0
         if held:
-            expand_stick(row[_V], shaken, relative, absolute)
+            expand_stick(row[_V], sine, cosine, base.rows, relative, absolute)
         else:
-            compliance = loaded.compliance if riding else free.compliance
-            expand_slip(row[_V] + offset, row[_W], base.two_zeta, compliance, shaken, relative, absolute)
+            medium = loaded if riding else free
+            combine(row[_V] + offset, row[_W], sine, cosine, medium.relative, relative)
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count

@@ -24,7 +24,7 @@ from worker.solver.scene import (
     VISCOUS_LOSS,
     State,
 )
-from worker.solver.taylor import ORDER
+from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
 from worker.steady.energy import energy_residual, stored_energy
 from worker.steady.section import COORDINATES, LONGEST, RING, extent, recurrence, section_point
@@ -161,7 +161,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     loaded = None
     if particle is not None:
         loaded = make_medium(base, 1.0 + particle.mass_ratio)
-    work = np.empty((4, ORDER + 1))
+    work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (settings.max_cycles + 50)
     ring = np.zeros((RING, COORDINATES))
