@@ -18,7 +18,7 @@ from service.cli.options import (
 from service.cli.output import make_parent, note, print_json, print_table, say, working
 from service.cli.store import label, open_store
 from service.cli.words import (
-    best_sentence,
+    best_sentences,
     columns_left_out,
     completeness_sentence,
     map_table,
@@ -126,7 +126,7 @@ def optimum(
     band: Annotated[
         str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")
     ] = None,
-    top: Annotated[int, typer.Option(min=1, help="How many designs.")] = 10,
+    top: Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")] = 10,
     exclude_locked: Annotated[
         bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
     ] = False,
@@ -146,10 +146,13 @@ def optimum(
     limits = None if band is None else read_range("--band", band)
     ranges = read_within(within)
     record, cube = _open(study, data_dir)
+    from studies.answers.design_question import MOST
     from studies.answers.optimal_designs import optimal_designs
 
     with working("Judging the designs"):
-        answer = optimal_designs(cube, objective, limits, top, exclude_locked, max_impact_speed, ranges)
+        # More than are shown: the sentences count the designs that are as good, and look for one with impacts.
+        ranked = optimal_designs(cube, objective, limits, MOST, exclude_locked, max_impact_speed, ranges)
+        answer = ranked.isel(rank=slice(top))
     if output is not None:
         from service.figures.curves import draw_ranking
 
@@ -159,8 +162,8 @@ def optimum(
 
         print_json(_answered(record, designs_document(answer)))
     elif output is None:
-        say(best_sentence(answer))
-        say(answer.attrs["note"])
+        for sentence in (*best_sentences(ranked), answer.attrs["note"]):
+            say(sentence)
         if answer.sizes["rank"] > 1:
             print_table(*rows_table(answer))
 

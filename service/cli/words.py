@@ -21,6 +21,10 @@ SYMBOLS = {
 MAP_COLUMNS = 12
 """Most columns of a map on a terminal; what is left out is said."""
 
+WITHOUT_IMPACTS = (ResponseClass.UNKNOWN, ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
+ROUNDING = 1e-12
+"""Of two values that are one response, computed with other parameters that do not act."""
+
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
 
@@ -100,19 +104,44 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
     return " ".join(phrases)
 
 
-def best_sentence(answer: "xr.Dataset") -> str:
-    """Say the optimum in words.
+def best_sentences(answer: "xr.Dataset") -> list[str]:
+    """Say the optimum in words: where it is, what it is, how many are as good, and what the particle brings.
 
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.optimal_designs`.
+        Of `studies.answers.optimal_designs`, with as many designs as there are.
     """
     if answer.sizes["rank"] == 0:
-        return "There is no optimum."
-    best = answer.isel(rank=0)
-    error = float(best["error"])
+        return ["There is no optimum."]
+    values = answer["value"].values
+    errors = [0.0 if error != error else error for error in answer["error"].values.tolist()]
+    kinds = answer["response_class"].values.tolist()
+    sentences = [f"Optimum: {_design(answer, 0)}"]
+    ties = sum(
+        value - values[0] <= errors[0] + error + ROUNDING * abs(value)
+        for value, error in zip(values[1:].tolist(), errors[1:], strict=True)
+    )
+    if ties:
+        sentences.append(
+            f"{ties} more {'design is' if ties == 1 else 'designs are'} as good within the errors."
+        )
+    if kinds[0] in WITHOUT_IMPACTS:
+        active = next((rank for rank, kind in enumerate(kinds) if kind not in WITHOUT_IMPACTS), None)
+        if active is not None:
+            sentences.append(f"Best design with impacts: {_design(answer, active)}")
+    return sentences
+
+
+def _design(answer: "xr.Dataset", rank: int) -> str:
+    design = answer.isel(rank=rank)
+    error = float(design["error"])
     doubt = f" ± {error:.2g}" if error == error else ""
-    at = ", ".join(f"{SYMBOLS[name]} = {float(best[name]):.6g}" for name in DIMENSIONS)
-    kind = ResponseClass(int(best["response_class"]))
-    return f"Optimum: {best['value'].attrs['long_name']} {float(best['value']):.6g}{doubt} at {at}. {kind.sentence}"
+    fixed = [name for name in DIMENSIONS if name != "frequency_ratio"]
+    at = ", ".join(f"{SYMBOLS[name]} = {float(design[name]):.6g}" for name in fixed)
+    kind = ResponseClass(int(design["response_class"])).sentence
+    r = f"{SYMBOLS['frequency_ratio']} = {float(design['frequency_ratio']):.6g}"
+    value = f"{float(design['value']):.6g}{doubt}"
+    if answer.attrs["frequencies"] == 1:
+        return f"X/Z = {value} at {at}, {r}. {kind}"
+    return f"{design['value'].attrs['long_name']} {value} at {at}. At its largest, {r}: {kind}"

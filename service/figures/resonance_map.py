@@ -35,6 +35,12 @@ SMALLER_IS_BETTER = (
     "relative_amplitude_ratio",
 )
 """Metrics of which a map has an optimum."""
+ALIKE = 1e-9
+"""Relative difference of values that are drawn as one."""
+CONTOUR_POINTS = 8
+"""Along either axis; lines between fewer points would be inventions."""
+QUIET = (ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
+"""Responses in which a particle, if there is one, does nothing."""
 
 
 def draw_map(answer: xr.Dataset, metric: str) -> Figure:
@@ -59,9 +65,10 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
         if shown.count():
             _fill(figure, axes, values, shown, x.values, y.values)
         handles: list[Patch | Line2D] = []
-        best = _best(answer, metric, shown, locked)
-        if best is not None:
-            handles.append(_star(axes, x, y, best, float(shown[best])))
+        judged = metric in SMALLER_IS_BETTER and answer.attrs.get("reduce") != "min"
+        # A frequency is not chosen but endured: over one, the smallest value is no optimum.
+        if judged and "frequency_ratio" not in values.dims:
+            handles.extend(_stars(axes, answer, x, y, shown))
         hatched = (axes, x.values, y.values)
         if locked is not None and locked.any():
             handles.append(_hatch(*hatched, locked, "....", "white", DARK, "locked to the base"))
@@ -105,27 +112,42 @@ def _fill(
         _contours(axes, x, y, shown)
 
 
-def _best(
-    answer: xr.Dataset, metric: str, shown: np.ma.MaskedArray[Any, Any], locked: NDArray[np.bool_] | None
-) -> tuple[int, int] | None:
-    """Give the index of the smallest value that is no trivial optimum, where the smallest value is an optimum."""
-    if metric not in SMALLER_IS_BETTER or answer.attrs.get("reduce") == "min":
-        return None
-    candidates = np.ma.masked_where(locked, shown) if locked is not None else shown
-    if candidates.count() < 2:
-        return None
-    row, column = np.unravel_index(int(candidates.argmin()), candidates.shape)
-    return int(row), int(column)
+def _stars(
+    axes: Axes, answer: xr.Dataset, x: xr.DataArray, y: xr.DataArray, shown: np.ma.MaskedArray[Any, Any]
+) -> list[Line2D]:
+    """Put a star at the smallest value that is not trivial and, where no impacts make it, one at the best with them."""
+    kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
+    stars = []
+    rounds = (
+        ("optimum", (ResponseClass.LOCKED,), VERMILION, "white"),
+        ("best with impacts", QUIET, "white", VERMILION),
+    )
+    for label, excluded, face, edge in rounds:
+        candidates = np.ma.masked_where(np.isin(kinds, excluded), shown)
+        if candidates.count() < 2:
+            continue
+        row, column, where = _place(candidates, x, y)
+        star = Line2D(
+            [x.values[column]], [y.values[row]], marker="*", ms=15, mfc=face, mec=edge, mew=1.2, ls="none"
+        )
+        star.set(label=f"{label}: {shown[row, column]:.4g} at {where}", clip_on=False, zorder=5)
+        axes.add_line(star)
+        stars.append(star)
+        if kinds[row, column] not in QUIET:
+            break
+    return stars
 
 
-def _star(axes: Axes, x: xr.DataArray, y: xr.DataArray, best: tuple[int, int], value: float) -> Line2D:
-    """Put a star at the optimum, and return the entry for the legend."""
-    place = float(x.values[best[1]]), float(y.values[best[0]])
-    star = Line2D([place[0]], [place[1]], marker="*", ms=16, mfc=VERMILION, mec="white", mew=1.2, ls="none")
-    where = f"{SYMBOLS[str(x.name)]} = {place[0]:.4g}, {SYMBOLS[str(y.name)]} = {place[1]:.4g}"
-    star.set(label=f"optimum: {value:.4g} at {where}", clip_on=False, zorder=5)
-    axes.add_line(star)
-    return star
+def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
+    """Give row and column of the smallest value, and say where it is; a whole row may share it."""
+    row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
+    across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
+    as_good = np.ma.filled(candidates <= candidates[row, column] * (1 + ALIKE), False)
+    if as_good[row].all():
+        return row, candidates.shape[1] // 2, f"{up} = {float(y.values[row]):.4g}, any {across}"
+    if as_good[:, column].all():
+        return candidates.shape[0] // 2, column, f"{across} = {float(x.values[column]):.4g}, any {up}"
+    return row, column, f"{across} = {float(x.values[column]):.4g}, {up} = {float(y.values[row]):.4g}"
 
 
 def _contours(
@@ -135,7 +157,7 @@ def _contours(
     values: np.ma.MaskedArray[Any, Any],
 ) -> None:
     """Draw lines at 1, 2, 5, 10, … over cells that are coloured on a logarithmic scale."""
-    if min(values.shape) < 2:
+    if min(values.shape) < CONTOUR_POINTS:
         return
     low, high = float(values.min()), float(values.max())
     steps = [factor * 10.0**power for power in range(-12, 13) for factor in (1, 2, 5)]
