@@ -19,6 +19,7 @@ from service import problems
 from service.access import AccessLog
 from service.cluster import SharedCluster
 from service.dispatch import Dispatcher
+from service.examples import complete
 from service.routes import export, health, home, queries, simulate, studies
 from service.settings import Settings
 from service.state import Service
@@ -86,6 +87,8 @@ def create_app(settings: Settings) -> FastAPI:
             expose_headers=["Location", "X-Request-ID"],
         )
     app.add_middleware(AccessLog)
+    # The framework makes the document once and keeps it.
+    complete(app.openapi())
     return app
 
 

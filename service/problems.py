@@ -1,5 +1,6 @@
 """Errors as problem documents (RFC 9457): a refusal says what was found, what is allowed and what to do."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
@@ -194,7 +195,19 @@ def _http(request: Request, error: Exception) -> Response:
         405: f"{request.method} is not possible here; the Allow header lists what is.",
     }.get(error.status_code, str(error.detail))
     kind = phrase.lower().replace(" ", "-")
-    return _respond(request, Problem(error.status_code, kind, detail, headers=error.headers))
+    headers = {"Allow": ", ".join(_methods(request))} if error.status_code == 405 else error.headers
+    return _respond(request, Problem(error.status_code, kind, detail, headers=headers))
+
+
+def _methods(request: Request) -> list[str]:
+    """Methods of a path; the framework names those of the first route that fits, and a path may have several."""
+    found = {
+        method.upper()
+        for path, operations in request.app.openapi()["paths"].items()
+        if re.fullmatch(re.sub(r"\{\w+\}", "[^/]+", path), request.url.path)
+        for method in operations
+    }
+    return sorted(found) or ["GET"]
 
 
 def _gone(request: Request, error: Exception) -> Response:

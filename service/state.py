@@ -10,6 +10,8 @@ from starlette.requests import Request
 
 from service.dispatch import Dispatcher
 from service.settings import Settings
+from studies.faults import Fault, describe
+from studies.store.faults import StudyNotFound
 from studies.store.record import Record
 from studies.store.store import Store
 
@@ -56,5 +58,19 @@ def _study(
     return service.store.find(study_id)
 
 
+def _exact_study(
+    service: TheService, study_id: Annotated[str, Path(description="A study's whole id.")]
+) -> Record:
+    record = service.store.find(study_id)
+    if record.id != study_id:
+        # The start of an id or a name is enough to look, but a slip of the pen must not delete a study.
+        advice = f"write {record.id} if you mean {record.name}"
+        raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice))
+    return record
+
+
 TheStudy = Annotated[Record, Depends(_study)]
 """The record of the study that the path names, as a parameter of a route; 404 where there is none."""
+
+TheExactStudy = Annotated[Record, Depends(_exact_study)]
+"""The same, for routes that change the study: only its whole id will do."""

@@ -17,7 +17,7 @@ from service.documents import Document
 from service.events import event_id, progress
 from service.examples import RECORD, STUDY_BODY
 from service.problems import Problem, documented
-from service.state import Service, TheService, TheStudy
+from service.state import Service, TheExactStudy, TheService, TheStudy
 from studies.faults import StudyFaults
 from studies.plan import make_plan
 from studies.reading import parse_study_text
@@ -137,7 +137,7 @@ async def events(
 @router.post(
     "/{study_id}/cancel", response_class=Document, responses=documented(404, 409), summary="Stop a study"
 )
-def cancel(service: TheService, study: TheStudy) -> Document:
+def cancel(service: TheService, study: TheExactStudy) -> Document:
     """Cancel a queued or running study; what is done is kept, and resume continues there."""
     record = service.dispatcher.cancel(study)
     if record.state != "cancelled":
@@ -151,7 +151,7 @@ def cancel(service: TheService, study: TheStudy) -> Document:
     responses=documented(404, 409),
     summary="Go on with a study",
 )
-def resume(service: TheService, study: TheStudy) -> Document:
+def resume(service: TheService, study: TheExactStudy) -> Document:
     """Queue a cancelled or failed study again; only the blocks that are missing are computed."""
     record = service.dispatcher.resume(study)
     if record.state == "done":
@@ -162,7 +162,7 @@ def resume(service: TheService, study: TheStudy) -> Document:
 @router.delete(
     "/{study_id}", status_code=204, responses=documented(404, 409), summary="Delete a study and its cube"
 )
-def delete(service: TheService, study: TheStudy) -> Response:
+def delete(service: TheService, study: TheExactStudy) -> Response:
     """Delete a study that is not running."""
     service.dispatcher.delete(study)
     return Response(status_code=204)

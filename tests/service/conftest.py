@@ -1,0 +1,156 @@
+"""A real service: the command `damperlab serve` in a process of its own, on a free port of the loopback interface."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+START_SECONDS = 90.0
+WORK_SECONDS = 180.0
+
+CURVE: dict[str, Any] = {
+    "name": "curve",
+    "particle": False,
+    "damping_ratio": 0.0038,
+    "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}},
+}
+"""Closed form: milliseconds."""
+
+
+def long_study(name: str, damping_ratio: float = 0.0038) -> dict[str, Any]:
+    """Friction alone over a grid: some twenty seconds of kernels in dozens of blocks; the digest differs by damping."""
+    return {
+        "name": name,
+        "particle": False,
+        "damping_ratio": damping_ratio,
+        "axes": {
+            "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 100},
+            "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 200},
+        },
+    }
+
+
+@dataclass
+class Running:
+    """A service in a process."""
+
+    process: subprocess.Popen[bytes]
+    url: str
+    log: Path
+
+    def stop(self, how: signal.Signals = signal.SIGTERM) -> int:
+        """Signal the process and wait for its end."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        return self.process.wait(START_SECONDS)
+
+
+def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
+    """Start `damperlab serve` and wait until it listens."""
+    command = [str(Path(sys.executable).with_name("damperlab")), "serve"]
+    defaults = {"DAMPERLAB_DATA_DIR": str(data_dir), "DAMPERLAB_PORT": "0", "DAMPERLAB_WORKERS": "1"}
+    variables = {**os.environ, **defaults, **environment}
+    with log.open("wb") as out:
+        process = subprocess.Popen(command, env=variables, stdout=out, stderr=subprocess.STDOUT)
+    give_up = time.monotonic() + START_SECONDS
+    while time.monotonic() < give_up:
+        found = re.search(r"running on (http://\S+)", log.read_text())
+        if found:
+            return Running(process, found.group(1), log)
+        if process.poll() is not None:
+            break
+        time.sleep(0.1)
+    process.kill()
+    process.wait()
+    raise AssertionError(f"the service did not start:\n{log.read_text()}")
+
+
+@pytest.fixture(scope="session")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """One service with one worker for all tests that leave it as they found it."""
+    folder = tmp_path_factory.mktemp("service")
+    running = start_service(folder / "data", folder / "log", DAMPERLAB_STUDIES_AT_ONCE="2")
+    try:
+        yield running
+    finally:
+        status = running.stop()
+    assert status == 0, running.log.read_text()
+
+
+@pytest.fixture
+def client(service: Running) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+        yield client
+
+
+@pytest.fixture
+def own_service(tmp_path: Path) -> Iterator[Callable[..., Running]]:
+    """Start services that a test may stop, on the data directory tmp_path/data unless told otherwise."""
+    started: list[Running] = []
+
+    def start(data_dir: Path | None = None, **environment: str) -> Running:
+        log = tmp_path / f"log-{len(started)}"
+        started.append(start_service(data_dir or tmp_path / "data", log, **environment))
+        return started[-1]
+
+    yield start
+    for running in started:
+        running.stop(signal.SIGKILL)
+
+
+def wait_for(client: httpx.Client, study_id: str, good: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Ask for a study's record until it is as wanted."""
+    give_up = time.monotonic() + WORK_SECONDS
+    while True:
+        record: dict[str, Any] = client.get(f"/api/v1/studies/{study_id}").raise_for_status().json()
+        if good(record):
+            return record
+        assert time.monotonic() < give_up, record
+        time.sleep(0.1)
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    """Ask again and again until the answer is yes."""
+    give_up = time.monotonic() + WORK_SECONDS
+    while not true():
+        assert time.monotonic() < give_up
+        time.sleep(0.1)
+
+
+def ended(record: dict[str, Any]) -> bool:
+    return record["state"] in ("done", "cancelled", "failed")
+
+
+@pytest.fixture
+def free_port() -> int:
+    """A port on which nobody listened a moment ago."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+    return port
+
+
+@pytest.fixture
+def helpers() -> Any:
+    """The functions above, for test files: there is no package of tests to import them from."""
+    return sys.modules[__name__]
+
+
+@pytest.fixture(scope="session")
+def curve(service: Running) -> dict[str, Any]:
+    """The record of a finished study, the structure alone over eleven frequencies."""
+    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+        record = client.post("/api/v1/studies", json=CURVE).raise_for_status().json()
+        record = wait_for(client, record["id"], ended)
+    assert record["state"] == "done", record
+    return record

@@ -1,0 +1,176 @@
+"""No request, however malformed, gets a 500: random requests over real sockets."""
+
+import json
+import socket
+from typing import Any
+from urllib.parse import quote, urlsplit
+
+import httpx
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+MANY = settings(
+    max_examples=150,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+    derandomize=True,
+)
+HEADERS = {"content-type": "application/json"}
+
+scalars = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=20),
+    st.sampled_from([1e308, -0.0, 10**400, "rest", "linear", "\ud800", "\x00", "amplitude_ratio"]),
+)
+documents = st.recursive(
+    scalars,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=12), inner, max_size=4),
+    max_leaves=12,
+)
+axes = st.dictionaries(
+    st.sampled_from(
+        ["frequency_ratio", "friction_ratio", "clearance_ratio", "restitution", "mass_ratio", "x"]
+    ),
+    st.one_of(
+        scalars,
+        st.lists(scalars, max_size=5),
+        st.fixed_dictionaries({"start": scalars, "stop": scalars, "num": scalars, "spacing": scalars}),
+    ),
+)
+studies = st.dictionaries(
+    st.sampled_from(
+        ["name", "damping_ratio", "particle", "contact", "metrics", "steady", "solver", "start", "physical"]
+    ),
+    documents,
+).flatmap(lambda study: axes.map(lambda found: {**study, "axes": found}))
+points = st.dictionaries(
+    st.sampled_from(
+        ["damping_ratio", "frequency_ratio", "clearance_ratio", "particle", "history", "samples", "method"]
+    ),
+    documents,
+).map(lambda point: {"cycles": 1, **point})
+
+
+def _as_it_should_be(answer: httpx.Response) -> None:
+    assert answer.status_code < 500, answer.text
+    if answer.status_code >= 400:
+        assert answer.headers["content-type"] == "application/problem+json"
+        problem = answer.json()
+        assert problem["status"] == answer.status_code
+        for fault in problem.get("errors", []):
+            assert all(isinstance(fault[key], str) for key in ("field", "found", "allowed", "advice"))
+
+
+@MANY
+@given(document=st.one_of(studies, documents))
+def test_any_json_as_a_study(client: httpx.Client, document: Any) -> None:
+    _as_it_should_be(
+        client.post("/api/v1/studies?dry_run=true", content=json.dumps(document), headers=HEADERS)
+    )
+
+
+@MANY
+@given(document=points)
+def test_any_json_as_a_design_point(client: httpx.Client, document: Any) -> None:
+    _as_it_should_be(client.post("/api/v1/simulate", content=json.dumps(document), headers=HEADERS))
+
+
+@MANY
+@given(
+    body=st.binary(max_size=200),
+    path=st.sampled_from(["/api/v1/studies", "/api/v1/simulate"]),
+    kind=st.sampled_from(["application/json", "application/yaml"])
+    | st.text(st.characters(codec="ascii"), max_size=20),
+)
+def test_any_bytes_as_a_body(client: httpx.Client, body: bytes, path: str, kind: str) -> None:
+    printable = "".join(letter for letter in kind if letter.isprintable()).strip()
+    _as_it_should_be(client.post(path, content=body, headers={"content-type": printable}))
+
+
+@MANY
+@given(
+    method=st.sampled_from(["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "BREW"]),
+    parts=st.lists(
+        st.sampled_from(["api", "v1", "studies", "simulate", "events", "export", "resonance-map", "health"])
+        | st.text(max_size=12),
+        max_size=5,
+    ),
+)
+def test_any_path(client: httpx.Client, method: str, parts: list[str]) -> None:
+    path = "/" + "/".join(quote(part.encode("utf-8", "surrogatepass"), safe="") for part in parts)
+    answer = client.request(method, path)
+    if method == "HEAD":
+        assert answer.status_code < 500
+    else:
+        _as_it_should_be(answer)
+
+
+@MANY
+@given(
+    query=st.sampled_from(["resonance-map", "frequency-response", "optimal-designs", "export"]),
+    parameters=st.dictionaries(
+        st.sampled_from(
+            ["x", "y", "metric", "over", "reduce", "band", "top", "objective", "damping_ratio", "format"]
+        )
+        | st.text(max_size=8),
+        st.sampled_from(
+            ["frequency_ratio", "damping_ratio", "restitution", "amplitude_ratio", "status", "peak"]
+        )
+        | st.sampled_from(
+            ["max", "mean", "1", "0.9,1.1", "1e400", "-1", "nan", "csv", "10001", "9" * 5000, "1,nan"]
+        )
+        | st.text(max_size=8),
+        max_size=5,
+    ),
+)
+def test_any_question(
+    client: httpx.Client, curve: dict[str, Any], query: str, parameters: dict[str, str]
+) -> None:
+    if query == "export":
+        parameters["format"] = parameters.get("format", "csv")
+    pairs = {
+        quote(name.encode("utf-8", "surrogatepass")): quote(value.encode("utf-8", "surrogatepass"))
+        for name, value in parameters.items()
+    }
+    text = "&".join(f"{name}={value}" for name, value in pairs.items())
+    _as_it_should_be(client.get(f"/api/v1/studies/{curve['id']}/{query}?{text}"))
+
+
+@pytest.mark.parametrize(
+    "request_bytes",
+    [
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET /%ff%fe/%00 HTTP/1.1\r\nHost: a\r\n\r\n",
+        b"GET /api/v1/studies?name=%ff%00 HTTP/1.1\r\nHost: a\r\n\r\n",
+        b"GET /\xff\xfe HTTP/1.1\r\nHost: a\r\n\r\n",
+        b"GET /api/v1/studies/a/events HTTP/1.1\r\nHost: a\r\nLast-Event-ID: \xff\r\n\r\n",
+        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
+        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Length: " + b"9" * 30 + b"\r\n\r\n",
+        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Type: \xff\xfe; =;\r\nContent-Length: 2\r\n\r\n{}",
+        b"POST /api/v1/simulate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+        b"GET / HTTP/1.1\r\nHost: [\r\n\r\n",
+        b"GET http://[/ HTTP/1.1\r\nHost: a\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: a\r\nX: " + b"a" * 100_000 + b"\r\n\r\n",
+        b"\x00\x01\x02\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\r\n",
+    ],
+)
+def test_any_bytes_on_the_wire(service: Any, client: httpx.Client, request_bytes: bytes) -> None:
+    address = urlsplit(service.url)
+    answer = b""
+    with socket.create_connection((address.hostname, address.port), timeout=20) as connection:
+        connection.sendall(request_bytes)
+        connection.shutdown(socket.SHUT_WR)
+        try:
+            while part := connection.recv(65536):
+                answer += part
+        except ConnectionResetError:
+            pass
+    status = answer[:12].partition(b" ")[2]
+    # Where the protocol itself is broken the connection may close without a word.
+    assert not answer or 200 <= int(status) < 500, answer
+    assert client.get("/health/live").status_code == 200

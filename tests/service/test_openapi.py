@@ -1,0 +1,67 @@
+"""The OpenAPI document and the first page: complete, true, and nothing on them comes from elsewhere."""
+
+import json
+import re
+from typing import Any
+
+import httpx
+
+ROUTES = {
+    ("post", "/api/v1/studies"),
+    ("get", "/api/v1/studies"),
+    ("get", "/api/v1/studies/{study_id}"),
+    ("delete", "/api/v1/studies/{study_id}"),
+    ("get", "/api/v1/studies/{study_id}/events"),
+    ("post", "/api/v1/studies/{study_id}/cancel"),
+    ("post", "/api/v1/studies/{study_id}/resume"),
+    ("get", "/api/v1/studies/{study_id}/resonance-map"),
+    ("get", "/api/v1/studies/{study_id}/frequency-response"),
+    ("get", "/api/v1/studies/{study_id}/optimal-designs"),
+    ("get", "/api/v1/studies/{study_id}/export"),
+    ("post", "/api/v1/simulate"),
+    ("get", "/health/live"),
+    ("get", "/health/ready"),
+}
+
+
+def _operations(client: httpx.Client) -> dict[tuple[str, str], Any]:
+    paths = client.get("/openapi.json").raise_for_status().json()["paths"]
+    return {(method, path): found for path, methods in paths.items() for method, found in methods.items()}
+
+
+def test_every_route_is_described(client: httpx.Client) -> None:
+    operations = _operations(client)
+    assert set(operations) >= ROUTES
+    assert all(operation["summary"] for operation in operations.values())
+
+
+def test_every_reference_leads_somewhere(client: httpx.Client) -> None:
+    document = client.get("/openapi.json").json()
+    named = set(re.findall(r'"#/components/schemas/(\w+)"', json.dumps(document)))
+    assert named
+    assert named <= set(document["components"]["schemas"])
+
+
+def test_every_example_works_when_pasted(client: httpx.Client, helpers: Any) -> None:
+    tried = 0
+    for (method, path), operation in _operations(client).items():
+        for kind, content in operation.get("requestBody", {}).get("content", {}).items():
+            for example in content["examples"].values():
+                text = example["value"] if isinstance(example["value"], str) else json.dumps(example["value"])
+                answer = client.request(method, path, content=text, headers={"content-type": kind})
+                assert answer.status_code in (200, 201), answer.text
+                tried += 1
+                if "/studies" in path:
+                    record = helpers.wait_for(client, answer.json()["id"], helpers.ended)
+                    assert (record["state"], record["points_failed"]) == ("done", 0), record
+    assert tried >= 4
+
+
+def test_first_page_lists_the_routes_and_loads_nothing(client: httpx.Client) -> None:
+    answer = client.get("/")
+    assert answer.headers["content-type"].startswith("text/html")
+    for _, path in ROUTES:
+        assert path in answer.text
+    assert "openapi.json" in answer.text
+    assert not re.search(r"https?://|<script|<link|<img|@import|url\(", answer.text)
+    assert "default-src 'none'" in answer.headers["content-security-policy"]

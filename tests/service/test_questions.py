@@ -1,0 +1,183 @@
+"""Maps, curves, rankings, exports and simulations over HTTP, against the closed form of the structure alone."""
+
+import csv
+import io
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import xarray as xr
+
+STUDIES = "/api/v1/studies"
+
+
+def _closed_form(zeta: float, r: float) -> float:
+    """X/Z of the structure alone, shaken through its base."""
+    return sqrt((1 + (2 * zeta * r) ** 2) / ((1 - r * r) ** 2 + (2 * zeta * r) ** 2))
+
+
+def test_frequency_response_is_the_closed_form(client: httpx.Client, curve: dict[str, Any]) -> None:
+    answer = client.get(f"{STUDIES}/{curve['id']}/frequency-response").raise_for_status().json()
+    assert (answer["units"], answer["complete"]) == ("1", 1.0)
+    expected = [_closed_form(0.0038, r) for r in answer["frequency_ratio"]]
+    # Both are a few roundings of the same formula, magnified at resonance by 1/(2 zeta) = 132.
+    np.testing.assert_allclose(answer["values"], expected, rtol=1e-12)
+
+
+def test_map_has_a_row_for_each_y_and_a_column_for_each_x(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    params = {"x": "frequency_ratio", "y": "damping_ratio"}
+    answer = client.get(f"{STUDIES}/{curve['id']}/resonance-map", params=params).raise_for_status().json()
+    assert (len(answer["x"]), len(answer["y"])) == (11, 1)
+    assert np.shape(answer["values"]) == (1, 11)
+    assert answer["meanings"]["status"]["0"] == "converged"
+
+
+def test_nearest_grid_point_is_taken_and_said(client: httpx.Client, curve: dict[str, Any]) -> None:
+    params = {"x": "friction_ratio", "y": "damping_ratio", "frequency_ratio": "0.97"}
+    answer = client.get(f"{STUDIES}/{curve['id']}/resonance-map", params=params).raise_for_status().json()
+    assert answer["at"]["frequency_ratio"] == 1.0
+    assert "nearest to the 0.97 asked for" in answer["note"]
+    assert answer["values"][0][0] == pytest.approx(_closed_form(0.0038, 1.0), rel=1e-12)
+
+
+def test_map_reduced_over_frequency_holds_the_peak(client: httpx.Client, curve: dict[str, Any]) -> None:
+    params = {"x": "friction_ratio", "y": "damping_ratio", "over": "frequency_ratio", "reduce": "max"}
+    answer = client.get(f"{STUDIES}/{curve['id']}/resonance-map", params=params).raise_for_status().json()
+    assert answer["values"][0][0] == pytest.approx(_closed_form(0.0038, 1.0), rel=1e-12)
+    assert answer["frequency_ratio_at"] == [[1.0]]
+
+
+def test_ranking_is_in_the_order_of_the_response(client: httpx.Client, helpers: Any) -> None:
+    study = {
+        "particle": False,
+        "damping_ratio": [0.02, 0.05, 0.1],
+        "axes": {"frequency_ratio": [0.9, 1.0, 1.1]},
+    }
+    record = client.post(STUDIES, json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    params = {"objective": "peak", "band": "0.95,1.05", "damping_ratio": "0,0.06"}
+    answer = client.get(f"{STUDIES}/{record['id']}/optimal-designs", params=params).raise_for_status().json()
+    assert [design["damping_ratio"] for design in answer["designs"]] == [0.05, 0.02]
+    values = [design["value"] for design in answer["designs"]]
+    assert values == pytest.approx([_closed_form(0.05, 1.0), _closed_form(0.02, 1.0)], rel=1e-12)
+    assert answer["designs"][0]["response_class"] == "linear"
+
+
+def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers: Any) -> None:
+    """A study that was cancelled before it began has a cube without a single value."""
+    blockers = [
+        client.post(STUDIES, json=helpers.long_study("block", 0.05 + 0.01 * n)).json() for n in range(2)
+    ]
+    study = {"name": "never", "particle": False, "damping_ratio": 0.04, "axes": {"frequency_ratio": [1, 2]}}
+    record = client.post(STUDIES, json=study).json()
+    try:
+        assert client.post(f"{STUDIES}/{record['id']}/cancel").json()["state"] == "cancelled"
+        answer = client.get(f"{STUDIES}/{record['id']}/frequency-response").raise_for_status().json()
+        assert (answer["values"], answer["complete"]) == ([None, None], 0.0)
+    finally:
+        for blocker in blockers:
+            client.post(f"{STUDIES}/{blocker['id']}/cancel")
+            client.delete(f"{STUDIES}/{blocker['id']}").raise_for_status()
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ("resonance-map?x=frequency_ratio", "y"),
+        ("resonance-map?x=foo&y=frequency_ratio", "x"),
+        ("resonance-map?x=frequency_ratio&y=frequency_ratio", "y"),
+        ("resonance-map?x=frequency_ratio&y=damping_ratio&reduce=max", "reduce"),
+        ("resonance-map?x=frequency_ratio&x=friction_ratio&y=damping_ratio", "x"),
+        ("frequency-response?metric=beauty", "metric"),
+        ("frequency-response?damping_ratio=nan", "damping_ratio"),
+        ("frequency-response?damping_ratio=1e999", "damping_ratio"),
+        ("frequency-response?dampingratio=1", "dampingratio"),
+        ("frequency-response?frequency_ratio=1", "frequency_ratio"),
+        ("optimal-designs?band=2,1", "band"),
+        ("optimal-designs?band=0.9", "band"),
+        ("optimal-designs?band=nan,nan", "band"),
+        ("optimal-designs?top=0", "top"),
+        ("optimal-designs?objective=peak&band=7,8", "band"),
+        ("export?format=docx", "format"),
+    ],
+)
+def test_bad_parameter_is_named(client: httpx.Client, curve: dict[str, Any], query: str, field: str) -> None:
+    answer = client.get(f"{STUDIES}/{curve['id']}/{query}")
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert field in {fault["field"] for fault in answer.json()["errors"]}
+
+
+def test_csv_has_one_row_for_each_point(client: httpx.Client, curve: dict[str, Any]) -> None:
+    answer = client.get(f"{STUDIES}/{curve['id']}/export", params={"format": "csv"}).raise_for_status()
+    assert answer.headers["content-type"].startswith("text/csv")
+    assert "attachment" in answer.headers["content-disposition"]
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert len(rows) == 11
+    for row in rows:
+        expected = _closed_form(0.0038, float(row["frequency_ratio"]))
+        assert float(row["amplitude_ratio"]) == pytest.approx(expected, rel=1e-12)
+
+
+def test_netcdf_opens_as_the_cube(client: httpx.Client, curve: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "cube.nc"
+    with client.stream("GET", f"{STUDIES}/{curve['id']}/export", params={"format": "netcdf"}) as answer:
+        answer.raise_for_status()
+        path.write_bytes(answer.read())
+    with xr.open_dataset(path, engine="h5netcdf") as cube:
+        assert cube.attrs["digest"] == curve["digest"]
+        peak = float(cube["amplitude_ratio"].sel(frequency_ratio=1.0).squeeze())
+    assert peak == pytest.approx(_closed_form(0.0038, 1.0), rel=1e-12)
+
+
+def test_answers_are_compressed_on_request(client: httpx.Client, curve: dict[str, Any]) -> None:
+    address = f"{STUDIES}/{curve['id']}"
+    squeezed = client.get(address, headers={"accept-encoding": "gzip"})
+    plain = client.get(address, headers={"accept-encoding": "identity"})
+    assert squeezed.headers.get("content-encoding") == "gzip"
+    assert "content-encoding" not in plain.headers
+    assert squeezed.json() == plain.json()
+
+
+def test_no_other_origin_may_read(client: httpx.Client) -> None:
+    answer = client.get(STUDIES, headers={"origin": "http://elsewhere.example"})
+    assert not [name for name in answer.headers if name.startswith("access-control")]
+
+
+def test_simulation_gives_the_steady_response_of_the_structure(client: httpx.Client) -> None:
+    point = {"particle": False, "damping_ratio": 0.05, "frequency_ratio": 1.2, "history": 3, "samples": 50}
+    answer = client.post("/api/v1/simulate", json=point).raise_for_status().json()
+    assert answer["metrics"]["amplitude_ratio"] == pytest.approx(_closed_form(0.05, 1.2), rel=1e-12)
+    history = answer["history"]
+    assert 2 <= len(history["time"]) <= 50
+    assert history["time"] == sorted(history["time"])
+    assert set(answer["events"]) == {"impacts", "turns", "attachments"}
+    assert answer["state"]["p"] is None
+
+
+def test_decimated_history_keeps_the_extremes(client: httpx.Client) -> None:
+    point = {"particle": False, "damping_ratio": 0.05, "frequency_ratio": 1.0, "cycles": 20, "history": 20}
+    full = client.post("/api/v1/simulate", json=point | {"samples": 20_000}).json()["history"]["u"]
+    thin = client.post("/api/v1/simulate", json=point | {"samples": 40}).json()["history"]["u"]
+    assert len(thin) <= 40 < len(full)
+    assert (max(thin), min(thin)) == (max(full), min(full))
+
+
+def test_every_fault_of_a_simulation_is_named(client: httpx.Client) -> None:
+    point = {"frequency_ratio": 0, "restitution": "high", "cycles": -1, "history": 1e9, "clearence_ratio": 3}
+    answer = client.post("/api/v1/simulate", json=point)
+    assert answer.status_code == 422
+    fields = {fault["field"] for fault in answer.json()["errors"]}
+    assert fields == {
+        "frequency_ratio",
+        "restitution",
+        "cycles",
+        "history",
+        "clearence_ratio",
+        "clearance_ratio",
+    }

@@ -1,0 +1,53 @@
+"""Settings from the environment and from arguments."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from service.settings import Settings, default_data_dir
+
+
+@pytest.fixture(autouse=True)
+def _bare(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in Settings.model_fields:
+        monkeypatch.delenv(f"DAMPERLAB_{name.upper()}", raising=False)
+    monkeypatch.delenv("XDG_DATA_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+
+def test_service_listens_on_loopback_unless_told_otherwise() -> None:
+    settings = Settings()
+    assert (settings.host, settings.port, settings.cors_origins) == ("127.0.0.1", 8000, ())
+
+
+def test_data_lies_where_the_desktop_standard_says(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert default_data_dir() == tmp_path / ".local/share/damperlab"
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+    assert default_data_dir() == tmp_path / "share/damperlab"
+    # The standard asks to ignore a relative path.
+    monkeypatch.setenv("XDG_DATA_HOME", "share")
+    assert default_data_dir() == tmp_path / ".local/share/damperlab"
+
+
+def test_arguments_win_over_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DAMPERLAB_PORT", "9000")
+    monkeypatch.setenv("DAMPERLAB_WORKERS", "3")
+    assert (Settings().port, Settings().workers) == (9000, 3)
+    assert Settings(port=9001).port == 9001
+
+
+def test_data_dir_does_not_depend_on_the_working_directory(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert Settings(data_dir=Path("data")).data_dir == tmp_path / "data"
+    assert Settings(data_dir=Path("~/data")).data_dir == tmp_path / "data"
+
+
+@pytest.mark.parametrize(
+    "values", [{"port": 65536}, {"workers": 0}, {"workers": 1, "scheduler": "tcp://a:1"}, {"colour": "red"}]
+)
+def test_impossible_settings_are_refused(values: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        Settings(**values)  # type: ignore[arg-type]
