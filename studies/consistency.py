@@ -35,7 +35,8 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
 
 def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     """Find what is wrong between the fields of a document whose fields may themselves be faulty."""
-    axes, physical = document.get("axes", {}), document.get("physical", {})
+    axes, physical = document.get("axes", {}), document.get("physical")
+    physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
     faults: list[Fault] = []
     if not isinstance(axes, dict) or not isinstance(physical, dict):
@@ -50,7 +51,8 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     required = ("clearance_ratio", "frequency_ratio") if particle else ("frequency_ratio",)
     faults.extend(_required(name) for name in required if name not in given and name not in sources)
     sizes = [_size(value) for name, value in given.items() if particle or name not in OF_PARTICLE]
-    sizes += [_size(value) for value in physical.values()]
+    ignored = {d.source for d in made if d.of_particle and not particle}
+    sizes += [_size(value) for name, value in physical.items() if name not in ignored]
     points = math.prod(sizes)
     if points > MAX_POINTS:
         found, allowed = counted(points, "design point"), f"at most {MAX_POINTS:,} design points"

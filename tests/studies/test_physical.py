@@ -93,3 +93,10 @@ def test_a_scene_without_particle_ignores_its_quantities() -> None:
         study({"clearance_m": [0.1, 0.2], "particle_mass_kg": 1}, particle=False, frequency_ratio=1)
     )
     assert parsed.points == 1
+
+
+def test_an_empty_block_is_checked_like_none_at_all() -> None:
+    whole = {"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}
+    assert parse_study(whole | {"physical": None}) == parse_study(whole)
+    for empty in (None, {}):
+        assert fields({"physical": empty}) == {"axes.clearance_ratio", "axes.frequency_ratio"}
