@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from studies.axes import Range, axis_count, axis_values, read_axis
@@ -67,6 +67,7 @@ def test_single_value_range_is_that_value() -> None:
     st.integers(2, 300),
     st.sampled_from(["linear", "log"]),
 )
+@settings(deadline=None)
 def test_a_range_that_is_accepted_increases_and_keeps_its_ends(
     a: float, b: float, num: int, spacing: str
 ) -> None:

@@ -48,6 +48,7 @@ shapes = st.tuples(*[st.integers(1, 7)] * 6)
 
 
 @given(shapes, st.integers(1, 400))
+@settings(deadline=None)
 def test_chunks_hold_no_more_than_asked_and_cut_evenly(shape: tuple[int, ...], size: int) -> None:
     chunk = chunk_of(shape, size)
     assert 1 <= math.prod(chunk) <= size
