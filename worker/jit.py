@@ -74,15 +74,3 @@ def kernel(function: F) -> F:
     """
     jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
     return jitted
-
-
-def inlined(function: F) -> F:
-    """Compile as `kernel` does, into its caller: for the steps of a march.
-
-    A call would hand over arrays, and numba counts references to each on both sides, with locked instructions that cost
-    more than the mathematics.
-    """
-    jitted: F = numba.njit(
-        cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True
-    )(function)
-    return jitted

@@ -1,9 +1,9 @@
 """Coulomb friction between the primary mass and the base: set-valued at rest, Sgn(0) = [−1, 1] in equation (1)."""
 
-from worker.jit import inlined
+from worker.jit import kernel
 
 
-@inlined
+@kernel
 def hold_force(v, base_acceleration, inertia):
     """Force that friction must take to keep the mass on the base, over k Z.
 
@@ -24,7 +24,7 @@ def hold_force(v, base_acceleration, inertia):
     return inertia * base_acceleration - v
 
 
-@inlined
+@kernel
 def slip_direction(force, friction_ratio):
     """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it (|F| ≤ γ_F)."""
     if force > friction_ratio:

@@ -1,9 +1,9 @@
 """Impact between the primary mass and the particle, instantaneous contact: equations (5) to (8)."""
 
-from worker.jit import inlined
+from worker.jit import kernel
 
 
-@inlined
+@kernel
 def rebound(u_rate, p_rate, restitution, mass_ratio):
     """Velocities after an impact, momentum conserved.
 
@@ -33,7 +33,7 @@ def rebound(u_rate, p_rate, restitution, mass_ratio):
     return -mass_ratio * exchanged, p_rate + exchanged
 
 
-@inlined
+@kernel
 def impact_loss(approach_speed, restitution, mass_ratio):
     """Energy lost in an impact over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (1.0 - restitution * restitution) * approach_speed**2

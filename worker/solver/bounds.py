@@ -1,9 +1,9 @@
 """Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
 
-from worker.jit import inlined
+from worker.jit import kernel
 
 
-@inlined
+@kernel
 def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
     """Largest |x|, |w| and |u''| over a span of slip.
 
@@ -28,7 +28,7 @@ def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
     return x_most, w_most, compliance * (two_zeta * w_most + x_most)
 
 
-@inlined
+@kernel
 def u_bend(order, held, w_most, u2_most, two_zeta, compliance, frequency_ratio):
     """Bound on the derivative of u of an order from 2 to 5 over the same span, by differentiating the motion."""
     r = frequency_ratio
@@ -48,7 +48,7 @@ def u_bend(order, held, w_most, u2_most, two_zeta, compliance, frequency_ratio):
     return compliance * (two_zeta * w3 + w2)
 
 
-@inlined
+@kernel
 def w_bend(dropped, w_most, u2_most, two_zeta, compliance, frequency_ratio):
     """Bound on the second derivative of w/t^dropped (0, 1 or 2) over the same span: 2/(dropped + 2)! of that of w."""
     r = frequency_ratio

@@ -7,14 +7,14 @@ Newton only when the same bound proves that it is monotone there; everything els
 
 from math import inf
 
-from worker.jit import inlined
+from worker.jit import kernel
 from worker.solver.taylor import slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
 
 
-@inlined
+@kernel
 def _newton(polynomial, sign, low, high, t):
     """Root in [low, high] of a function that falls monotonically through zero there: Newton, kept in its bracket."""
     width = high - low
@@ -40,7 +40,7 @@ def _newton(polynomial, sign, low, high, t):
     return t
 
 
-@inlined
+@kernel
 def first_crossing(polynomial, sign, start, end, curvature):
     """First time in (start, end] at which sign · p falls through zero.
 

@@ -6,7 +6,7 @@ without `particle` no gap, no impact, no riding; without `meter` no energies and
 
 from math import inf
 
-from worker.jit import inlined, kernel
+from worker.jit import kernel
 from worker.physics.friction import hold_force, slip_direction
 from worker.physics.impact import impact_loss, rebound
 from worker.solver.bounds import motion_bounds, u_bend, w_bend
@@ -52,7 +52,9 @@ _MOST_IDLE = 64  # events without time moving on before the march gives up
 
 
 @kernel
-def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_array, log):
+def half_cycle(
+    state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_array, log
+):
     """March a state through half an excitation cycle and mirror it.
 
     Parameters
@@ -113,7 +115,9 @@ def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particl
                 if state.riding > 0.0:
                     medium = loaded
             _x_most, w_most, u2_most = _most(state, offset, held, left, base, medium)
-            quiet = _is_quiet(state, offset, held, sine, cosine, left, base, medium, friction, particle, w_most, u2_most)
+            quiet = _is_quiet(
+                state, offset, held, sine, cosine, left, base, medium, friction, particle, w_most, u2_most
+            )
             if quiet and whole and log is None:
                 crossed = _glide(state, offset, held, base, medium, k, particle)
                 if meter is None:
@@ -127,7 +131,10 @@ def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particl
                 expand_stick(state.v, sine, cosine, base.rows, relative, absolute)
             else:
                 combine(state.v + offset, state.w, sine, cosine, medium.relative, relative)
-                combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
+                if particle is not None:
+                    combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
+                elif meter is not None:
+                    combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
             t = left
             kind = _NOTHING
             if not quiet:
@@ -150,7 +157,19 @@ def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particl
             if meter is not None:
                 expand_base(sine, cosine, base.rows, shaken)
                 measure(
-                    meter, offset, held, t, base, medium, friction, relative, absolute, shaken, scratch, u2_most, w_most
+                    meter,
+                    offset,
+                    held,
+                    t,
+                    base,
+                    medium,
+                    friction,
+                    relative,
+                    absolute,
+                    shaken,
+                    scratch,
+                    u2_most,
+                    w_most,
                 )
             if log is not None:
                 record(log, state, (k + 1) * base.window - left, t, kind)
@@ -191,13 +210,13 @@ def half_cycle(state, base_arrays, free_arrays, loaded_arrays, friction, particl
     )
 
 
-@inlined
+@kernel
 def _gap_rate(state, cosine, frequency_ratio):
     """Rate at which the particle leaves the wall last touched."""
     return state.wall * (state.p_rate - (state.w + frequency_ratio * cosine))
 
 
-@inlined
+@kernel
 def _most(state, offset, held, span, base, medium):
     """Bounds on |x|, |w| and |u''| over the span."""
     if held:
@@ -207,7 +226,7 @@ def _most(state, offset, held, span, base, medium):
     )
 
 
-@inlined
+@kernel
 def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, particle, w_most, u2_most):
     """Whether bounds alone prove that no event lies in the span; False means that one must look."""
     r = base.frequency_ratio
@@ -238,7 +257,7 @@ def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, p
     return True
 
 
-@inlined
+@kernel
 def _glide(state, offset, held, base, medium, k, particle):
     """Cross window k, in which nothing happens, by its matrix."""
     v = state.v
@@ -260,7 +279,7 @@ def _glide(state, offset, held, base, medium, k, particle):
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
 
 
-@inlined
+@kernel
 def _coast(state, offset, held, t, particle, relative, absolute):
     """State a time t later on the expanded polynomials."""
     v = state.v
@@ -285,7 +304,7 @@ def _coast(state, offset, held, t, particle, relative, absolute):
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
 
 
-@inlined
+@kernel
 def _next_event(
     state,
     held,
@@ -369,7 +388,7 @@ def _next_event(
     return t, kind
 
 
-@inlined
+@kernel
 def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, meter):
     """What the event changes: one transition, after which slip, contact and their orders are consistent again."""
     if friction is not None:
@@ -393,7 +412,7 @@ def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, met
     return state
 
 
-@inlined
+@kernel
 def _release(state, sine, cosine, base, friction):
     """The wall stops pushing: the particle flies on with the velocity of the wall."""
     r = base.frequency_ratio
@@ -409,7 +428,7 @@ def _release(state, sine, cosine, base, friction):
     return State(state.v, state.w, state.slip, state.wall, 0.0, state.w + r * cosine, 0.0, 0, order)
 
 
-@inlined
+@kernel
 def _come_to_rest(state, sine, cosine, base, friction, particle):
     """The mass has come to rest on the base: it sticks, or slips on or back, alone or with the particle on its wall.
 
@@ -434,7 +453,7 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
     return State(state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order)
 
 
-@inlined
+@kernel
 def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
     """An impact on the given wall, and what follows: a flight, or riding on the wall when the chatter is over."""
     base_rate = base.frequency_ratio * cosine

@@ -2,7 +2,7 @@
 
 from math import inf
 
-from worker.jit import inlined
+from worker.jit import kernel
 from worker.solver.bounds import u_bend, w_bend
 from worker.solver.crossing import first_crossing
 from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
@@ -10,7 +10,7 @@ from worker.solver.taylor import rate_into, slope, value
 from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 
-@inlined
+@kernel
 def peaks_at_ends(meter, start, end, sine_start, sine_end, span, u2_most, friction, frequency_ratio):
     """Raise the peaks by the ends of a quiet window; False where a peak between them may be higher still."""
     u_start = start.v + sine_start
@@ -27,14 +27,17 @@ def peaks_at_ends(meter, start, end, sine_start, sine_end, span, u2_most, fricti
     relative_peak = max(meter[RELATIVE_PEAK], v_ends)
     if friction is None:  # with friction, |v| peaks only where a segment ends
         w1 = u2_most + frequency_ratio * frequency_ratio
-        if v_ends + 0.125 * w1 * span * span > relative_peak and abs(end.v - start.v) <= 0.5 * w1 * span * span:
+        if (
+            v_ends + 0.125 * w1 * span * span > relative_peak
+            and abs(end.v - start.v) <= 0.5 * w1 * span * span
+        ):
             return False
     meter[PEAK] = peak
     meter[RELATIVE_PEAK] = relative_peak
     return True
 
 
-@inlined
+@kernel
 def measure_window(meter, start, end, offset, held, sine, cosine, base, medium, friction):
     """Add a whole quiet window to a meter, from constant rows at the quadrature points."""
     r = base.frequency_ratio
@@ -72,8 +75,10 @@ def measure_window(meter, start, end, offset, held, sine, cosine, base, medium, 
             meter[FRICTION_LOSS] += friction * abs(end.v - start.v)
 
 
-@inlined
-def measure(meter, offset, held, t, base, medium, friction, relative, absolute, shaken, scratch, u2_most, w_most):
+@kernel
+def measure(
+    meter, offset, held, t, base, medium, friction, relative, absolute, shaken, scratch, u2_most, w_most
+):
     """Add one segment of length t, whose polynomials are given, to a meter."""
     r = base.frequency_ratio
     work = 0.0

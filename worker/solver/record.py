@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.jit import inlined
+from worker.jit import kernel
 
 COLUMNS = (
     "start",
@@ -35,7 +35,7 @@ def make_log(capacity: int) -> Log:
     return Log(np.empty((capacity, len(COLUMNS))), np.zeros(1, np.int64))
 
 
-@inlined
+@kernel
 def record(log, state, start, duration, event):
     """Append one segment."""
     i = log.cursor[0]

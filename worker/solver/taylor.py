@@ -11,7 +11,7 @@ four; a segment's coefficients are then a sum of four constant rows, which the p
 
 import numpy as np
 
-from worker.jit import inlined, kernel
+from worker.jit import kernel
 
 ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
@@ -70,21 +70,23 @@ def motion_rows(two_zeta, compliance, base):
     return relative.reshape(-1), absolute.reshape(-1)
 
 
-@inlined
+@kernel
 def combine(x, w, sine, cosine, rows, out):
     """Coefficients of a segment from the four rows of its medium."""
     for n in range(TERMS):
-        out[n] = (x * rows[n] + w * rows[TERMS + n]) + (sine * rows[2 * TERMS + n] + cosine * rows[3 * TERMS + n])
+        out[n] = (x * rows[n] + w * rows[TERMS + n]) + (
+            sine * rows[2 * TERMS + n] + cosine * rows[3 * TERMS + n]
+        )
 
 
-@inlined
+@kernel
 def expand_base(sine, cosine, rows, out):
     """Coefficients of the base displacement from sin φ and cos φ."""
     for n in range(TERMS):
         out[n] = sine * rows[n] + cosine * rows[TERMS + n]
 
 
-@inlined
+@kernel
 def expand_stick(v, sine, cosine, rows, relative, absolute):
     """Coefficients of the motion while friction holds the mass: v is constant, u = v + s."""
     for n in range(TERMS):
@@ -94,7 +96,7 @@ def expand_stick(v, sine, cosine, rows, relative, absolute):
     absolute[0] += v
 
 
-@inlined
+@kernel
 def value(p, t):
     """Value of a polynomial at t, by Estrin's scheme: a tree of depth four instead of a chain of fifteen."""
     t2 = t * t
@@ -106,7 +108,7 @@ def value(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@inlined
+@kernel
 def slope(p, t):
     """First derivative of a polynomial at t."""
     t2 = t * t
@@ -118,7 +120,7 @@ def slope(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@inlined
+@kernel
 def rate_into(p, dropped, out):
     """Coefficients of the first derivative of a polynomial, the `dropped` lowest left out (division by t^dropped)."""
     if dropped == 0:  # the common case, with a length that the compiler knows
@@ -132,7 +134,7 @@ def rate_into(p, dropped, out):
         out[i] = 0.0
 
 
-@inlined
+@kernel
 def acceleration_into(p, out):
     """Coefficients of the second derivative of a polynomial."""
     for i in range(ORDER - 1):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.jit import inlined, kernel
+from worker.jit import kernel
 from worker.solver.memory import address
 from worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
 
@@ -132,7 +132,7 @@ def make_medium(base, inertia):
     )
 
 
-@inlined
+@kernel
 def point_base(base):
     """The same base with addresses for arrays; the arrays must outlive it."""
     return Base(
@@ -147,7 +147,7 @@ def point_base(base):
     )
 
 
-@inlined
+@kernel
 def point_medium(medium):
     """The same medium with addresses for arrays; the arrays must outlive it."""
     return Medium(
