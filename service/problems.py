@@ -1,5 +1,6 @@
 """Errors as problem documents (RFC 9457): a refusal says what was found, what is allowed and what to do."""
 
+import logging
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from http import HTTPStatus
@@ -17,6 +18,8 @@ from studies.faults import Fault, StudyFaults, describe, listing, nearest, path,
 from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 
 MEDIA_TYPE = "application/problem+json"
+
+_log = logging.getLogger("damperlab.problems")
 
 
 _SCHEMA = {
@@ -217,4 +220,8 @@ def _gone(request: Request, error: Exception) -> Response:
 
 def _bug(request: Request, error: Exception) -> Response:
     detail = "The service failed on this request, which is a defect in it. Please report the request id."
-    return _respond(request, Problem(500, "defect", detail))
+    request_id = str(request.scope.get("request_id"))
+    # The server logs the traceback; this line ties it to the request.
+    _log.error("request [%s] met a defect: %r", request_id, error)
+    # Answered outside the middleware that adds the id to every other response.
+    return _respond(request, Problem(500, "defect", detail, headers={"X-Request-ID": request_id}))

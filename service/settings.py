@@ -48,7 +48,6 @@ class Settings(BaseSettings):
         2, ge=1, le=64, description="Studies that run side by side on the one cluster."
     )
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
-    page_limit: int = Field(200, ge=1, description="Most studies on one page of the list.")
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
     simulate_history_limit: int = Field(20_000, ge=0, description="Most samples of one time history.")
     cors_origins: tuple[str, ...] = Field(

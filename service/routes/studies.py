@@ -22,10 +22,9 @@ from studies.faults import StudyFaults
 from studies.plan import make_plan
 from studies.reading import parse_study_text
 from studies.store.faults import StoreFault
-from studies.store.provenance import provenance
 from studies.store.record import Record
 from worker.cost import seconds_per_point
-from worker.provenance import code_hash
+from worker.provenance import provenance
 
 router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
 
@@ -76,7 +75,7 @@ def _submit(service: Service, body: bytes, kind: Literal["json", "yaml"], dry_ru
     plan = make_plan(study, seconds_per_point)
     if dry_run:
         return Document(estimate_document(study, plan))
-    record, created = service.store.submit(study, plan, provenance() | {"sources": code_hash()})
+    record, created = service.store.submit(study, plan, provenance())
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
 

@@ -102,7 +102,8 @@ def test_any_bytes_as_a_body(client: httpx.Client, body: bytes, path: str, kind:
 )
 def test_any_path(client: httpx.Client, method: str, parts: list[str]) -> None:
     path = "/" + "/".join(quote(part.encode("utf-8", "surrogatepass"), safe="") for part in parts)
-    answer = client.request(method, path)
+    # Absolute, because a client takes a path that begins with // for a host.
+    answer = client.request(method, f"{str(client.base_url).rstrip('/')}{path}")
     if method == "HEAD":
         assert answer.status_code < 500
     else:
