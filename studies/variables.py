@@ -126,7 +126,9 @@ def _ratio(name: str, long_name: str, doc: str, units: str = "1") -> Variable:
 VARIABLES: dict[str, Variable] = {
     v.name: v
     for v in (
-        _ratio("amplitude_ratio", "amplitude ratio X/Z", "Mean over steady cycles of the cycle's peak |x|/Z."),
+        _ratio(
+            "amplitude_ratio", "amplitude ratio X/Z", "Mean over steady cycles of the cycle's peak |x|/Z."
+        ),
         _ratio(
             "amplitude_ratio_max",
             "largest amplitude ratio",
@@ -154,7 +156,12 @@ VARIABLES: dict[str, Variable] = {
             "|work in − (viscous + friction + impact loss) − stored| over work in, for the measured cycles.",
         ),
         Variable(
-            "response_class", "i1", "1", "class of the response", "What kind of response it is.", ResponseClass
+            "response_class",
+            "i1",
+            "1",
+            "class of the response",
+            "What kind of response it is.",
+            ResponseClass,
         ),
         Variable(
             "period",
@@ -174,11 +181,23 @@ VARIABLES: dict[str, Variable] = {
             "largest impact speed",
             "Largest approach speed at an impact, over Z·ω_n.",
         ),
-        _ratio("stick_fraction", "share of time stuck", "Share of the steady time in which friction holds the mass."),
+        _ratio(
+            "stick_fraction",
+            "share of time stuck",
+            "Share of the steady time in which friction holds the mass.",
+        ),
         _ratio("dissipation_viscous", "viscous share of dissipation", "Share of the loss that is viscous."),
-        _ratio("dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."),
+        _ratio(
+            "dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."
+        ),
         _ratio("dissipation_impact", "impact share of dissipation", "Share of the loss that is impact."),
-        Variable("cycles", "i4", "1", "excitation cycles computed", "Excitation cycles stepped to find the response."),
+        Variable(
+            "cycles",
+            "i4",
+            "1",
+            "excitation cycles computed",
+            "Excitation cycles stepped to find the response.",
+        ),
         _ratio("run_time", "run time", "Run time of the point in its kernel.", "s"),
         Variable("status", "i1", "1", "status", "How the computation ended.", Status),
     )
