@@ -80,13 +80,12 @@ def _stored(store: "Store", asked: "Study") -> "Record | None":
 
 def _submit(store: "Store", asked: "Study") -> "Record":
     from studies.plan import make_plan
-    from studies.store.provenance import provenance
     from worker.cost import seconds_per_point
-    from worker.provenance import code_hash
+    from worker.provenance import provenance
 
     with working("Planning"):
         plan = make_plan(asked, seconds_per_point)
-        record, _ = store.submit(asked, plan, provenance() | {"sources": code_hash()})
+        record, _ = store.submit(asked, plan, provenance())
     return record
 
 

@@ -1,0 +1,150 @@
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.store.store import Store
+from studies.variables import DIMENSIONS, VARIABLES
+from tests.service.cli.commands import run
+
+Stored = tuple[Path, dict[str, Any]]
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def transmissibility(r: float, zeta: float = 0.0038) -> float:
+    """X/Z of the bare structure, model equation; exact."""
+    return math.sqrt((1 + (2 * zeta * r) ** 2) / ((1 - r**2) ** 2 + (2 * zeta * r) ** 2))
+
+
+def test_run_prints_the_record_that_the_store_holds(stored: Stored) -> None:
+    data_dir, record = stored
+    store = Store.open(data_dir)
+    assert record == store.find(record["id"]).document()
+    store.close()
+    assert record["state"] == "done"
+    assert record["points_done"] == record["points_total"] == 22
+
+
+def test_a_study_that_is_done_is_not_computed_again(stored: Stored, linear_study: Path) -> None:
+    data_dir, record = stored
+    again = run("run", linear_study, "--data-dir", data_dir, "--json", "--scheduler", "tcp://127.0.0.1:1")
+    # No scheduler answers at that address: had a cluster been wanted, the run would have failed.
+    assert json.loads(again.stdout) == record
+    assert "nothing was computed" in again.stderr
+
+
+def test_a_study_is_found_by_the_start_of_its_id_and_by_its_name(stored: Stored) -> None:
+    data_dir, record = stored
+    for name in (record["id"][:5], "bare structure"):
+        assert json.loads(run("show", name, "--data-dir", data_dir, "--json").stdout) == record
+    listed = json.loads(run("studies", "--data-dir", data_dir, "--json").stdout)
+    assert [entry["id"] for entry in listed["studies"]] == [record["id"]]
+    assert listed["cursor"] is None
+    assert record["id"] in run("studies", "--data-dir", data_dir).stdout
+    text = run("show", record["id"], "--data-dir", data_dir).stdout
+    assert "22 of 22" in text
+    assert "0.5 to 1.5, 11 values" in text
+
+
+def test_a_response_is_the_transmissibility(stored: Stored, tmp_path: Path) -> None:
+    data_dir, record = stored
+    asked = ["response", record["id"], "--at", "friction_ratio=0.1", "--data-dir", data_dir]
+    document = json.loads(run(*asked, "--json").stdout)
+    assert document["at"]["friction_ratio"] == 0.0
+    assert "nearest" in document["note"]
+    expected = [transmissibility(r) for r in document["frequency_ratio"]]
+    np.testing.assert_allclose(document["values"], expected, rtol=1e-9)
+    assert "131.583" in run(*asked).stdout
+    table = tmp_path / "new folder" / "response.csv"
+    run(*asked, "-o", table)
+    with table.open(newline="") as file:
+        found = [float(row["amplitude_ratio"]) for row in csv.DictReader(file)]
+    assert found == document["values"]
+
+
+def test_a_map_has_a_row_for_each_y(stored: Stored) -> None:
+    data_dir, record = stored
+    document = json.loads(run("map", record["id"], "--data-dir", data_dir, "--json").stdout)
+    assert (document["x_dimension"], document["y_dimension"]) == ("friction_ratio", "frequency_ratio")
+    assert len(document["values"]) == len(document["y"]) == 11
+    resonance = document["y"].index(1.0)
+    assert document["values"][resonance][0] == pytest.approx(transmissibility(1.0), rel=1e-9)
+    kinds = [
+        document["meanings"]["response_class"][str(code)] for code in document["response_class"][resonance]
+    ]
+    assert kinds == ["linear", "locked"]
+    text = run("map", record["id"], "--data-dir", data_dir).stdout.splitlines()
+    # y runs upwards, as in a figure: its largest value is the first row below the head.
+    assert text[1].split() == ["r", "\\", "γ_F", "0", "2"]
+    assert text[2].split()[0] == "1.5"
+    assert text[-1].split()[0] == "0.5"
+
+
+def test_the_optimum_in_words_leaves_locked_designs_out_on_request(stored: Stored) -> None:
+    data_dir, record = stored
+    asked = ["optimum", record["id"], "--data-dir", data_dir]
+    assert "γ_F = 2" in run(*asked).stdout.splitlines()[0]
+    assert "Locked" in run(*asked).stdout.splitlines()[0]
+    free = run(*asked, "--exclude-locked").stdout.splitlines()[0]
+    assert "X/Z = 131.583" in free
+    assert "γ_F = 0," in free
+    designs = json.loads(run(*asked, "--json", "--top", "1").stdout)["designs"]
+    assert [design["friction_ratio"] for design in designs] == [2.0]
+
+
+@pytest.mark.parametrize("question", ["map", "response", "optimum"])
+def test_a_question_is_answered_with_a_figure(stored: Stored, tmp_path: Path, question: str) -> None:
+    data_dir, record = stored
+    figure = tmp_path / "figure.png"
+    ended = run(question, record["id"], "--data-dir", data_dir, "-o", figure)
+    assert figure.read_bytes().startswith(PNG)
+    assert ended.stdout == ""
+    drawing = tmp_path / "figure.svg"
+    run(question, record["id"], "--data-dir", data_dir, "-o", drawing)
+    assert "<svg" in drawing.read_text()
+
+
+def test_what_cannot_be_asked_exits_2(stored: Stored) -> None:
+    data_dir, record = stored
+    ended = run("map", record["id"], "--metric", "amplitude", "--data-dir", data_dir, status=2)
+    assert "amplitude_ratio" in ended.stderr
+
+
+def test_exports_hold_the_cube(stored: Stored, tmp_path: Path) -> None:
+    data_dir, record = stored
+    store = Store.open(data_dir)
+    cube = store.cube(record["id"]).load()
+    store.close()
+    table, netcdf = tmp_path / "cube.csv", tmp_path / "cube.nc"
+    run("export", record["id"], "--format", "csv", "-o", table, "--data-dir", data_dir)
+    run("export", record["id"], "--format", "netcdf", "-o", netcdf, "--data-dir", data_dir)
+    with table.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == [*DIMENSIONS, *VARIABLES]
+    np.testing.assert_array_equal(
+        [float(row["amplitude_ratio"]) for row in rows], cube.amplitude_ratio.values.ravel()
+    )
+    with xr.open_dataset(netcdf, engine="h5netcdf") as opened:
+        np.testing.assert_array_equal(opened.amplitude_ratio.values, cube.amplitude_ratio.values)
+    assert {path.name for path in tmp_path.iterdir()} == {"cube.csv", "cube.nc"}
+
+
+def test_a_study_that_is_done_cannot_be_cancelled(stored: Stored) -> None:
+    data_dir, record = stored
+    assert "done" in run("cancel", record["id"], "--data-dir", data_dir, status=1).stderr
+
+
+def test_delete_asks_first(stored: Stored, tmp_path: Path) -> None:
+    study = tmp_path / "other.yaml"
+    study.write_text("{name: other, particle: false, axes: {friction_ratio: 0, frequency_ratio: [0.5, 2]}}")
+    run("run", study, "--data-dir", tmp_path, "--workers", "1")
+    run("delete", "other", "--data-dir", tmp_path, status=1)  # nobody is there to answer
+    run("show", "other", "--data-dir", tmp_path)
+    run("delete", "other", "--yes", "--data-dir", tmp_path)
+    run("show", "other", "--data-dir", tmp_path, status=2)
+    assert list((tmp_path / "cubes").iterdir()) == []
