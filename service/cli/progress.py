@@ -5,17 +5,18 @@ from types import TracebackType
 
 from rich.progress import (
     BarColumn,
-    MofNCompleteColumn,
     Progress,
     SpinnerColumn,
     TextColumn,
-    TimeElapsedColumn,
 )
 
 from service.cli.output import NOTES, duration, note
 
 LINE_EVERY_SECONDS = 5.0
 """Between two lines where there is no terminal: a log stays short, and a reader sees that work goes on."""
+
+BAR_WIDTH, NAME_WIDTH = 12, 16
+"""So that all of it stays on one line of 80 characters."""
 
 
 class StudyProgress:
@@ -38,13 +39,13 @@ class StudyProgress:
             self._bars = Progress(
                 SpinnerColumn(),
                 TextColumn("{task.description}", markup=False),
-                BarColumn(bar_width=None),
-                MofNCompleteColumn(),
-                TextColumn("points, {task.fields[figures]}", markup=False),
-                TimeElapsedColumn(),
+                BarColumn(bar_width=BAR_WIDTH),
+                TextColumn(
+                    "{task.completed:.0f}/{task.total:.0f} points, {task.fields[figures]}", markup=False
+                ),
                 console=NOTES,
             )
-            self._task = self._bars.add_task(name, total=points, figures="starting workers")
+            self._task = self._bars.add_task(name[:NAME_WIDTH], total=points, figures="starting workers")
 
     def __enter__(self) -> "StudyProgress":
         """Begin to draw."""
