@@ -1,0 +1,153 @@
+"""Steady responses against exact solutions: Den Hartog–Hundal friction, two-impact motions, transmissibility."""
+
+import numpy as np
+import pytest
+
+from studies.definition import parse_study
+from studies.plan import Block
+from studies.variables import ResponseClass, Status
+from tests.oracles.forced_friction import non_stop, one_stop
+from tests.oracles.impact_pair import two_impacts_per_cycle
+from tests.oracles.transmissibility import absolute_amplitude, relative_amplitude
+from worker.block import solve_block
+from worker.simulate import Design, simulate
+from worker.solver.scene import Particle
+
+ROUNDING = 1e-11
+"""Relative, of a response that is periodic to the last digit; the oracles' root finding leaves less."""
+
+
+def assert_within_stated_error(found: dict[str, float | int], name: str, truth: float) -> None:
+    """The distance from periodicity bounds the error: the sum of what further periods would still change."""
+    allowed = 1.5 * found["amplitude_error"] + ROUNDING * max(1.0, truth)
+    assert found[name] == pytest.approx(truth, rel=0.0, abs=allowed), name
+
+
+@pytest.mark.parametrize(
+    ("damping", "frequency"), [(0.0038, 1.0), (0.0, 0.999), (0.3, 0.1), (0.99, 2.0), (0.0038, 20.0)]
+)
+def test_structure_alone_is_the_transmissibility(damping: float, frequency: float) -> None:
+    found = simulate(Design(damping, frequency)).metrics
+    assert found["amplitude_ratio"] == pytest.approx(absolute_amplitude(damping, frequency), rel=1e-9)
+    assert found["relative_amplitude_ratio"] == pytest.approx(
+        relative_amplitude(damping, frequency), rel=1e-9
+    )
+    assert found["response_class"] == ResponseClass.LINEAR
+
+
+def test_structure_alone_at_resonance_has_the_known_amplitude() -> None:
+    assert simulate(Design(0.0038, 1.0)).metrics["amplitude_ratio"] == pytest.approx(131.5827, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("damping", "frequency", "friction"),
+    [
+        (0.0038, 1.0, 0.6),
+        (0.05, 1.5, 0.3),
+        (0.1, 0.8, 0.3),
+        (0.3, 2.0, 0.5),
+        (0.0, 1.3, 0.4),
+        (0.01, 0.95, 0.5),
+    ],
+)
+def test_friction_without_stops_is_den_hartogs_solution(
+    damping: float, frequency: float, friction: float
+) -> None:
+    truth = non_stop(damping, frequency, friction)
+    assert truth is not None
+    found = simulate(Design(damping, frequency, friction)).metrics
+    assert found["status"] == Status.CONVERGED
+    assert found["stick_fraction"] == 0.0
+    assert_within_stated_error(found, "amplitude_ratio", truth.amplitude_ratio)
+    assert_within_stated_error(found, "relative_amplitude_ratio", truth.relative_amplitude_ratio)
+
+
+@pytest.mark.parametrize(
+    ("damping", "frequency", "friction"),
+    [(0.0038, 1.0, 0.8), (0.0038, 0.9, 0.7), (0.0038, 0.5, 0.2), (0.02, 0.7, 0.35)],
+)
+def test_friction_with_a_stop_in_each_half_cycle(damping: float, frequency: float, friction: float) -> None:
+    truth = one_stop(damping, frequency, friction)
+    assert truth is not None
+    found = simulate(Design(damping, frequency, friction)).metrics
+    assert found["status"] == Status.CONVERGED
+    for name in ("amplitude_ratio", "relative_amplitude_ratio", "stick_fraction"):
+        assert_within_stated_error(found, name, getattr(truth, name))
+
+
+def test_values_that_the_paper_and_its_readers_know() -> None:
+    assert simulate(Design(0.0038, 1.0, 0.6)).metrics["relative_amplitude_ratio"] == pytest.approx(
+        31.059792, abs=5e-7
+    )
+    assert simulate(Design(0.0038, 1.0, 0.8)).metrics["amplitude_ratio"] == pytest.approx(0.895646, abs=5e-7)
+    found = simulate(Design(0.0038, 1.0, 0.0, Particle(10.0, 0.47, 0.1))).metrics
+    assert found["amplitude_ratio"] == pytest.approx(3.916922, abs=5e-7)
+    assert found["impacts_per_cycle"] == 2.0
+    assert found["period"] == 1
+
+
+@pytest.mark.parametrize("frequency", [0.5, 0.9, 1.0])
+def test_friction_above_the_inertia_force_locks_the_mass(frequency: float) -> None:
+    for friction in (frequency**2, 1.5 * frequency**2 + 1.0):
+        found = simulate(Design(0.0038, frequency, friction)).metrics
+        assert found["response_class"] == ResponseClass.LOCKED
+        assert found["status"] == Status.CONVERGED
+        # u = v + s with v at rest: anywhere in the band |v| <= γ_F − r², nowhere else.
+        beyond = found["amplitude_ratio"] - 1.0
+        assert -1e-12 <= beyond <= friction - frequency**2 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("damping", "frequency", "clearance", "restitution", "mass"),
+    [
+        (0.0038, 1.0, 10.0, 0.47, 0.1),
+        (0.0038, 1.0, 12.0, 0.82, 0.1),
+        (0.05, 0.95, 2.0, 0.6, 1.0),
+    ],
+)
+def test_two_impacts_a_cycle_are_the_exact_symmetric_motion(
+    damping: float, frequency: float, clearance: float, restitution: float, mass: float
+) -> None:
+    stable = [
+        motion
+        for motion in two_impacts_per_cycle(damping, frequency, clearance, restitution, mass)
+        if abs(motion.multipliers[0]) < 1.0
+    ]
+    (truth,) = stable
+    found = simulate(Design(damping, frequency, 0.0, Particle(clearance, restitution, mass))).metrics
+    assert found["status"] == Status.CONVERGED
+    assert found["response_class"] == ResponseClass.SYMMETRIC
+    assert found["impacts_per_cycle"] == 2.0
+    assert_within_stated_error(found, "amplitude_ratio", truth.amplitude_ratio)
+    assert_within_stated_error(found, "relative_amplitude_ratio", truth.relative_amplitude_ratio)
+    assert_within_stated_error(found, "impact_speed_max", truth.impact_speed)
+
+
+def test_an_unstable_two_impact_motion_is_not_reported() -> None:
+    (unstable,) = two_impacts_per_cycle(0.0038, 1.0, 6.0, 0.47, 0.1)
+    assert abs(unstable.multipliers[0]) > 1.0
+    found = simulate(Design(0.0038, 1.0, 0.0, Particle(6.0, 0.47, 0.1))).metrics
+    assert abs(found["amplitude_ratio"] - unstable.amplitude_ratio) > 10.0 * found["amplitude_error"]
+
+
+def test_a_point_has_the_same_bits_in_every_block() -> None:
+    study = parse_study(
+        {
+            "name": "bits",
+            "damping_ratio": 0.0038,
+            "axes": {
+                "clearance_ratio": [2.0, 10.0],
+                "friction_ratio": [0.0, 0.4, 0.8],
+                "restitution": 0.47,
+                "mass_ratio": 0.1,
+                "frequency_ratio": [0.9, 1.0],
+            },
+            "steady": {"max_cycles": 100},
+        }
+    )
+    whole = solve_block(study, Block(0, (0,) * 6, study.shape))
+    for place in np.ndindex(study.shape):
+        alone = solve_block(study, Block(1, place, (1,) * 6))
+        for name, values in whole.items():
+            if name != "run_time":
+                assert alone[name].tobytes() == values[place].tobytes(), (name, place)
