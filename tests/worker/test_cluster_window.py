@@ -97,16 +97,18 @@ def test_block_that_fails_as_often_as_it_may_succeeds(client: Client, tmp_path: 
     assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(4)]
 
 
-def test_block_that_kills_its_worker_is_given_up_and_its_neighbours_are_not(client: Client) -> None:
+def test_block_that_kills_its_worker_is_given_up_and_its_neighbours_are_not() -> None:
     def task(index: int) -> BlockOutcome:
-        if index == 1:
+        if index == 0:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(0.05)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
-    ended = pump(window_of(client, task, 16))
+    # On one worker the killer always has neighbours waiting behind it, which die with it.
+    with connect(workers=1) as client:
+        ended = pump(window_of(client, task, 16))
     failures = [failure for failure in ended if isinstance(failure, Failure)]
-    assert [failure.index for failure in failures] == [1]
+    assert [failure.index for failure in failures] == [0]
     assert f"its worker died {RETRIES + 1} times" in failures[0].message
     assert sorted(each.index for each in ended) == list(range(16))
 
@@ -161,7 +163,7 @@ def test_stopped_window_lets_running_blocks_finish_and_drops_the_rest(client: Cl
     ended = list(window.drain(20.0))
     assert window.empty
     began = {f"began-{each.index}" for each in ended}
-    assert len(ended) >= 2
+    assert 2 <= len(ended) <= 4 < 2 * BLOCKS_PER_THREAD
     begun = {path.name for path in tmp_path.iterdir()}
     # Between the question what runs and the dropping of the rest, each worker may have begun one more.
     assert began <= begun
