@@ -1,0 +1,150 @@
+"""Transfer function of a structure with a tuned mass damper, and its peaks from the roots of a polynomial."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import ArrayLike, NDArray
+
+from studies.tmd.absorber import Absorber
+
+Excitation = Literal["base", "force"]
+"""base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A maximum of the amplitude ratio."""
+
+    value: float
+    frequency_ratio: float
+
+
+def amplitude_ratio(
+    frequency_ratio: ArrayLike,
+    absorber: Absorber,
+    structural_damping: float = 0.0,
+    excitation: Excitation = "base",
+) -> NDArray[np.float64]:
+    """Amplitude ratio of the primary mass with a tuned mass damper.
+
+    With λ the frequency ratio, ζ_s the structure's damping ratio and s = 1 + 2iζ_sλ,
+
+        H = a (γ² − λ² + 2iζγλ) / [(s − λ²)(γ² − λ² + 2iζγλ) − μλ²(γ² + 2iζγλ)],
+
+    a = s for a shaken base, a = 1 for a force. For ζ_s = 0 both are the paper's (13).
+
+    Parameters
+    ----------
+    frequency_ratio : array_like
+        λ = ω/ω_n, any shape.
+    absorber : Absorber
+        The damper.
+    structural_damping : float
+        ζ_s of the primary structure.
+    excitation : {"base", "force"}
+        See `Excitation`.
+
+    Returns
+    -------
+    ndarray
+        |H|, of the same shape; infinite at an undamped resonance.
+    """
+    lam = np.asarray(frequency_ratio, dtype=float)
+    square = lam * lam
+    link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * lam
+    structure = 1 + 2j * structural_damping * lam
+    top = np.abs((structure if excitation == "base" else 1.0) * (link - square))
+    bottom = np.abs((structure - square) * (link - square) - absorber.mass_ratio * square * link)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.asarray(top / bottom)
+    # An undamped absorber at its own frequency: both vanish, and the limit is 1/(1 + infinite impedance) = 0.
+    return np.where((top == 0) & (bottom == 0), 0.0, ratio)
+
+
+def without_absorber(
+    frequency_ratio: ArrayLike, structural_damping: float, excitation: Excitation = "base"
+) -> NDArray[np.float64]:
+    """Amplitude ratio of the structure alone; infinite at an undamped resonance."""
+    return amplitude_ratio(frequency_ratio, Absorber(0.0, 1.0, 1.0), structural_damping, excitation)
+
+
+def peaks(
+    absorber: Absorber, structural_damping: float = 0.0, excitation: Excitation = "base"
+) -> tuple[Peak, ...]:
+    """Every stationary point of the amplitude ratio over λ > 0, by ascending frequency.
+
+    |H|² is a ratio of polynomials N/D in λ² (degrees 3 and 4), so its stationary points are roots of
+    N′D − ND′. A height depends on its place in second order only: a root known to 1e-9 gives it exactly.
+
+    Returns
+    -------
+    tuple of Peak
+        Maxima and minima; the largest is the H∞ norm unless the response is largest at λ = 0.
+    """
+    places = _stationary(absorber, structural_damping, excitation)
+    values = amplitude_ratio(places, absorber, structural_damping, excitation)
+    return tuple(Peak(float(value), float(place)) for value, place in zip(values, places, strict=True))
+
+
+def highest(
+    absorber: Absorber,
+    structural_damping: float = 0.0,
+    excitation: Excitation = "base",
+    band: tuple[float, float] = (0.0, np.inf),
+) -> Peak:
+    """Largest amplitude ratio over a band of frequencies, both ends included.
+
+    Parameters
+    ----------
+    absorber, structural_damping, excitation
+        As in `amplitude_ratio`.
+    band : (float, float)
+        Lowest and highest λ; everything by default.
+
+    Returns
+    -------
+    Peak
+        Infinite where neither the structure nor the absorber has damping and a resonance is in the band.
+    """
+    low, high = band
+    places = _stationary(absorber, structural_damping, excitation)
+    places = np.append(places[(places >= low) & (places <= high)], low)
+    if np.isfinite(high):
+        places = np.append(places, high)
+    if structural_damping == 0 and absorber.damping_ratio * absorber.mass_ratio == 0:
+        poles = _undamped_poles(absorber)
+        inside = poles[(poles >= low) & (poles <= high)]
+        if inside.size:
+            return Peak(np.inf, float(inside[0]))
+    values = amplitude_ratio(places, absorber, structural_damping, excitation)
+    best = int(values.argmax())
+    return Peak(float(values[best]), float(places[best]))
+
+
+def _stationary(absorber: Absorber, structural_damping: float, excitation: Excitation) -> NDArray[np.float64]:
+    """Candidates λ > 0 for the extrema: real parts of the roots, since a double root may come out as a pair."""
+    mu, gamma, zeta = absorber.mass_ratio, absorber.tuning, absorber.damping_ratio
+    s = Polynomial([0.0, 1.0])  # λ²
+    spring, dash = gamma**2 - s, 4 * zeta**2 * gamma**2 * s
+    top = spring**2 + dash
+    if excitation == "base":
+        top = top * (1 + 4 * structural_damping**2 * s)
+    # the denominator's real part, and its imaginary part over 2λ
+    real = (1 - s) * spring - mu * s * gamma**2 - 4 * structural_damping * zeta * gamma * s
+    imaginary = zeta * gamma * (1 - s - mu * s) + structural_damping * spring
+    bottom = real**2 + 4 * s * imaginary**2
+    condition = top.deriv() * bottom - top * bottom.deriv()
+    roots = condition.trim(0.0).roots()
+    kept = roots.real[(roots.real > 0) & (np.abs(roots.imag) < 1e-4 * np.abs(roots))]
+    return np.sort(np.sqrt(kept))
+
+
+def _undamped_poles(absorber: Absorber) -> NDArray[np.float64]:
+    if absorber.mass_ratio == 0:
+        return np.ones(1)
+    gamma = absorber.tuning**2
+    middle = (1 + gamma * (1 + absorber.mass_ratio)) / 2
+    spread = np.sqrt(middle**2 - gamma)
+    return np.asarray(np.sqrt([gamma / (middle + spread), middle + spread]))
