@@ -10,7 +10,8 @@ from studies.plan import Block
 from studies.variables import VARIABLES
 from worker.lower import block_points, has_friction, has_particle, kernel_arguments
 from worker.steady.linear import linear_response
-from worker.steady.settle import Response, Settings, settle
+from worker.steady.response import Response
+from worker.steady.settle import Settings, settle
 from worker.warm import scenes, warm
 
 

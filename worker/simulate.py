@@ -10,7 +10,7 @@ import numpy as np
 from studies.variables import ResponseClass, Status
 from worker.rk4 import march_rk4
 from worker.solver.march import half_cycle
-from worker.solver.record import make_log
+from worker.solver.record import empty_log
 from worker.solver.sample import HISTORY_COLUMNS, sample_half
 from worker.solver.scene import (
     ARRIVED,
@@ -34,7 +34,8 @@ from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
 from worker.steady.energy import energy_residual, stored_energy
 from worker.steady.linear import linear_response
-from worker.steady.settle import Response, Settings, at_rest, settle
+from worker.steady.response import Response
+from worker.steady.settle import Settings, at_rest, settle
 
 _SEGMENTS_PER_CYCLE = 20_000
 _LOG_SEGMENTS = 100_000
@@ -170,7 +171,7 @@ def _march(
     peaks = np.zeros((cycles, 2))
     state = at_rest(r, friction, particle)
     stored = stored_energy(state, r, particle)
-    log = make_log(_LOG_SEGMENTS)
+    log = empty_log(_LOG_SEGMENTS)
     history = min(history, cycles, _LONGEST_HISTORY)
     samples: list[np.ndarray] = []
     done = 0

@@ -18,13 +18,19 @@ from worker.solver.scene import (
     ARRIVED,
     ATTACHMENTS,
     BUDGET,
+    FAR_WALL,
     IDLE,
     IMPACT_LOSS,
     IMPACTS,
+    NEAR_WALL,
+    NOTHING,
     OUT_OF_EVENTS,
+    RELEASE,
     SEGMENTS,
+    SLIP_ONSET,
     SPEED,
     STALLED,
+    TURN,
     TURNS,
     State,
 )
@@ -39,8 +45,6 @@ from worker.solver.taylor import (
     value,
 )
 from worker.solver.windows import point_base, point_medium
-
-_NOTHING, _TURN, _SLIP, _NEAR_WALL, _FAR_WALL, _RELEASE = 0, 1, 2, 3, 4, 5
 
 # A chatter is cut short when what is left of it takes less than this share of a window. Joining the bodies then conserves
 # momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.
@@ -131,12 +135,10 @@ def half_cycle(
                 expand_stick(state.v, sine, cosine, base.rows, relative, absolute)
             else:
                 combine(state.v + offset, state.w, sine, cosine, medium.relative, relative)
-                if particle is not None:
-                    combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
-                elif meter is not None:
+                if particle is not None or meter is not None:
                     combine(state.v + offset, state.w, sine, cosine, medium.absolute, absolute)
             t = left
-            kind = _NOTHING
+            kind = NOTHING
             if not quiet:
                 t, kind = _next_event(
                     state,
@@ -174,7 +176,7 @@ def half_cycle(
             if log is not None:
                 record(log, state, (k + 1) * base.window - left, t, kind)
             state = _coast(state, offset, held, t, particle, relative, absolute)
-            if kind == _NOTHING:
+            if kind == NOTHING:
                 break
             counts[SEGMENTS] += 1
             if counts[SEGMENTS] > counts[BUDGET]:
@@ -321,12 +323,12 @@ def _next_event(
     w_most,
     u2_most,
 ):
-    """Time and kind of the first event within the span, (span, _NOTHING) where there is none."""
+    """Time and kind of the first event within the span, (span, NOTHING) where there is none."""
     r = base.frequency_ratio
     r2 = r * r
     inertia = 1.0 / medium.compliance
     t = span
-    kind = _NOTHING
+    kind = NOTHING
     if friction is not None:
         if held:
             for i in range(TERMS):
@@ -335,25 +337,25 @@ def _next_event(
             scratch[0] += state.v + friction
             found = first_crossing(scratch, 1.0, 0.0, t, force_bend)
             if found < inf:
-                t, kind = found, _SLIP
+                t, kind = found, SLIP_ONSET
             scratch[0] -= 2.0 * friction
             found = first_crossing(scratch, -1.0, 0.0, t, force_bend)
             if found < inf:
-                t, kind = found, _SLIP
+                t, kind = found, SLIP_ONSET
         elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + r2):
             order = state.slip_order
             rate_into(relative, order, scratch)
             bend = w_bend(order, w_most, u2_most, base.two_zeta, medium.compliance, r)
             found = first_crossing(scratch, state.slip, 0.0, t, bend)
             if found < inf:
-                t, kind = found, _TURN
+                t, kind = found, TURN
     if particle is not None:
         if state.riding > 0.0:
             acceleration_into(absolute, scratch)
             bend = u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
             found = first_crossing(scratch, state.wall, 0.0, t, bend)
             if found < inf:
-                t, kind = found, _RELEASE
+                t, kind = found, RELEASE
         else:
             order = state.gap_order
             rate = state.wall * (state.p_rate - absolute[1])
@@ -376,7 +378,7 @@ def _next_event(
                     * _DROPPED[order],
                 )
                 if found < inf:
-                    t, kind = found, _NEAR_WALL
+                    t, kind = found, NEAR_WALL
             if state.gap + max(0.0, rate * t) + bend >= 2.0 * particle.clearance_ratio:
                 for i in range(2, TERMS):
                     scratch[i] = -state.wall * absolute[i]
@@ -384,7 +386,7 @@ def _next_event(
                 scratch[0] = state.gap - 2.0 * particle.clearance_ratio
                 found = first_crossing(scratch, -1.0, 0.0, t, u2_most)
                 if found < inf:
-                    t, kind = found, _FAR_WALL
+                    t, kind = found, FAR_WALL
     return t, kind
 
 
@@ -392,10 +394,10 @@ def _next_event(
 def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, meter):
     """What the event changes: one transition, after which slip, contact and their orders are consistent again."""
     if friction is not None:
-        if kind == _TURN:
+        if kind == TURN:
             counts[TURNS] += 1
             return _come_to_rest(state, sine, cosine, base, friction, particle)
-        if kind == _SLIP:
+        if kind == SLIP_ONSET:
             inertia = 1.0
             if particle is not None:
                 if state.riding > 0.0:
@@ -404,10 +406,10 @@ def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, met
             slip = 1.0 if force > 0.0 else -1.0
             return State(state.v, 0.0, slip, state.wall, state.gap, state.p_rate, state.riding, 2, 0)
     if particle is not None:
-        if kind == _RELEASE:
+        if kind == RELEASE:
             return _release(state, sine, cosine, base, friction)
-        if kind in (_NEAR_WALL, _FAR_WALL):
-            wall = state.wall if kind == _NEAR_WALL else -state.wall
+        if kind in (NEAR_WALL, FAR_WALL):
+            wall = state.wall if kind == NEAR_WALL else -state.wall
             return _impact(state, wall, sine, cosine, base, friction, particle, counts, meter)
     return state
 

@@ -22,6 +22,9 @@ COLUMNS = (
 )
 """Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its start."""
 
+START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, SLIP_ORDER, GAP_ORDER = range(len(COLUMNS))
+_WIDTH = len(COLUMNS)
+
 
 class Log(NamedTuple):
     """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept."""
@@ -30,9 +33,10 @@ class Log(NamedTuple):
     cursor: np.ndarray
 
 
-def make_log(capacity: int) -> Log:
-    """Empty log for a number of segments."""
-    return Log(np.empty((capacity, len(COLUMNS))), np.zeros(1, np.int64))
+@kernel
+def empty_log(capacity):
+    """Log with room for a number of segments."""
+    return Log(np.empty((capacity, _WIDTH)), np.zeros(1, np.int64))
 
 
 @kernel

@@ -65,6 +65,14 @@ PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
 METERS = 9
 
+# Kinds of event that end a segment.
+NOTHING = 0
+TURN = 1
+SLIP_ONSET = 2
+NEAR_WALL = 3
+FAR_WALL = 4
+RELEASE = 5
+
 # Outcome of a march.
 ARRIVED = 0
 OUT_OF_EVENTS = 2

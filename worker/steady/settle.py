@@ -1,6 +1,6 @@
-"""From rest to the steady response of one design point, and its measures."""
+"""From rest to the steady response of one design point."""
 
-from math import inf, nan, pi, sqrt
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -8,48 +8,35 @@ import numpy as np
 from studies.variables import ResponseClass, Status
 from worker.jit import kernel
 from worker.solver.march import half_cycle
-from worker.solver.scene import (
-    ARRIVED,
-    BUDGET,
-    COUNTS,
-    FRICTION_LOSS,
-    IMPACT_LOSS,
-    IMPACTS,
-    METERS,
-    PEAK,
-    RELATIVE_PEAK,
-    SPEED,
-    SQUARE,
-    STUCK,
-    VISCOUS_LOSS,
-    State,
-)
+from worker.solver.record import empty_log
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, IMPACTS, METERS, PEAK, RELATIVE_PEAK, State
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
-from worker.steady.energy import energy_residual, stored_energy
-from worker.steady.section import COORDINATES, LONGEST, RING, extent, recurrence, section_point
+from worker.steady.energy import stored_energy
+from worker.steady.lyapunov import is_chaotic
+from worker.steady.orbit import active_size, around, coordinates, find_orbit, follows, orbit_multiplier
+from worker.steady.response import failed, measured_response
+from worker.steady.section import LONGEST, RING, extent, recurrence
 from worker.steady.statistics import mean_and_error
+from worker.steady.tangent import SIZE, spectral_radius
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
-_LOCKED = int(ResponseClass.LOCKED)
-_NO_IMPACT = int(ResponseClass.NO_IMPACT)
-_SYMMETRIC = int(ResponseClass.SYMMETRIC)
-_ASYMMETRIC = int(ResponseClass.ASYMMETRIC)
-_SUBHARMONIC = int(ResponseClass.SUBHARMONIC)
 _MODULATED = int(ResponseClass.MODULATED)
+_CHAOTIC = int(ResponseClass.CHAOTIC)
 
-_CHUNK = 64  # half cycles between looks at the section; even, so that a chunk holds whole cycles
+_CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
 _BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic
 _FEWEST_MEASURED = 512  # cycles before a standard error is believed
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _SAME = 1e-6  # relative recurrence below which a settled response has this period, not a multiple of it
-_FEWEST_STUCK = (
-    1.0 - 1e-6
-)  # share of time from which a mass counts as locked: at γ_F = r² it touches slip at one instant
+_NEAR = 0.05  # relative recurrence from which Newton is tried
+_REACH = 0.5  # relative distance over which an orbit may be the one that the run approaches
 _CREEP = 1e-2  # excess displacement below which creep towards the locked set cannot overshoot it
 _SEGMENTS_PER_CYCLE = 2000  # budget: beyond it impacts follow each other too fast to resolve
+_LOG_ROWS = 4096
+_LYAPUNOV_CYCLES = 320
 
 
 class Settings(NamedTuple):
@@ -58,36 +45,6 @@ class Settings(NamedTuple):
     max_cycles: int
     tolerance: float
     periodic_tolerance: float
-
-
-class Response(NamedTuple):
-    """The measures of one design point, named as in `studies.variables`."""
-
-    amplitude_ratio: float
-    amplitude_ratio_max: float
-    amplitude_ratio_rms: float
-    relative_amplitude_ratio: float
-    amplitude_error: float
-    energy_residual: float
-    response_class: int
-    period: int
-    floquet_multiplier: float
-    impacts_per_cycle: float
-    impact_speed_max: float
-    stick_fraction: float
-    dissipation_viscous: float
-    dissipation_friction: float
-    dissipation_impact: float
-    cycles: int
-    status: int
-
-
-@kernel
-def failed(status, cycles):
-    """Response of a point whose march ended early."""
-    return Response(
-        nan, nan, nan, nan, nan, nan, _UNKNOWN, 0, nan, nan, nan, nan, nan, nan, nan, cycles, status
-    )
 
 
 @kernel
@@ -109,31 +66,61 @@ def _recurring(ring, now, before, scale, tolerance):
     The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
     series, d λ/(1 − λ). λ is read from the recurrence `before` a chunk ago.
     """
+    found = 0
+    left = inf
     for lag in range(1, LONGEST + 1):
         d = recurrence(ring, now, lag)
         earlier = before[lag]
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
-            return lag, d
-        if d < earlier and earlier > 0.0:
+            found, left = lag, d
+        elif d < earlier and earlier <= 0.01 * scale:
             rate = (d / earlier) ** (lag / _CHUNK)
-            left = d * rate / (1.0 - rate)
-            if left <= tolerance * scale and earlier <= 0.01 * scale:
-                return lag, left
-    return 0, inf
+            if d * rate / (1.0 - rate) <= tolerance * scale:
+                found, left = lag, d * rate / (1.0 - rate)
+        if found > 0:
+            break
+    for shorter in range(1, found):
+        if found % shorter == 0 and recurrence(ring, now, shorter) <= _SAME * scale:
+            return shorter, left
+    return found, left
+
+
+@kernel
+def _promising(ring, now, scale):
+    """Shortest period [half cycles] that the run comes near to repeating, 0 for none."""
+    for lag in range(1, LONGEST + 1):
+        if recurrence(ring, now, lag) <= _NEAR * scale:
+            return lag
+    return 0
 
 
 @kernel
 def _creep_limit(state, friction, frequency_ratio):
     """Locked state that a one-sided creep tends to.
 
-    For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by less
-    than the excess squared, so the edge is reached only as 1/N: take the limit instead of stepping towards it.
+    For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by
+    less than the excess squared, so the edge is reached only as 1/N: take the limit instead of stepping towards it.
     """
     edge = friction - frequency_ratio * frequency_ratio
     if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP:
         v = edge if state.v > 0.0 else -edge
         return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0), True
     return state, False
+
+
+@kernel
+def _metered_cycle(state, base, free, loaded, friction, particle, work, counts, meter, peaks, cycle):
+    """One excitation cycle with the meter on and its peaks noted."""
+    meter[PEAK] = 0.0
+    meter[RELATIVE_PEAK] = 0.0
+    outcome = ARRIVED
+    for _ in range(2):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+        if outcome != ARRIVED:
+            break
+    peaks[cycle, 0] = meter[PEAK]
+    peaks[cycle, 1] = meter[RELATIVE_PEAK]
+    return state, outcome
 
 
 @kernel
@@ -155,6 +142,14 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     -------
     Response
         Its status tells how the search ended; nothing is raised.
+
+    Notes
+    -----
+    The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
+    `periodic_tolerance`. Or Newton finds a periodic orbit, stable by its multipliers, and the next stretch of the run
+    closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the way
+    need not be stepped. Or, beyond a burn-in, the batch-means error of the mean peak is below `tolerance`. Or
+    `max_cycles` is reached.
     """
     base = make_base(damping_ratio, frequency_ratio)
     free = make_medium(base, 1.0)
@@ -164,17 +159,27 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (settings.max_cycles + 50)
-    ring = np.zeros((RING, COORDINATES))
+    log = empty_log(_LOG_ROWS)
+    ring = np.zeros((RING, SIZE))
     before = np.full(LONGEST + 1, inf)
-    peaks = np.empty((settings.max_cycles + _CHUNK, 2))
+    peaks = np.empty((settings.max_cycles + LONGEST, 2))
     meter = np.zeros(METERS)
+    monodromy = np.eye(SIZE)
+    departure = np.zeros(SIZE)
+    orbit_point = np.zeros(SIZE)
     state = at_rest(frequency_ratio, friction, particle)
-    section_point(state, particle, ring[0])
+    orbit = state
+    coordinates(state, particle, ring[0])
     half = 0
+    extra = 0  # half cycles of Newton's
     metered_from = -1
     stored = 0.0
     impacts_before = 0
     next_look = 0
+    next_try = _CHUNK
+    candidate = 0  # period of an orbit that waits for the run to confirm it
+    candidate_error = inf
+    candidate_at = 0
     lag = 0
     error = inf
     while half < 2 * settings.max_cycles:
@@ -183,6 +188,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
             stored = stored_energy(state, frequency_ratio, particle)
             impacts_before = counts[IMPACTS]
             next_look = metered_from + _FEWEST_MEASURED
+        outcome = ARRIVED
         for _ in range(min(_CHUNK, 2 * settings.max_cycles - half)):
             if metered_from < 0:
                 state, outcome = half_cycle(
@@ -199,26 +205,57 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
                 peaks[half // 2, 1] = meter[RELATIVE_PEAK]
             half += 1
             if outcome != ARRIVED:
-                return failed(outcome, half // 2)
-            section_point(state, particle, ring[half % RING])
-        crept = False
+                return failed(outcome, (half + extra) // 2)
+            coordinates(state, particle, ring[half % RING])
+        scale = extent(ring, half)
+        size = active_size(friction, particle, counts)
         if friction is not None:
             if counts[IMPACTS] == 0:
                 state, crept = _creep_limit(state, friction, frequency_ratio)
-        scale = extent(ring, half)
-        if crept:
-            lag, error = 2, 0.0
-            break
+                if crept:
+                    lag, error = 2, 0.0
+                    break
         if half > LONGEST:
             lag, error = _recurring(ring, half, before, scale, settings.periodic_tolerance)
             if lag > 0:
-                for shorter in range(1, lag):
-                    if lag % shorter == 0 and recurrence(ring, half, shorter) <= _SAME * scale:
-                        lag = shorter
-                        break
+                polished, distance, halves = find_orbit(
+                    state, lag, scale, base, free, loaded, friction, particle, work, counts, log, monodromy
+                )
+                extra += halves
+                coordinates(polished, particle, orbit_point)
+                moved = 0.0
+                for i in range(size):
+                    moved = max(moved, abs(orbit_point[i] - ring[half % RING, i]))
+                if distance < inf and moved <= 100.0 * error + 1e-9 * scale:
+                    state, error = polished, distance
                 break
             for i in range(1, LONGEST + 1):
                 before[i] = recurrence(ring, half, i)
+            if candidate > 0:
+                periods = (half - candidate_at) // candidate
+                at = ring[(candidate_at + periods * candidate) % RING]
+                if follows(at, orbit_point, departure, monodromy, periods, size, scale):
+                    state, lag, error = orbit, candidate, candidate_error
+                    break
+                candidate = 0
+                next_try = 2 * half
+            elif half >= next_try:
+                promising = _promising(ring, half, scale)
+                next_try = half + max(_CHUNK, half // 4)
+                if promising > 0:
+                    orbit, candidate_error, halves = find_orbit(
+                        state, promising, scale, base, free, loaded, friction, particle, work, counts, log, monodromy
+                    )
+                    extra += halves
+                    if candidate_error < inf and spectral_radius(monodromy, size) < 1.0 - 1e-9:
+                        coordinates(orbit, particle, orbit_point)
+                        far = 0.0
+                        for i in range(SIZE):
+                            departure[i] = ring[half % RING, i] - orbit_point[i]
+                            far = max(far, abs(departure[i]))
+                        if far <= _REACH * scale:
+                            candidate = promising
+                            candidate_at = half
         cycle = half // 2
         if metered_from >= 0 and cycle >= next_look:
             mean, deviation = mean_and_error(peaks[:, 0], metered_from, cycle)
@@ -227,80 +264,77 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
             next_look = metered_from + 2 * (cycle - metered_from)
     cycles = half // 2
     status = _CONVERGED
+    multiplier = nan
+    unsteady = _UNKNOWN
     if lag > 0:
-        cycles_measured = lag if lag % 2 == 1 else lag // 2
+        for shorter in range(1, lag):
+            if lag % shorter == 0 and _closes(
+                state, shorter, base, free, loaded, friction, particle, work, counts, scale
+            ):
+                lag = shorter
+                break
+        measured_to = lag if lag % 2 == 1 else lag // 2
         meter[:] = 0.0
         stored = stored_energy(state, frequency_ratio, particle)
         impacts_before = counts[IMPACTS]
         metered_from = 0
-        for i in range(cycles_measured):
-            meter[PEAK] = 0.0
-            meter[RELATIVE_PEAK] = 0.0
-            for _ in range(2):
-                state, outcome = half_cycle(
-                    state, base, free, loaded, friction, particle, work, counts, meter, None
-                )
-                if outcome != ARRIVED:
-                    return failed(outcome, cycles + i)
-            peaks[i, 0] = meter[PEAK]
-            peaks[i, 1] = meter[RELATIVE_PEAK]
-        cycles += cycles_measured
-        measured_to = cycles_measured
+        for i in range(measured_to):
+            state, outcome = _metered_cycle(
+                state, base, free, loaded, friction, particle, work, counts, meter, peaks, i
+            )
+            if outcome != ARRIVED:
+                return failed(outcome, cycles)
+        cycles += measured_to
+        impacts = counts[IMPACTS] - impacts_before
+        after = stored_energy(state, frequency_ratio, particle)
+        _end, complete = around(
+            state, lag, base, free, loaded, friction, particle, work, counts, log, monodromy
+        )
+        if complete:
+            multiplier = orbit_multiplier(monodromy, 2 if impacts == 0 else size, lag)
+        extra += lag
     else:
         measured_to = cycles
-        cycles_measured = measured_to - metered_from
-        _mean, error = mean_and_error(peaks[:, 0], metered_from, measured_to)
-        if not error <= settings.tolerance * _mean:
+        impacts = counts[IMPACTS] - impacts_before
+        after = stored_energy(state, frequency_ratio, particle)
+        mean, error = mean_and_error(peaks[:, 0], metered_from, measured_to)
+        if not error <= settings.tolerance * mean:
             status = _MAX_CYCLES
-    amplitude = 0.0
-    relative = 0.0
-    largest = 0.0
-    for i in range(metered_from, measured_to):
-        amplitude += peaks[i, 0]
-        relative += peaks[i, 1]
-        largest = max(largest, peaks[i, 0])
-    amplitude /= cycles_measured
-    relative /= cycles_measured
-    time = cycles_measured * 2.0 * pi / frequency_ratio
-    residual = energy_residual(meter, stored, stored_energy(state, frequency_ratio, particle))
-    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
-    share = (
-        1.0 / losses if losses > 1e-12 * stored else 0.0
-    )  # a locked mass loses nothing: no shares of rounding
-    impacts = counts[IMPACTS] - impacts_before
-    stuck = meter[STUCK] / time
-    if lag == 0:
-        kind = _MODULATED
-        period = 0
-    else:
-        period = lag if lag % 2 == 1 else lag // 2
-        if stuck >= _FEWEST_STUCK:
-            kind = _LOCKED
-            period = 1
-        elif impacts == 0:
-            kind = _NO_IMPACT
-        elif lag == 1:
-            kind = _SYMMETRIC
-        elif lag == 2:
-            kind = _ASYMMETRIC
-        else:
-            kind = _SUBHARMONIC
-    return Response(
-        amplitude,
-        largest,
-        sqrt(2.0 * meter[SQUARE] / time),
-        relative,
+        unsteady = _MODULATED
+        span = min(_LYAPUNOV_CYCLES, cycles)
+        if is_chaotic(state, span, base, free, loaded, friction, particle, work, counts, log, size):
+            unsteady = _CHAOTIC
+        extra += 2 * span
+    return measured_response(
+        meter,
+        peaks,
+        metered_from,
+        measured_to,
+        impacts,
+        stored,
+        after,
+        frequency_ratio,
+        lag,
+        unsteady,
+        multiplier,
         error,
-        residual,
-        kind,
-        period,
-        nan,
-        impacts / cycles_measured,
-        meter[SPEED],
-        min(stuck, 1.0),
-        meter[VISCOUS_LOSS] * share,
-        meter[FRICTION_LOSS] * share,
-        meter[IMPACT_LOSS] * share,
-        cycles,
+        cycles + (extra + 1) // 2,
         status,
     )
+
+
+@kernel
+def _closes(state, lag, base, free, loaded, friction, particle, work, counts, scale):
+    """Whether a state repeats after `lag` mirrored half cycles."""
+    start = np.empty(SIZE)
+    end = np.empty(SIZE)
+    coordinates(state, particle, start)
+    for _ in range(lag):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        if outcome != ARRIVED:
+            return False
+    coordinates(state, particle, end)
+    total = 0.0
+    for i in range(SIZE):
+        total = max(total, abs(end[i] - start[i]))
+    return total <= _SAME * scale

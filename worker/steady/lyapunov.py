@@ -1,0 +1,62 @@
+"""Largest Lyapunov exponent of a response that does not repeat."""
+
+from math import inf, log, sqrt
+
+import numpy as np
+
+from worker.jit import kernel
+from worker.solver.march import half_cycle
+from worker.solver.scene import ARRIVED
+from worker.steady.tangent import SIZE, propagate
+
+_BATCHES = 16
+
+
+@kernel
+def is_chaotic(state, cycles, base, free, loaded, friction, particle, work, counts, log_, size):
+    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by 0.01.
+
+    Parameters
+    ----------
+    state : State
+        On the attractor.
+    cycles : int
+        Excitation cycles over which the growth is averaged; one sixteenth more go before, to turn the vector.
+
+    Notes
+    -----
+    The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has exponent
+    0: its mean then lies within its error, or below the 0.01 that tells slow beats from chaos at this length.
+    """
+    tangent = np.zeros((SIZE, 1))
+    tangent[0, 0] = 1.0
+    if size > 2:
+        tangent[2, 0] = 0.3
+        tangent[3, 0] = 0.7
+    length = max(cycles // _BATCHES, 1)
+    total = 0.0
+    square = 0.0
+    for batch in range(_BATCHES + 1):
+        growth = 0.0
+        for _ in range(2 * length):
+            log_.cursor[0] = 0
+            state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, log_)
+            if outcome != ARRIVED or log_.cursor[0] > log_.rows.shape[0]:
+                return False
+            propagate(log_, base, free, loaded, friction, particle, tangent, work)
+            norm = 0.0
+            for i in range(size):
+                norm += tangent[i, 0] ** 2
+            norm = sqrt(norm)
+            if norm == 0.0 or norm == inf:
+                return False
+            growth += log(norm)
+            for i in range(SIZE):
+                tangent[i, 0] /= norm
+        if batch > 0:
+            growth /= length
+            total += growth
+            square += growth * growth
+    mean = total / _BATCHES
+    variance = max(square / _BATCHES - mean * mean, 0.0)
+    return mean > max(0.01, 3.0 * sqrt(variance / (_BATCHES - 1)))

@@ -1,0 +1,234 @@
+"""Periodic orbits by Newton on the section, with the exact Jacobian of the event-driven map."""
+
+from math import inf, sqrt
+
+import numpy as np
+
+from worker.jit import kernel
+from worker.solver.march import half_cycle
+from worker.solver.scene import ARRIVED, IMPACTS, State
+from worker.steady.tangent import SIZE, propagate, spectral_radius
+
+_ITERATIONS = 10
+_CLOSED = 1e-13  # relative distance from closure that counts as rounding
+_SINGULAR = 1e-11  # pivot below which the orbit is not isolated
+
+
+@kernel
+def coordinates(state, particle, out):
+    """Section coordinates v, w, p, p' (at phase 0, where s = 0) of a state into `out`, shape (SIZE,)."""
+    out[0] = state.v
+    out[1] = state.w
+    out[2] = 0.0
+    out[3] = 0.0
+    if particle is not None:
+        out[2] = state.v - state.wall * (particle.clearance_ratio - state.gap)
+        out[3] = state.p_rate
+
+
+@kernel
+def state_at(point, like, particle):
+    """State at section coordinates, in the regime (slip, wall, riding) of another state.
+
+    Returns
+    -------
+    state : State
+    possible : bool
+        False where the particle would lie beyond a wall, or slip against its direction.
+    """
+    v, w = point[0], point[1]
+    gap = 0.0
+    p_rate = 0.0
+    possible = w * like.slip >= 0.0
+    if particle is not None:
+        if like.riding > 0.0:
+            p_rate = like.p_rate + (w - like.w)
+        else:
+            gap = particle.clearance_ratio - like.wall * (v - point[2])
+            p_rate = point[3]
+            possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0), possible
+
+
+@kernel
+def around(state, lag, base, free, loaded, friction, particle, work, counts, log, monodromy):
+    """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`, shape (SIZE, SIZE).
+
+    Returns
+    -------
+    state : State
+    complete : bool
+        False where the march or its record ended early; the Jacobian is then of no use.
+    """
+    for i in range(SIZE):
+        for j in range(SIZE):
+            monodromy[i, j] = 1.0 if i == j else 0.0
+    for _ in range(lag):
+        log.cursor[0] = 0
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, log)
+        if outcome != ARRIVED or log.cursor[0] > log.rows.shape[0]:
+            return state, False
+        propagate(log, base, free, loaded, friction, particle, monodromy, work)
+    return state, True
+
+
+@kernel
+def active_size(friction, particle, counts):
+    """Leading coordinates that an orbit closes in: without impacts the particle takes no part."""
+    if particle is not None:
+        if counts[IMPACTS] > 0:
+            return 4
+    return 2
+
+
+@kernel
+def _newton_step(monodromy, residual, state, size, friction, particle, step):
+    """Solve (1 − M) step = residual in the coordinates that are free; False where it is singular.
+
+    A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
+    """
+    free = np.ones(SIZE, np.bool_)
+    if friction is not None:
+        if state.slip == 0.0:
+            free[1] = False
+    if particle is not None:
+        if state.riding > 0.0:
+            free[2] = False
+            free[3] = False
+    index = np.empty(SIZE, np.int64)
+    n = 0
+    for i in range(size):
+        step[i] = 0.0
+        if free[i]:
+            index[n] = i
+            n += 1
+    a = np.empty((n, n + 1))
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = (1.0 if i == j else 0.0) - monodromy[index[i], index[j]]
+        a[i, n] = residual[index[i]]
+    for column in range(n):
+        pivot = column
+        for i in range(column + 1, n):
+            if abs(a[i, column]) > abs(a[pivot, column]):
+                pivot = i
+        if abs(a[pivot, column]) < _SINGULAR:
+            return False
+        for j in range(n + 1):
+            a[column, j], a[pivot, j] = a[pivot, j], a[column, j]
+        for i in range(n):
+            if i != column:
+                factor = a[i, column] / a[column, column]
+                for j in range(column, n + 1):
+                    a[i, j] -= factor * a[column, j]
+    for i in range(n):
+        step[index[i]] = a[i, n] / a[i, i]
+    return True
+
+
+@kernel
+def _norm(vector, size):
+    total = 0.0
+    for i in range(size):
+        total += vector[i] * vector[i]
+    return sqrt(total)
+
+
+@kernel
+def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, counts, log, monodromy):
+    """Periodic orbit near a state.
+
+    Parameters
+    ----------
+    state : State
+        On the section, close to the orbit.
+    lag : int
+        Period in half cycles of the mirrored map.
+    scale : float
+        Size of the motion.
+    monodromy : array, shape (SIZE, SIZE)
+        Filled with the Jacobian of the orbit found.
+
+    Returns
+    -------
+    orbit : State
+        On the orbit; meaningless unless found.
+    error : float
+        Estimated distance from the exact orbit; inf where none was found.
+    halves : int
+        Half cycles marched.
+    """
+    size = active_size(friction, particle, counts)
+    point = np.empty(SIZE)
+    end = np.empty(SIZE)
+    step = np.zeros(SIZE)
+    coordinates(state, particle, point)
+    here = state
+    halves = 0
+    for _ in range(_ITERATIONS):
+        there, complete = around(
+            here, lag, base, free, loaded, friction, particle, work, counts, log, monodromy
+        )
+        halves += lag
+        if not complete or there.riding != here.riding or there.slip != here.slip:
+            return state, inf, halves
+        coordinates(there, particle, end)
+        for i in range(SIZE):
+            end[i] -= point[i]
+        if not _newton_step(monodromy, end, here, size, friction, particle, step):
+            return state, inf, halves
+        distance = _norm(step, size)
+        if _norm(end, size) <= _CLOSED * scale:
+            return here, distance, halves
+        if not distance <= 0.5 * scale:
+            return state, inf, halves
+        for i in range(size):
+            point[i] += step[i]
+        here, possible = state_at(point, here, particle)
+        if not possible:
+            return state, inf, halves
+    return state, inf, halves
+
+
+@kernel
+def orbit_multiplier(monodromy, size, lag):
+    """Largest modulus of the Floquet multipliers over one period of the response.
+
+    The map of an odd number of mirrored half cycles is half a period, so its multipliers are squared.
+    """
+    radius = spectral_radius(monodromy, size)
+    return radius * radius if lag % 2 == 1 else radius
+
+
+@kernel
+def follows(ring_now, orbit_point, departure, monodromy, periods, size, scale):
+    """Whether the run approaches the orbit as its linearisation says, `periods` after a known departure from it.
+
+    Parameters
+    ----------
+    ring_now : array, shape (SIZE,)
+        Section coordinates of the run now.
+    orbit_point : array, shape (SIZE,)
+        Those of the orbit.
+    departure : array, shape (SIZE,)
+        Run minus orbit, `periods` periods ago.
+    monodromy : array, shape (SIZE, SIZE)
+        Jacobian over one period.
+    periods, size : int
+    scale : float
+        Size of the motion.
+    """
+    predicted = departure.copy()
+    for _ in range(periods):
+        moved = np.zeros(SIZE)
+        for i in range(size):
+            for j in range(size):
+                moved[i] += monodromy[i, j] * predicted[j]
+        predicted = moved
+    off = 0.0
+    now = 0.0
+    for i in range(size):
+        gone = ring_now[i] - orbit_point[i]
+        now += gone * gone
+        off += (gone - predicted[i]) ** 2
+    return sqrt(off) <= 0.25 * sqrt(now) + 1e-10 * scale or sqrt(now) <= 1e-4 * _norm(departure, size)
