@@ -29,7 +29,7 @@ $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
 
 demo: install ## Figure 11 of the paper: computed, stored, its optimum in words, drawn to demo/figure-11.png
 	$(BIN)/damperlab run figure-11 --data-dir $(DEMO)/data
-	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --objective resonance --exclude-locked
+	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --exclude-locked --top 1
 	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
 
 test: install-dev ## every test that ends in minutes
@@ -47,7 +47,7 @@ bench: install-dev ## run time of the kernels beside the paper's RK4, and the sh
 lock: ## renew the lock files (needs uv); names and hashes only
 	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes \
 	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
-	uv pip compile pyproject.toml --extra build --extra dev -c requirements.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra build --extra postgresql --extra dev -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
 
 clean: ## what the commands above made, and nothing else

@@ -63,8 +63,7 @@ class StudyProgress:
     def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
         """Take the figures of the study as they are now; None is not known."""
         phrases = [f"{failed} failed"]
-        if rate:
-            phrases.append(f"{rate:.3g} points/s")
+        phrases.append(f"{rate:.3g} points/s" if rate else "waiting for the next block")
         if seconds_left is not None:
             phrases.append(f"{duration(seconds_left)} left")
         figures = ", ".join(phrases)

@@ -138,9 +138,9 @@ def summary(record: "Record") -> str:
 
 def _spell_axis(value: object) -> str:
     if isinstance(value, dict):
-        text = f"{value.get('start')} to {value.get('stop')}, {value.get('num')} values"
+        text = f"{value['start']:g} to {value['stop']:g}, {value['num']} values"
         return text + (", logarithmic" if value.get("spacing") == "log" else "")
     if isinstance(value, list):
         shown = ", ".join(f"{item:g}" for item in value[:6])
         return shown + (f", … ({len(value)} values)" if len(value) > 6 else "")
-    return str(value)
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

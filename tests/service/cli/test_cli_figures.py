@@ -1,0 +1,106 @@
+"""Figures of answers whose content is known."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from service.figures.resonance_map import draw_map
+from service.figures.style import is_logarithmic, save
+from studies.answers.resonance_map import resonance_map
+from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
+
+X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
+
+
+def cube(values: np.ndarray, kinds: np.ndarray, status: np.ndarray) -> xr.Dataset:
+    """Put arrays of shape (clearance, friction) into a cube."""
+    axes = dict.fromkeys(DIMENSIONS, np.ones(1)) | {"clearance_ratio": X, "friction_ratio": Y}
+    arrays = {"amplitude_ratio": values, "response_class": kinds, "status": status}
+    shape = tuple(axes[name].size for name in DIMENSIONS)
+    return xr.Dataset(
+        {
+            name: (DIMENSIONS, array.reshape(shape), {"long_name": VARIABLES[name].long_name, "units": "1"})
+            for name, array in arrays.items()
+        },
+        {
+            name: (name, axis, {"long_name": DIMENSION_LONG_NAMES[name], "units": "1"})
+            for name, axis in axes.items()
+        },
+    )
+
+
+def known_map() -> xr.Dataset:
+    """A bowl whose lowest point is locked, the second lowest has no impacts, the third has; one point failed, one waits."""
+    values = 5.0 + (X[:, None] - 6.0) ** 2 + 50.0 * (Y[None, :] - 0.5) ** 2
+    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    status = np.zeros(values.shape, np.int8)
+    for place, value, kind in (
+        ((2, 3), 1.0, ResponseClass.LOCKED),
+        ((7, 8), 2.0, ResponseClass.NO_IMPACT),
+        ((9, 1), 3.0, ResponseClass.MODULATED),
+    ):
+        values[place], kinds[place] = value, kind
+    values[0, 0], status[0, 0] = np.nan, Status.TOO_MANY_EVENTS
+    values[11, 9], status[11, 9] = np.nan, Status.NOT_COMPUTED
+    return resonance_map(cube(values, kinds, status), "clearance_ratio", "friction_ratio", "amplitude_ratio")
+
+
+def labels(figure: Figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def test_stars_stand_at_the_best_design_and_the_best_with_impacts() -> None:
+    figure = draw_map(known_map(), "amplitude_ratio")
+    stars = [line for line in figure.axes[0].lines if line.get_marker() == "*"]
+    places = [(float(star.get_xdata()[0]), float(star.get_ydata()[0])) for star in stars]
+    np.testing.assert_allclose(places, [(X[7], Y[8]), (X[9], Y[1])])
+    assert labels(figure)[0].startswith("optimum: 2 at")
+    assert labels(figure)[1].startswith("best with impacts: 3 at")
+
+
+def test_locked_failed_and_missing_points_are_told_apart() -> None:
+    assert labels(draw_map(known_map(), "amplitude_ratio"))[2:] == [
+        "locked to the base",
+        "failed",
+        "not computed",
+    ]
+
+
+def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
+    values = np.tile(2.0 - Y, (X.size, 1))
+    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    answer = resonance_map(
+        cube(values, kinds, np.zeros(values.shape, np.int8)),
+        "clearance_ratio",
+        "friction_ratio",
+        "amplitude_ratio",
+    )
+    assert labels(draw_map(answer, "amplitude_ratio")) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
+
+
+def test_codes_are_named_on_their_scale() -> None:
+    figure = draw_map(known_map(), "response_class")
+    names = [text.get_text() for text in figure.axes[1].get_yticklabels()]
+    assert names == [kind.name.lower().replace("_", " ") for kind in ResponseClass]
+    assert not [line for line in figure.axes[0].lines if line.get_marker() == "*"]
+
+
+def test_threads_draw_the_same_bytes(tmp_path: Path) -> None:
+    answer = known_map()
+
+    def draw(index: int) -> bytes:
+        path = tmp_path / f"{index}.svg"
+        save(draw_map(answer, "amplitude_ratio"), path)
+        return path.read_bytes()
+
+    with ThreadPoolExecutor(4) as pool:
+        assert len(set(pool.map(draw, range(8)))) == 1
+
+
+def test_an_axis_is_logarithmic_where_its_values_are() -> None:
+    assert is_logarithmic(np.geomspace(0.01, 100, 9))
+    assert not is_logarithmic(np.linspace(0.01, 100, 9))
+    assert not is_logarithmic(np.geomspace(0.8, 1.25, 9))
