@@ -61,6 +61,13 @@ class Design:
     friction_ratio: float = 0.0
     particle: Particle | None = None
 
+    def __post_init__(self) -> None:
+        """Take integers for floats: a kernel is compiled for one type."""
+        for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+        if self.particle is not None:
+            object.__setattr__(self, "particle", Particle(*map(float, self.particle)))
+
 
 @dataclass(frozen=True)
 class Simulation:

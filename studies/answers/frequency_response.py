@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from studies.answers.between import INTERPOLATED, Between
 from studies.answers.faults import QueryFault
 from studies.answers.selection import (
     COMPANIONS,
@@ -23,7 +24,10 @@ FREQUENCY = "frequency_ratio"
 
 
 def frequency_response(
-    cube: xr.Dataset, metric: str = "amplitude_ratio", at: Mapping[str, float] | None = None
+    cube: xr.Dataset,
+    metric: str = "amplitude_ratio",
+    at: Mapping[str, float] | None = None,
+    interpolate: bool = False,
 ) -> xr.Dataset:
     """Follow one design along the frequency ratio.
 
@@ -35,6 +39,9 @@ def frequency_response(
         The variable to show.
     at : mapping of float, optional
         Values of the other five dimensions; see `selection.choose`.
+    interpolate : bool
+        Take values between grid points linearly, frequency by frequency, where the class of response does not
+        change; the answer then has `interpolated`, which says where that was done.
 
     Returns
     -------
@@ -54,16 +61,24 @@ def frequency_response(
             Fault(FREQUENCY, describe(at[FREQUENCY]), "nothing: the curve runs along it", "leave it out")
         )
     index = choose(cube, at, (FREQUENCY,))
-    names = [metric, *(name for name in COMPANIONS if name in cube.data_vars and name != metric)]
-    values = {name: read(cube, name, index, (FREQUENCY,)) for name in names}
+    names = [name for name in COMPANIONS if name in cube.data_vars and name != metric]
+    chosen = scalars(cube, index)
+    if interpolate:
+        between = Between(cube, metric, at, (FREQUENCY,))
+        values = between.read(names)
+        chosen = between.scalars(at)
+        note = f"{say(cube, index, {})} {between.say()}"
+    else:
+        values = {name: read(cube, name, index, (FREQUENCY,)) for name in (metric, *names)}
+        if not coded(cube, metric):
+            values[metric] = as_float(values[metric])
+        note = say(cube, index, at)
     status = values["status"]
-    if not coded(cube, metric):
-        values[metric] = as_float(values[metric])
-    note = say(cube, index, at)
     if status.size == 1:
         note += " Only one frequency was computed, so the curve is one point."
+    described = {name: INTERPOLATED if name == "interpolated" else dict(cube[name].attrs) for name in values}
     return xr.Dataset(
-        {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
-        {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
+        {name: ((FREQUENCY,), array, described[name]) for name, array in values.items()},
+        {FREQUENCY: cube[FREQUENCY], **chosen},
         {**completeness(*count(status), status.size), "note": note},
     )

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
+from studies.answers.between import INTERPOLATED, Between
 from studies.answers.faults import QueryFault
 from studies.answers.fold import Extremum, Mean
 from studies.answers.selection import (
@@ -23,6 +25,7 @@ from studies.answers.selection import (
 )
 from studies.faults import Fault, describe, listing
 from studies.store.slabs import BUDGET
+from studies.variables import Status
 
 REDUCTIONS: tuple[str, ...] = ("max", "min", "mean")
 """What can be done over a further dimension."""
@@ -36,8 +39,12 @@ def resonance_map(
     over: str | None = None,
     reduce: str | None = None,
     at: Mapping[str, float] | None = None,
+    interpolate: bool = False,
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
+
+    A quantity is shown at its largest over the frequencies of the study unless the question says something
+    else about the frequency: a map at r = 1 alone recommends designs that are terrible a few per cent away.
 
     Parameters
     ----------
@@ -52,14 +59,18 @@ def resonance_map(
         that have a value. Its slabs are read one after the other.
     at : mapping of float, optional
         Values of the other dimensions; see `selection.choose`.
+    interpolate : bool
+        Take values between grid points linearly, where the class of response does not change; not together
+        with a reduction.
 
     Returns
     -------
     Dataset
         Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
         cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
-        names. Of a mean, the error is the mean error and the status the worst, and there is no class. The
-        other dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
+        names. Of a mean, the error is the mean error and the status the worst, and there is no class.
+        Reduced, `computed_share` is the share of the points along `over` that were computed. The other
+        dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
         the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `note` (what was chosen,
         in words).
 
@@ -81,6 +92,11 @@ def resonance_map(
                 "name the dimension to reduce with `over`",
             )
         )
+    worst = (
+        over is None and not interpolate and worst_by_default(cube, {x, y, *at}) and not coded(cube, metric)
+    )
+    if worst:
+        over = FREQUENCY
     if over is not None:
         check_dimension("over", over, (x, y))
         reduce = reduce or "max"
@@ -98,12 +114,35 @@ def resonance_map(
                 )
             )
     free = (x, y) if over is None else (x, y, over)
+    if interpolate:
+        if over is not None:
+            advice = "leave `over` out, or ask without `interpolate`"
+            raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice))
+        return _between(cube, x, y, metric, at)
     index = choose(cube, at, free)
     if over is None or reduce is None:
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, x, y, metric, over, reduce, index)
-    answer.attrs["note"] = say(cube, index, at)
+    sentences = [say(cube, index, at)]
+    if worst:
+        sentences.append(say_worst(cube))
+    elif FREQUENCY in index:
+        sentences.append(say_frequency(cube, float(cube[FREQUENCY].values[index[FREQUENCY]])))
+    if over is not None and answer.attrs["complete"] < 1:
+        sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
+    answer.attrs["note"] = " ".join(filter(None, sentences))
+    return answer
+
+
+def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: Mapping[str, float]) -> xr.Dataset:
+    between = Between(cube, metric, at, (y, x))
+    values = between.read(_companions(cube, metric))
+    flag = values.pop("interpolated")
+    attributes = completeness(*count(values["status"]), flag.size)
+    answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
+    answer["interpolated"] = ((y, x), flag, INTERPOLATED)
+    answer.attrs["note"] = f"{say(cube, between.nearest, {})} {between.say()}"
     return answer
 
 
@@ -132,11 +171,13 @@ def _reduced(
     names = _companions(cube, metric)
     fold: Mean | Extremum = Mean() if reduce == "mean" else Extremum(1.0 if reduce == "max" else -1.0)
     computed = failed = 0
+    there = np.zeros((cube.sizes[y], cube.sizes[x]), np.int64)
     for start in range(0, extent, step):
         part = {**index, over: slice(start, start + step)}
         values = as_float(read(cube, metric, part, (over, y, x)))
         beside = {name: read(cube, name, part, (over, y, x)) for name in names}
         counts = count(beside["status"])
+        there += (beside["status"] != Status.NOT_COMPUTED).sum(axis=0)
         computed, failed = computed + counts[0], failed + counts[1]
         fold.take(start, values, beside)
     folded = fold.result()
@@ -144,6 +185,11 @@ def _reduced(
     answers = {metric: folded.pop("value"), **folded}
     attributes = {**completeness(computed, failed, extent * area), "over": over, "reduce": reduce}
     answer = _answer(cube, x, y, answers, index, attributes)
+    answer["computed_share"] = (
+        (y, x),
+        there / extent,
+        {"units": "1", "long_name": f"share of the points along {over} that were computed"},
+    )
     if at is not None:
         where = np.where(np.isnan(answers[metric]), np.nan, cube[over].values[at])
         answer[f"{over}_at"] = (

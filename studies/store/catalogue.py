@@ -1,7 +1,8 @@
-"""The catalogue: one row per study and one per done block, in SQLite.
+"""The catalogue: one row per study and one per done block, in SQLite or PostgreSQL.
 
-WAL lets readers go on while one writes; synchronous=FULL makes a committed done-mark survive a power cut.
-Every writing transaction begins IMMEDIATE, so that it waits for its turn instead of failing half-way.
+SQLite: WAL lets readers go on while one writes, synchronous=FULL makes a committed done-mark survive a power
+cut, and every writing transaction begins IMMEDIATE, so that it waits for its turn instead of failing half-way.
+PostgreSQL: an advisory lock gives writers the same turns, and readers see one snapshot.
 """
 
 import os
@@ -12,107 +13,47 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import (
-    Column,
-    Connection,
-    Engine,
-    Float,
-    ForeignKey,
-    Index,
-    Integer,
-    MetaData,
-    String,
-    Table,
-    Text,
-    create_engine,
-    event,
-)
-from sqlalchemy.exc import DatabaseError
+from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
+from sqlalchemy.exc import ArgumentError, DatabaseError, InterfaceError, NoSuchModuleError
 
 from studies.faults import Fault
 from studies.store.durable import sync_path
 from studies.store.faults import StoreFault
-
-VERSION = 1
-"""Version of the schema, kept in the file's user_version."""
+from studies.store.migrations import HEAD
 
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up [s]."""
 
-_metadata = MetaData()
-
-studies = Table(
-    "studies",
-    _metadata,
-    # never reused: it orders the pages and names the cube's folder, so no study meets a deleted one's files
-    Column("number", Integer, primary_key=True),
-    Column("id", String(12), nullable=False),
-    Column("digest", String(64), nullable=False),
-    Column("name", Text, nullable=False),
-    Column("state", String, nullable=False),
-    Column("message", Text),
-    Column("definition", Text, nullable=False),
-    Column("provenance", Text, nullable=False),
-    Column("shape", Text, nullable=False),
-    Column("chunk", Text, nullable=False),
-    Column("points_total", Integer, nullable=False),
-    Column("blocks_total", Integer, nullable=False),
-    # running sums over done_blocks: a record stays one row to read, however many blocks there are
-    Column("points_done", Integer, nullable=False, default=0),
-    Column("points_failed", Integer, nullable=False, default=0),
-    Column("blocks_done", Integer, nullable=False, default=0),
-    Column("seconds", Float, nullable=False, default=0.0),
-    Column("kernel_seconds", Float, nullable=False, default=0.0),
-    Column("created", Float, nullable=False),
-    Column("started", Float),
-    Column("finished", Float),
-    # the pace is taken from the moment the study last began to run
-    Column("run_began", Float),
-    Column("run_points", Integer),
-    Column("last_mark", Float),
-    Column("claim_owner", String),
-    Column("claim_expires", Float),
-    Column("deleted", Float),
-    sqlite_autoincrement=True,
-)
-Index("live_id", studies.c.id, unique=True, sqlite_where=studies.c.deleted.is_(None))
-
-done_blocks = Table(
-    "done_blocks",
-    _metadata,
-    Column("study", ForeignKey("studies.number", ondelete="CASCADE"), primary_key=True),
-    Column("block", Integer, primary_key=True, autoincrement=False),
-    Column("points", Integer, nullable=False),
-    Column("failed", Integer, nullable=False),
-    Column("seconds", Float, nullable=False),
-    Column("kernel_seconds", Float, nullable=False),
-    Column("message", Text),
-    Column("at", Float, nullable=False),
-    # clustered by its key: the marks of one study are read in one sweep
-    sqlite_with_rowid=False,
-)
+_WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
 class Catalogue:
-    """The catalogue file of one data directory; usable from several threads, beside other processes.
+    """The catalogue of one data directory; usable from several threads, beside other processes.
 
     Parameters
     ----------
-    path : Path
-        The file; it is made when it is not there.
+    url : URL
+        Of the database, `sqlite:///path` or `postgresql://…`; its tables are made or brought up to date.
 
     Raises
     ------
     StoreFault
-        If the file cannot be opened or written, is no catalogue, or was made by a newer version.
+        If it cannot be reached, opened or written, is no catalogue, or was made by a newer version.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._engine = _engine(path)
-        self._writer = self._engine.execution_options(writes=True)
+    def __init__(self, url: URL) -> None:
+        self._url = url
+        self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
+        """The file, or the address without its password."""
+        self._sqlite = url.get_backend_name() == "sqlite"
         with self._faults():
-            self._prepare()
+            self._engine = _sqlite_engine(url) if self._sqlite else _postgresql_engine(url)
+            self._writer = self._engine.execution_options(writes=True)
+            try:
+                self._prepare()
+            except BaseException:
+                self._engine.dispose()
+                raise
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -131,27 +72,28 @@ class Catalogue:
         self._engine.dispose()
 
     def _prepare(self) -> None:
-        # most opens find the catalogue ready and need no turn at writing
+        # most opens find the catalogue ready and need neither a turn at writing nor alembic
         with self._engine.begin() as connection:
-            found = _version(connection)
-        if found > VERSION:
-            self._engine.dispose()
+            found = _revision(connection)
+        if found == HEAD:
+            return
+        if found > HEAD:
             raise StoreFault(
                 Fault(
-                    str(self.path),
-                    f"catalogue version {found}",
-                    f"version {VERSION} or older",
+                    self.name,
+                    f"catalogue revision {found}",
+                    f"revision {HEAD} or older",
                     "it was made by a newer damperlab: upgrade this one, or choose another data directory",
                 )
             )
-        if found == VERSION:
-            return
-        self._switch_to_wal()
+        if self._sqlite:
+            self._switch_to_wal()
         with self._writer.begin() as connection:
-            if _version(connection) == 0:  # else another process was faster
-                _metadata.create_all(connection)
-                connection.exec_driver_sql(f"PRAGMA user_version = {VERSION}")
-        sync_path(self.path.parent)
+            found = _revision(connection)
+            if found != HEAD:  # else another process was faster
+                _migrate(connection, found)
+        if self._sqlite and self._url.database:
+            sync_path(Path(self._url.database).parent)
 
     def _switch_to_wal(self) -> None:
         # several processes may open a new folder at once, and the switch ignores the busy timeout
@@ -172,22 +114,25 @@ class Catalogue:
     def _faults(self) -> Iterator[None]:
         try:
             yield
-        except (DatabaseError, sqlite3.DatabaseError) as error:
-            cause = error.orig if isinstance(error, DatabaseError) else error
-            if not isinstance(cause, sqlite3.OperationalError) and "not a database" not in str(cause):
+        except (DatabaseError, InterfaceError, sqlite3.DatabaseError) as error:
+            cause = error if isinstance(error, sqlite3.DatabaseError) else error.orig
+            trouble = type(cause).__name__ in ("OperationalError", "InterfaceError", "LockNotAvailable")
+            if not trouble and "not a database" not in str(cause) and "malformed" not in str(cause):
                 raise
             raise StoreFault(
                 Fault(
-                    str(self.path),
-                    str(cause),
-                    "a catalogue file that can be read and written",
-                    "check the folder's permissions and free space, and that the catalogue is damperlab's",
+                    self.name,
+                    str(cause).strip(),
+                    "a catalogue that can be reached, read and written",
+                    "check that its server runs and its address and password are right"
+                    if not self._sqlite
+                    else "check the folder's permissions and free space, and that the catalogue is damperlab's",
                 )
             ) from error
 
 
-def _engine(path: Path) -> Engine:
-    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": BUSY_SECONDS})
+def _sqlite_engine(url: URL) -> Engine:
+    engine = create_engine(url, connect_args={"timeout": BUSY_SECONDS})
 
     @event.listens_for(engine, "connect")
     def _connect(connection: Any, _: Any) -> None:
@@ -204,17 +149,50 @@ def _engine(path: Path) -> Engine:
     return engine
 
 
-def _version(connection: Connection) -> int:
-    return int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+def _postgresql_engine(url: URL) -> Engine:
+    # a connection that died while it lay in the pool is replaced before it is used
+    engine = create_engine(url, pool_pre_ping=True)
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        if connection.get_execution_options().get("writes", False):
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * BUSY_SECONDS)}")
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS_LOCK})")
+        else:
+            connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
+
+    return engine
 
 
-def open_catalogue(data_dir: Path) -> Catalogue:
+def _revision(connection: Connection) -> str:
+    if inspect(connection).has_table("alembic_version"):
+        return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one())
+    # the first catalogues were SQLite's and kept their version where it keeps such a number
+    first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
+    return "0001" if first else ""
+
+
+def _migrate(connection: Connection, found: str) -> None:
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    config.attributes["connection"] = connection
+    if found and not inspect(connection).has_table("alembic_version"):
+        command.stamp(config, found)
+    command.upgrade(config, HEAD)
+
+
+def open_catalogue(data_dir: Path, address: str | None = None) -> Catalogue:
     """Open the catalogue of a data directory, making both where they are missing.
 
     Parameters
     ----------
     data_dir : Path
         The data directory.
+    address : str, optional
+        URL of the database; by default a SQLite file in the data directory.
 
     Raises
     ------
@@ -233,4 +211,25 @@ def open_catalogue(data_dir: Path) -> Catalogue:
         raise StoreFault(fault) from error
     if not os.access(data_dir, os.W_OK | os.X_OK):
         raise StoreFault(fault)
-    return Catalogue(data_dir / "catalogue.sqlite")
+    if address is None:
+        return Catalogue(URL.create("sqlite", database=str(data_dir / "catalogue.sqlite")))
+    return Catalogue(_postgresql_url(address))
+
+
+def _postgresql_url(address: str) -> URL:
+    try:
+        url = make_url(address)
+        if url.get_backend_name() == "postgresql":
+            # the one driver that is supported, however the address was spelled
+            url = url.set(drivername="postgresql+psycopg")
+            url.get_dialect().import_dbapi()
+            return url
+        found = f"a database of kind {url.get_backend_name()}"
+        advice = "leave it out for a SQLite file in the data directory"
+    except (ArgumentError, NoSuchModuleError):
+        found, advice = "no address of a database", "write postgresql://user:password@host/database"
+    except ImportError:
+        found = "an address of PostgreSQL, for which the driver is not installed"
+        advice = "install damperlab[postgresql]"
+    # the address itself may hold a password and is not repeated
+    raise StoreFault(Fault("catalogue", found, "postgresql://…", advice))

@@ -3,6 +3,7 @@
 One group per study, one array per stored variable and one chunk per block, so that workers never share a
 file. A chunk is renamed into place whole, but the variables of a block arrive one after the other. A reader
 is therefore shown only blocks with a done-mark (`open_cube`), set once the block's files are on the disk.
+A file that is lost or damaged is an error for its reader and never a fill value.
 """
 
 import json
@@ -23,10 +24,20 @@ from xarray.core.indexing import (
     LazilyIndexedArray,
     explicit_indexing_adapter,
 )
-from zarr.codecs import BloscCodec
+from zarr.codecs import BloscCodec, Crc32cCodec
 
 from studies.definition import Study
 from studies.plan import Block, Plan
+from studies.store.checksum import checksum
+from studies.store.chunks import (
+    MarkedChunks,
+    Marks,
+    NewGeneration,
+    chunk_file,
+    chunk_key,
+    chunk_place,
+    damaged,
+)
 from studies.store.durable import sync_paths, sync_tree
 from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Variable
 
@@ -93,7 +104,8 @@ def create_cube(path: Path, study: Study, plan: Plan, provenance: Mapping[str, s
             fill_value=variable.fill,
             dimension_names=list(DIMENSIONS),
             attributes=_attributes(variable),
-            compressors=[BloscCodec(cname="zstd", clevel=1, shuffle="shuffle")],
+            # the last four bytes of every file are a checksum of the others, which every Zarr reader checks
+            compressors=[BloscCodec(cname="zstd", clevel=1, shuffle="shuffle"), Crc32cCodec()],
             # one flat folder per variable: a block syncs one folder each instead of six
             chunk_key_encoding={"name": "default", "separator": "."},
         )
@@ -101,7 +113,9 @@ def create_cube(path: Path, study: Study, plan: Plan, provenance: Mapping[str, s
     sync_tree(path)
 
 
-def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray]) -> None:
+def write_region(
+    cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = ""
+) -> str:
     """Write the region of one block and wait until it is on the disk; its done-mark may be set afterwards.
 
     Parameters
@@ -112,6 +126,13 @@ def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray])
         The block, aligned with the chunks of the cube.
     values : mapping of array
         Every stored variable by name, each of the block's shape.
+    generation : str
+        Tells this attempt's files from those of every other; the done-mark must name it.
+
+    Returns
+    -------
+    str
+        The block's checksum, for its done-mark.
 
     Raises
     ------
@@ -125,22 +146,23 @@ def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray])
         If the disk refuses, a full one for instance.
     """
     root = Path(cube_path)
-    group = zarr.open_group(cube_path, mode="r+", use_consolidated=True)
+    group = zarr.open_group(NewGeneration(root, generation), mode="r+", use_consolidated=True)
     arrays = [(name, array) for name, array in group.arrays() if name not in DIMENSIONS]
-    for name, _ in arrays:
-        if values[name].shape != block.shape:
+    for name, array in arrays:
+        if values[name].shape != block.shape or values[name].dtype != array.dtype:
             raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
     chunks: list[Path] = []
     for name, array in arrays:
         # a chunk of nothing but NaN is written too: what is missing on the disk is then known to be lost
         array.with_config({"write_empty_chunks": True})[block.slices] = values[name]
         place = (start // step for start, step in zip(block.start, array.chunks, strict=True))
-        chunks.append(root / name / f"c.{'.'.join(map(str, place))}")
+        chunks.append(root / chunk_file(chunk_key(name, place), generation))
     sync_paths(chunks)
     sync_paths(root / name for name, _ in arrays)
+    return checksum(values, (name for name, _ in arrays))
 
 
-def open_cube(path: Path, done: np.ndarray | None) -> xr.Dataset:
+def open_cube(path: Path, marks: Marks) -> xr.Dataset:
     """Open a cube lazily; points of blocks that are not done read as not computed.
 
     Opening costs the same for a small and a large cube, and indexing reads the chunks that it touches.
@@ -149,45 +171,50 @@ def open_cube(path: Path, done: np.ndarray | None) -> xr.Dataset:
     ----------
     path : Path
         The cube's folder.
-    done : array of bool, optional
-        One flag per block, by its index; None where every block is done.
+    marks : mapping
+        The generation of every block that is done.
 
     Returns
     -------
     Dataset
-        Of numpy arrays read on demand. A flag says what was done when it was taken: blocks are written once,
-        so what is read later agrees with it, and newer blocks stay hidden.
+        Of numpy arrays read on demand. The marks say what was done when they were taken: no file is written
+        twice, so what is read later agrees with them, and newer blocks stay hidden. Reading raises
+        `BlockDamaged` where a done block cannot be read.
 
     Raises
     ------
     FileNotFoundError
         If there is no cube at `path`.
     """
-    group = zarr.open_group(str(path), mode="r", use_consolidated=True)
+    plain = zarr.open_group(str(path), mode="r", use_consolidated=True)
     variables: dict[str, xr.Variable] = {}
-    for name, array in group.arrays():
-        attributes: dict[str, Any] = dict(array.attrs)
+    grid: tuple[int, ...] = ()
+    for name, array in plain.arrays():
         if name in DIMENSIONS:
-            variables[name] = xr.Variable((name,), np.asarray(array[:]), attributes)
+            variables[name] = xr.Variable((name,), np.asarray(array[:]), dict(array.attrs))
+        else:
+            grid = block_grid(array.shape, array.chunks)
+    marked = zarr.open_group(MarkedChunks(path, grid, marks), mode="r", use_consolidated=True)
+    for name, array in marked.arrays():
+        if name in DIMENSIONS:
             continue
+        attributes: dict[str, Any] = dict(array.attrs)
         if "flag_values" in attributes:
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_DoneArray(array, done))
+        lazy = LazilyIndexedArray(_CheckedArray(path, name, array))
         variables[name] = xr.Variable(DIMENSIONS, lazy, attributes, {"chunks": array.chunks})
     ordered = [name for name in (*DIMENSIONS, *VARIABLES) if name in variables]
-    return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(group.attrs))
+    return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(plain.attrs))
 
 
-class _DoneArray(BackendArray):
-    """A Zarr array that shows its fill value wherever the block is not done."""
+class _CheckedArray(BackendArray):
+    """A Zarr array whose damaged chunks are told by their block."""
 
-    def __init__(self, array: zarr.Array[Any], done: np.ndarray | None) -> None:
+    def __init__(self, path: Path, name: str, array: zarr.Array[Any]) -> None:
+        self._path = path
+        self._name = name
         self._array = array
-        grid = block_grid(array.shape, array.chunks)
-        if done is not None and done.shape != (prod(grid),):
-            raise ValueError(f"{done.shape} flags for a grid of {grid} blocks")
-        self._done = None if done is None else done.reshape(grid)
         self.shape = array.shape
         self.dtype = array.dtype
 
@@ -195,18 +222,18 @@ class _DoneArray(BackendArray):
         return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self._read)
 
     def _read(self, key: tuple[Any, ...]) -> np.ndarray:
-        values = np.asarray(self._array.oindex[key])
-        if self._done is None:
-            return values
-        blocks = []
+        try:
+            return np.asarray(self._array.oindex[key])
+        except (ValueError, RuntimeError) as error:
+            # what the codecs raise for bytes that they cannot decode; they do not say whose
+            raise damaged(self._path, self._first_block(key), self._name, str(error)) from error
+
+    def _first_block(self, key: tuple[Any, ...]) -> int:
+        corner = []
         for index, extent, step in zip(key, self.shape, self._array.chunks, strict=True):
             points = np.arange(extent)[index] if isinstance(index, slice) else np.asarray(index)
-            blocks.append(np.atleast_1d(points // step))
-        hidden = ~self._done[np.ix_(*blocks)].reshape(values.shape)
-        if hidden.any():
-            values = values.copy()
-            values[hidden] = self._array.fill_value
-        return values
+            corner.append(int(points.flat[0]) // step)
+        return int(np.ravel_multi_index(corner, block_grid(self.shape, self._array.chunks)))
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

@@ -40,7 +40,9 @@ def is_chaotic(state, cycles, base, free, loaded, friction, particle, work, coun
         growth = 0.0
         for _ in range(2 * length):
             log_.cursor[0] = 0
-            state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, log_)
+            state, outcome = half_cycle(
+                state, base, free, loaded, friction, particle, work, counts, None, log_
+            )
             if outcome != ARRIVED or log_.cursor[0] > log_.rows.shape[0]:
                 return False
             propagate(log_, base, free, loaded, friction, particle, tangent, work)

@@ -187,6 +187,7 @@ def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, 
         here, possible = state_at(point, here, particle)
         if not possible:
             return state, inf, halves
+        coordinates(here, particle, point)  # a riding particle has moved with the mass
     return state, inf, halves
 
 

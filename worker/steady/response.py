@@ -108,7 +108,9 @@ def measured_response(
         largest = max(largest, peaks[i, 0])
     time = count * 2.0 * pi / frequency_ratio
     losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
-    share = 1.0 / losses if losses > 1e-12 * stored_before else 0.0  # a locked mass loses nothing: no shares of rounding
+    share = (
+        1.0 / losses if losses > 1e-12 * stored_before else 0.0
+    )  # a locked mass loses nothing: no shares of rounding
     stuck = min(meter[STUCK] / time, 1.0)
     kind = unsteady_class
     period = 0

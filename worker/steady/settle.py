@@ -244,7 +244,18 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
                 next_try = half + max(_CHUNK, half // 4)
                 if promising > 0:
                     orbit, candidate_error, halves = find_orbit(
-                        state, promising, scale, base, free, loaded, friction, particle, work, counts, log, monodromy
+                        state,
+                        promising,
+                        scale,
+                        base,
+                        free,
+                        loaded,
+                        friction,
+                        particle,
+                        work,
+                        counts,
+                        log,
+                        monodromy,
                     )
                     extra += halves
                     if candidate_error < inf and spectral_radius(monodromy, size) < 1.0 - 1e-9:
