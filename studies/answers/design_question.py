@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from studies.answers.band import has_band
 from studies.answers.faults import QueryFault
 from studies.answers.selection import check_dimension, check_metric
 from studies.faults import Fault, counted, describe, listing
@@ -33,6 +34,7 @@ class DesignQuestion:
     """The question, checked; `axes` holds the grid indices that count, the frequencies in ascending order."""
 
     objective: str
+    top: int
     axes: dict[str, np.ndarray]
     frequencies: np.ndarray
     weights: np.ndarray
@@ -40,11 +42,16 @@ class DesignQuestion:
     exclude_locked: bool
     max_impact_speed: float | None
 
+    @property
+    def long_name(self) -> str:
+        """The objective in words."""
+        return OBJECTIVES[self.objective]
+
     @classmethod
     def ask(
         cls,
         cube: xr.Dataset,
-        objective: str,
+        objective: str | None,
         band: tuple[float, float] | None,
         top: int,
         exclude_locked: bool,
@@ -53,6 +60,9 @@ class DesignQuestion:
     ) -> "DesignQuestion":
         """Check the arguments of `optimal_designs`; raise `QueryFault` for what cannot be answered."""
         check_metric(cube, METRIC, "objective")
+        if objective is None:
+            # a band, where there is one: a design that is superb at r = 1 can be terrible a few per cent away
+            objective = "peak" if has_band(cube) else "resonance"
         if objective not in OBJECTIVES:
             raise QueryFault(
                 Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
@@ -99,6 +109,7 @@ class DesignQuestion:
         frequencies = cube[FREQUENCY].values[counting]
         return cls(
             objective,
+            top,
             axes,
             frequencies,
             _trapezoid(frequencies),

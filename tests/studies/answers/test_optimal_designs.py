@@ -7,7 +7,8 @@ import pytest
 
 import studies.answers.optimal_designs
 from studies.answers.faults import QueryFault
-from studies.answers.optimal_designs import DESIGN, optimal_designs
+from studies.answers.design_question import DESIGN
+from studies.answers.optimal_designs import optimal_designs
 
 
 def _by_hand(whole, objective, low=0.0, high=9.0, locked=True, speed=np.inf, ranges=None):
@@ -135,7 +136,7 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
     [
         ({"objective": "best"}, "objective", "resonance, peak"),
         ({"top": 0}, "top", "1 to"),
-        ({"band": (0.8, 1.2)}, "band", "resonance"),
+        ({"objective": "resonance", "band": (0.8, 1.2)}, "band", "resonance"),
         ({"objective": "peak", "band": (1.2, 0.8)}, "band", "lower one first"),
         ({"objective": "peak", "band": (0.96, 0.99)}, "band", "holds no grid point"),
         ({"ranges": {"clearance_ratio": (30.0, 40.0)}}, "clearance_ratio", "20 is the nearest"),

@@ -1,0 +1,45 @@
+"""Judging over a band: why one frequency is not enough, in words that every answer shares."""
+
+from collections.abc import Container
+
+import xarray as xr
+
+FREQUENCY = "frequency_ratio"
+
+WHY = (
+    "A particle that rides on the wall moves the resonance, so judge a design over a band before building it."
+)
+
+
+def has_band(cube: xr.Dataset) -> bool:
+    """Whether more than one frequency was computed."""
+    return cube.sizes[FREQUENCY] > 1
+
+
+def worst_by_default(cube: xr.Dataset, used: Container[str]) -> bool:
+    """Whether a slice that leaves the frequency open is the worst over the band: it is where there is a band.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube.
+    used : container of str
+        Dimensions that the question fixes or runs along.
+    """
+    return FREQUENCY not in used and has_band(cube)
+
+
+def say_frequency(cube: xr.Dataset, r: float) -> str:
+    """Say that an answer holds at one frequency, and what can be done about it."""
+    if has_band(cube):
+        return f"Judged at r = {r:.10g} alone; leave frequency_ratio out for the worst over the band."
+    return f"Only one frequency was computed, r = {r:.10g}: the judgement holds at that frequency only. {WHY}"
+
+
+def say_worst(cube: xr.Dataset) -> str:
+    """Say that an answer is the largest value over the study's band."""
+    values = cube[FREQUENCY].values
+    return (
+        f"The largest value over the study's {values.size} frequencies from r = {values.min():.10g} to "
+        f"{values.max():.10g}; frequency_ratio_at says where."
+    )

@@ -1,0 +1,111 @@
+"""Values between grid points: linear, on request only, and never across a change of response class."""
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.faults import QueryFault
+from studies.answers.selection import as_float, check_metric, choose, coded, read
+from studies.faults import Fault
+
+INTERPOLATED = {
+    "units": "1",
+    "long_name": "whether the value was interpolated; where not, it is that of the nearest grid point",
+}
+
+
+class Between:
+    """Where asked values lie between grid points, and the weights of the corners around them.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube; it must keep the response class.
+    metric : str
+        A quantity, not a code.
+    at : mapping of float
+        The asked values. One beyond the end of its axis is taken at the end: nothing is extrapolated.
+    free : tuple of str
+        The dimensions of the slice.
+
+    Raises
+    ------
+    QueryFault
+        If the metric has codes, or the cube keeps no class, so that a change of class could not be seen.
+    """
+
+    def __init__(self, cube: xr.Dataset, metric: str, at: Mapping[str, float], free: tuple[str, ...]) -> None:
+        if coded(cube, metric):
+            advice = f"{metric} has codes, which have nothing in between: leave `interpolate` out"
+            raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice))
+        check_metric(cube, "response_class", "interpolate")
+        self._cube, self._metric, self._free = cube, metric, free
+        self.nearest = choose(cube, at, free)
+        self.sides: dict[str, tuple[int, int, float]] = {}
+        for name, wanted in at.items():
+            axis = cube[name].values
+            order = np.argsort(axis)
+            place = int(np.searchsorted(axis[order], wanted))
+            if 0 < place < axis.size and axis[order[place]] != wanted:
+                low, high = int(order[place - 1]), int(order[place])
+                self.sides[name] = low, high, float((wanted - axis[low]) / (axis[high] - axis[low]))
+
+    def read(self, companions: list[str]) -> dict[str, np.ndarray]:
+        """Read the slice.
+
+        Returns
+        -------
+        dict of ndarray
+            The metric; every companion at the nearest grid point, but for `amplitude_error`, which covers
+            the corners: their largest error and their largest distance from the value; and `interpolated`.
+        """
+        values = {
+            name: read(self._cube, name, self.nearest, self._free) for name in (self._metric, *companions)
+        }
+        values[self._metric] = as_float(values[self._metric])
+        kind = values["response_class"]
+        same = np.full(kind.shape, bool(self.sides))
+        total = np.zeros(kind.shape)
+        corners, doubts = [], []
+        for pick in product((0, 1), repeat=len(self.sides)):
+            index = dict(self.nearest)
+            weight = 1.0
+            for (name, (low, high, share)), upper in zip(self.sides.items(), pick, strict=True):
+                index[name] = high if upper else low
+                weight *= share if upper else 1 - share
+            corner = as_float(read(self._cube, self._metric, index, self._free))
+            same &= read(self._cube, "response_class", index, self._free) == kind
+            same &= np.isfinite(corner)
+            total += weight * np.where(np.isfinite(corner), corner, 0.0)
+            corners.append(corner)
+            if "amplitude_error" in values:
+                doubts.append(read(self._cube, "amplitude_error", index, self._free))
+        values[self._metric] = np.where(same, total, values[self._metric])
+        if doubts and self.sides:
+            spread = np.max([np.abs(np.where(same, corner - total, 0.0)) for corner in corners], axis=0)
+            covered = np.max(np.where(same, doubts, 0.0), axis=0) + spread
+            values["amplitude_error"] = np.where(same, covered, values["amplitude_error"])
+        values["interpolated"] = same.astype(np.int8)
+        return values
+
+    def say(self) -> str:
+        """Say between which grid points."""
+        if not self.sides:
+            return "Nothing was interpolated: every asked value is on the grid or beyond its end."
+        spans = [
+            f"{name} between {self._cube[name].values[low]:.10g} and {self._cube[name].values[high]:.10g}"
+            for name, (low, high, _) in self.sides.items()
+        ]
+        return (
+            f"Interpolated linearly, {', '.join(spans)}, where all grid points around are of one response class; "
+            "elsewhere the value is that of the nearest grid point."
+        )
+
+    def scalars(self, at: Mapping[str, float]) -> dict[str, xr.DataArray]:
+        """Give the asked values as coordinates without a dimension; the grid's where nothing lies between."""
+        found = {name: self._cube[name].isel({name: place}) for name, place in self.nearest.items()}
+        for name in self.sides:
+            found[name] = found[name].copy(data=np.float64(at[name]))
+        return found

@@ -1,0 +1,77 @@
+"""How flat an optimum is: how far each parameter may move, the others held, before the design is clearly worse."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.design_question import DESIGN, DesignQuestion
+from studies.answers.judging import judge, new_tally
+
+LOSS = 0.1
+"""A design is as good as the optimum for practical purposes while it loses no more than this share."""
+
+
+def flatness(
+    cube: xr.Dataset, question: DesignQuestion, design: dict[str, int], value: float
+) -> list[dict[str, Any]]:
+    """Walk from a design along each of its parameters until `LOSS` is exceeded.
+
+    Parameters
+    ----------
+    cube, question : Dataset, DesignQuestion
+        The cube, and how designs are judged.
+    design : dict of int
+        Grid index of each of the five design dimensions.
+    value : float
+        What the design was judged to be.
+
+    Returns
+    -------
+    list of dict
+        One entry for each dimension with more than one value: `dimension`, `value`, `low` and `high` (the
+        last grid points on either side with at most `LOSS` more, nothing worse or unknown in between),
+        `below` and `above` (the next grid points, where that no longer holds; None at the end of the axis).
+        The border lies between `low` and `below`, and between `high` and `above`: nothing is interpolated.
+    """
+    found = []
+    for name in DESIGN:
+        if cube.sizes[name] == 1:
+            continue
+        axis = cube[name].values
+        order = np.argsort(axis)
+        index = {other: np.array([design[other]]) for other in DESIGN if other != name}
+        index |= {name: np.arange(axis.size), "frequency_ratio": question.axes["frequency_ratio"]}
+        line = judge(cube, question, index, new_tally())
+        good = np.zeros(axis.size, bool)
+        good[line[name][line["value"] <= value * (1 + LOSS)]] = True
+        good = good[order]
+        here = low = high = int(np.flatnonzero(order == design[name])[0])
+        while low > 0 and good[low - 1]:
+            low -= 1
+        while high < axis.size - 1 and good[high + 1]:
+            high += 1
+        ranked = axis[order]
+        found.append(
+            {
+                "dimension": name,
+                "value": float(ranked[here]),
+                "low": float(ranked[low]),
+                "high": float(ranked[high]),
+                "below": float(ranked[low - 1]) if low > 0 else None,
+                "above": float(ranked[high + 1]) if high < axis.size - 1 else None,
+            }
+        )
+    return found
+
+
+def say_flatness(found: list[dict[str, Any]]) -> str:
+    """Put it into words."""
+    if not found:
+        return ""
+    spans = [
+        f"{entry['dimension']} from {entry['low']:.6g}{'' if entry['below'] is not None else ' (end of the axis)'} "
+        f"to {entry['high']:.6g}{'' if entry['above'] is not None else ' (end of the axis)'}"
+        for entry in found
+    ]
+    return f"Within {LOSS:.0%} of the best, one parameter at a time: {'; '.join(spans)}."

@@ -1,0 +1,153 @@
+"""Judging designs slab by slab: each by its response at the frequencies that count."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
+from studies.store.slabs import BUDGET, slabs
+from studies.variables import DIMENSIONS, ResponseClass, Status
+
+REASONS: dict[str, str] = {
+    "incomplete": "not computed yet at every frequency that counts",
+    "failed": "failed at a frequency that counts",
+    "locked": "locked to the base near resonance",
+    "too_fast": "impact faster than allowed",
+}
+"""Why a design may be left out."""
+
+
+def new_tally() -> dict[str, int]:
+    """Give counts of the designs and of those left out, all zero."""
+    return dict.fromkeys(("designs", *REASONS), 0)
+
+
+def judged(
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    tally: dict[str, int],
+    beside: tuple[str, ...] = (),
+    budget: int = BUDGET,
+) -> Iterator[dict[str, np.ndarray]]:
+    """Judge every design that a question admits, as many at a time as fit in memory.
+
+    Parameters
+    ----------
+    cube, question : Dataset, DesignQuestion
+        The cube, and what counts.
+    tally : dict of int
+        Of `new_tally`; counted up.
+    beside : tuple of str
+        Further variables, each given as its largest over the band ("impact_speed_max") or its mean.
+    budget : int
+        Points that are held at once.
+
+    Yields
+    ------
+    dict of ndarray
+        One entry per design that qualifies: its six grid indices by dimension (the frequency's where the
+        amplitude is largest), `value`, `error`, `response_class`, `locked_share` and `beside`.
+    """
+    shape = tuple(question.axes[name].size for name in DESIGN)
+    chunks = cube[METRIC].encoding.get("chunks", cube[METRIC].shape)
+    frequencies = question.axes[FREQUENCY].size
+    for slab in slabs(shape, tuple(chunks[:-1]), max(1, budget // frequencies)):
+        index = {name: question.axes[name][part] for name, part in zip(DESIGN, slab, strict=True)}
+        index[FREQUENCY] = question.axes[FREQUENCY]
+        yield judge(cube, question, index, tally, beside)
+
+
+def judge(
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    index: Mapping[str, np.ndarray],
+    tally: dict[str, int],
+    beside: tuple[str, ...] = (),
+) -> dict[str, np.ndarray]:
+    """Judge the designs at the given grid indices, all combinations of them; see `judged`."""
+
+    def load(name: str) -> np.ndarray:
+        """Give (design, frequency)."""
+        values = cube[name].isel(index).transpose(*DIMENSIONS).values
+        return np.asarray(values.reshape(-1, question.frequencies.size))
+
+    status = load("status")
+    amplitude = load(METRIC)
+    missing = (status == Status.NOT_COMPUTED).any(axis=1)
+    bad = ~missing & ((status > Status.MAX_CYCLES) | ~np.isfinite(amplitude)).any(axis=1)
+    keep = ~missing & ~bad
+    tally["designs"] += keep.size
+    tally["incomplete"] += int(missing.sum())
+    tally["failed"] += int(bad.sum())
+    nothing = np.full_like(amplitude, np.nan)
+    error = load("amplitude_error") if "amplitude_error" in cube else nothing
+    kind = load("response_class") if "response_class" in cube else np.full_like(status, -1)
+    locked = kind == ResponseClass.LOCKED
+    if question.exclude_locked:
+        tally["locked"] += int((keep & locked[:, question.nearest]).sum())
+        keep &= ~locked[:, question.nearest]
+    if question.max_impact_speed is not None:
+        # no impact, no speed: a missing one is no reason to leave a design out
+        too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
+        tally["too_fast"] += int((keep & too_fast).sum())
+        keep &= ~too_fast
+    rows = np.flatnonzero(keep)
+    amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
+    place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)
+    each = np.arange(rows.size)
+    value, doubt = _weigh(question, amplitude, error, place)
+    corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
+    found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
+    found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
+    found |= {"response_class": kind[each, place], "locked_share": locked.mean(axis=1)}
+    for name in beside:
+        # a design without an impact has no impact speed, and one that dissipates nothing no shares
+        known = np.nan_to_num(load(name)[rows])
+        found[name] = (
+            known.max(axis=1, initial=0.0) if name == "impact_speed_max" else known @ question.weights
+        )
+    return found
+
+
+def _weigh(
+    question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Value and error of each design; the errors are carried through to first order, all with one sign."""
+    if question.objective in ("resonance", "peak"):
+        each = np.arange(place.size)
+        return amplitude[each, place], error[each, place]
+    if question.objective == "band_mean":
+        return amplitude @ question.weights, error @ question.weights
+    rms = np.sqrt(amplitude**2 @ question.weights)
+    return rms, (amplitude * error) @ question.weights / np.where(rms > 0, rms, 1.0)
+
+
+def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
+    """Put judged designs into a Dataset along `rank`, with their coordinates, units and names; no attributes."""
+    named: dict[str, dict[str, object]] = {
+        "value": {"units": "1", "long_name": question.long_name},
+        "error": {"units": "1", "long_name": f"error of the {question.long_name}"},
+        "response_class": dict(cube["response_class"].attrs) if "response_class" in cube else {},
+        "locked_share": {
+            "units": "1",
+            "long_name": "share of the judged frequencies at which the mass is locked",
+        },
+    }
+    coordinates: dict[str, object] = {"rank": np.arange(1, found["value"].size + 1)}
+    for name in (*DESIGN, FREQUENCY):
+        coordinates[name] = ("rank", cube[name].values[found[name]], dict(cube[name].attrs))
+    return xr.Dataset(
+        {name: ("rank", found[name], attributes) for name, attributes in named.items()}, coordinates
+    )
+
+
+def attributes_of(question: DesignQuestion, tally: Mapping[str, int]) -> dict[str, object]:
+    """Give what every judgement carries: objective, band, number of frequencies, completeness, counts."""
+    return {
+        "objective": question.objective,
+        "band": [float(question.frequencies[0]), float(question.frequencies[-1])],
+        "frequencies": int(question.frequencies.size),
+        "complete": 1 - tally["incomplete"] / tally["designs"],
+        **tally,
+    }

@@ -1,0 +1,149 @@
+"""The designs that no other one beats in every respect at once."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.design_question import MOST, DesignQuestion
+from studies.answers.faults import QueryFault
+from studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from studies.answers.selection import check_metric
+from studies.faults import Fault, counted, describe, listing, nearest
+
+RESPECTS: dict[str, tuple[str, str]] = {
+    "amplitude": ("value", "what the objective judges"),
+    "mass": ("mass_ratio", "mass ratio β"),
+    "clearance": ("clearance_ratio", "clearance ratio d/Z"),
+    "impact_speed": ("impact_speed_max", "largest impact speed in the band, over Z·ω_n"),
+    "dissipation_viscous": ("dissipation_viscous", "viscous share of the dissipation, mean over the band"),
+    "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
+    "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
+}
+"""In what respect designs are compared: where the number comes from, and what it is. Smaller is better."""
+
+
+def pareto_front(
+    cube: xr.Dataset,
+    respects: Sequence[str],
+    objective: str | None = None,
+    band: tuple[float, float] | None = None,
+    top: int = MOST,
+    exclude_locked: bool = False,
+    max_impact_speed: float | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+) -> xr.Dataset:
+    """Find the designs that cannot be bettered in one respect without losing in another.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, read slab by slab.
+    respects : sequence of str
+        Two or three of `RESPECTS`; a minus in front, as in "-dissipation_impact", means larger is better.
+    objective, band, top, exclude_locked, max_impact_speed, ranges
+        As in `optimal_designs`; `top` bounds the front, which ends at the worst of the first respect.
+
+    Returns
+    -------
+    Dataset
+        As of `optimal_designs`, ordered by the first respect, with each respect as a variable and `alike`,
+        the number of further designs that are equal in all of them.
+
+    Raises
+    ------
+    QueryFault
+        As `optimal_designs`, or where a respect is unknown or its variable not in the cube.
+    """
+    columns, signs = _read(cube, respects)
+    question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
+    tally = new_tally()
+    stored = tuple(name for name in columns if name in cube.data_vars)
+    front: dict[str, np.ndarray] = {}
+    for found in judged(cube, question, tally, stored):
+        found["alike"] = np.zeros(found["value"].size, np.int64)
+        if front:
+            found = {name: np.concatenate((front[name], found[name])) for name in found}
+        front = _front(found, _compared(cube, columns, signs, found))
+    front = {name: array[: question.top] for name, array in front.items()}
+    answer = described(cube, question, front)
+    for name, column in zip(respects, columns, strict=True):
+        bare = name.removeprefix("-")
+        values = cube[column].values[front[column]] if column in cube.dims else front[column]
+        answer[bare] = ("rank", values, {"units": "1", "long_name": RESPECTS[bare][1]})
+    answer["alike"] = (
+        "rank",
+        front["alike"],
+        {"units": "1", "long_name": "further designs that are equal in every respect"},
+    )
+    answer.attrs = {**attributes_of(question, tally), "pareto": list(respects)}
+    answer.attrs["note"] = _note(respects, question, tally, answer.sizes["rank"])
+    return answer
+
+
+def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndarray]:
+    bare = [name.removeprefix("-") for name in respects]
+    if not 2 <= len(set(bare)) == len(bare) <= 3:
+        raise QueryFault(
+            Fault(
+                "pareto",
+                describe(",".join(respects)),
+                "two or three different respects",
+                "name them once each",
+            )
+        )
+    for name in bare:
+        if name not in RESPECTS:
+            near = nearest(name, RESPECTS)
+            advice = f"did you mean {near}" if near else "choose one of them"
+            raise QueryFault(Fault("pareto", describe(name), f"one of {listing(RESPECTS)}", advice))
+        column = RESPECTS[name][0]
+        if column != "value" and column not in cube.dims:
+            check_metric(cube, column, "pareto")
+    signs = np.array([-1.0 if name.startswith("-") else 1.0 for name in respects])
+    return [RESPECTS[name][0] for name in bare], signs
+
+
+def _compared(
+    cube: xr.Dataset, columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Give (design, respect); smaller is better in every column."""
+    values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
+    return np.asarray(np.stack(values, axis=1) * signs)
+
+
+def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.ndarray]:
+    """Keep what nothing beats, the first of equals, ordered by the first respect."""
+    order = np.lexsort(compared.T[::-1])
+    found, rest = {name: array[order] for name, array in found.items()}, compared[order]
+    places = np.arange(order.size)
+    kept: list[int] = []
+    while places.size:
+        # in this order nothing later beats the first one that is left
+        first = rest[0]
+        kept.append(int(places[0]))
+        same = (rest == first).all(axis=1)
+        found["alike"][places[0]] = (found["alike"][places[same]] + 1).sum() - 1
+        beaten = (rest >= first).all(axis=1)
+        places, rest = places[~beaten], rest[~beaten]
+    return {name: array[kept] for name, array in found.items()}
+
+
+def _note(respects: Sequence[str], question: DesignQuestion, tally: Mapping[str, int], designs: int) -> str:
+    wanted: list[str] = []
+    for name in respects:
+        better = "larger" if name.startswith("-") else "smaller"
+        wanted.append(f"{RESPECTS[name.removeprefix('-')][1]} ({better} is better)")
+    sentences = [
+        f"{counted(designs, 'design')} that no other beats at once in: {', '.join(wanted)}.",
+        f"Judged at {counted(int(question.frequencies.size), 'frequency ratio')}.",
+    ]
+    left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
+    if left_out:
+        sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
+    return " ".join(sentences)
+
+
+def read_respects(text: str) -> list[str]:
+    """Read `amplitude,mass`."""
+    return [part.strip() for part in text.split(",")]
