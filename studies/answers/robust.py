@@ -1,0 +1,281 @@
+"""Robust designs: force and clearance are fixed, the base amplitude is not, and the worst case counts.
+
+A physical damper is a ray in the (d/Z, γ_F) plane: when the base amplitude grows by a factor a, both ratios shrink
+by it. A ray is judged by its largest value over a range of amplitudes.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.design_question import FREQUENCY, DesignQuestion
+from studies.answers.faults import QueryFault
+from studies.answers.judging import attributes_of, judge, new_tally
+from studies.faults import Fault, counted, describe
+from studies.variables import ResponseClass
+
+RAY = ("clearance_ratio", "friction_ratio")
+OTHERS = ("damping_ratio", "restitution", "mass_ratio")
+MOST_AMPLITUDES = 200
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class _Track:
+    """Where rays from every nominal value of one axis meet the grid."""
+
+    index: np.ndarray  # (nominal, amplitude), -1 beyond the axis
+    distance: np.ndarray  # of the grid point from the ray, relative to the wanted value
+
+
+def robust_designs(
+    cube: xr.Dataset,
+    amplitudes: tuple[float, float],
+    objective: str | None = None,
+    band: tuple[float, float] | None = None,
+    top: int = 10,
+    exclude_locked: bool = False,
+    max_impact_speed: float | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+) -> xr.Dataset:
+    """Rank physical dampers by their worst case while the base amplitude varies.
+
+    A damper is named by its clearance and friction ratios at the nominal amplitude, a grid point. At `a` times
+    that amplitude it is at (d/Z)/a and γ_F/a, of which the nearest grid point is taken, in the ratio; nothing
+    is interpolated, and `distance` says how far off the ray the worst of them lies. A grid with logarithmic
+    axes of equal steps holds such rays exactly. A ray that leaves the grid, or meets a point without a value,
+    is not judged.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube; one plane of it is held at a time.
+    amplitudes : (float, float)
+        Lowest and highest base amplitude, over the nominal one; above 0.
+    objective, band, max_impact_speed
+        What one point is judged by, as in `optimal_designs`.
+    top : int
+        How many dampers.
+    exclude_locked : bool
+        Leave out dampers that friction locks to the base over the whole range of amplitudes.
+    ranges : mapping of (float, float), optional
+        Limits of the nominal values of the design dimensions.
+
+    Returns
+    -------
+    Dataset
+        Dimension rank. Coordinates: the five design dimensions at the nominal amplitude. Variables: `value`
+        (the worst case) with `error`; `amplitude` at which it is met, `frequency_ratio`, `response_class` and
+        the grid point used there (`clearance_ratio_used`, `friction_ratio_used`); `best_case`;
+        `nominal`, the value at a = 1 (NaN where 1 is outside the range); `distance`. Attributes as of
+        `optimal_designs`, with `amplitudes` (those judged), `rays`, `left_grid`, `unknown`.
+
+    Raises
+    ------
+    QueryFault
+        If an argument is not allowed, or no ray stays on the grid over the range.
+    """
+    low, high = amplitudes
+    if not (0 < low <= high < math.inf):
+        shown = f"{low:.10g} to {high:.10g}"
+        raise QueryFault(
+            Fault(
+                "amplitudes",
+                shown,
+                "two numbers above 0, the lower one first",
+                "write 0.5,2 for half to twice",
+            )
+        )
+    ranges = ranges or {}
+    question = DesignQuestion.ask(cube, objective, band, top, False, max_impact_speed, {})
+    nominal = DesignQuestion.ask(cube, objective, band, top, False, None, ranges).axes
+    factors = _factors(cube, low, high)
+    tracks = {name: _track(cube[name].values, factors) for name in RAY}
+    tally = new_tally() | {"rays": 0, "left_grid": 0, "unknown": 0}
+    best: dict[str, np.ndarray] = {}
+    for corner in product(*(nominal[name] for name in OTHERS)):
+        place = dict(zip(OTHERS, corner, strict=True))
+        plane = _plane(cube, question, place, tally)
+        found = _rays(cube, plane, tracks, {name: nominal[name] for name in RAY}, exclude_locked, tally)
+        found |= {name: np.full(found["value"].size, at) for name, at in place.items()}
+        if best:
+            found = {name: np.concatenate((best[name], found[name])) for name in found}
+        order = np.argsort(found["value"], kind="stable")[:top]
+        best = {name: array[order] for name, array in found.items()}
+    if tally["left_grid"] == tally["rays"]:
+        raise QueryFault(
+            Fault(
+                "amplitudes",
+                f"{low:.10g} to {high:.10g}, over which every ray leaves the grid",
+                f"a range with a ratio of at most {_span(cube):.4g}",
+                "narrow it, or compute a study with longer axes of clearance and friction",
+            )
+        )
+    return _answer(cube, question, factors, best, tally)
+
+
+def _factors(cube: xr.Dataset, low: float, high: float) -> np.ndarray:
+    """Amplitudes to judge: in equal ratios, no coarser than the finest step of either axis."""
+    steps = [
+        float(np.diff(np.log(axis)).min())
+        for name in RAY
+        if (axis := np.sort(cube[name].values[cube[name].values > 0])).size > 1
+    ]
+    if not steps or low == high:
+        return np.unique([low, high])
+    number = min(MOST_AMPLITUDES, math.ceil(math.log(high / low) / min(steps) - ROUNDING) + 1)
+    return np.geomspace(low, high, max(2, number))
+
+
+def _track(axis: np.ndarray, factors: np.ndarray) -> _Track:
+    """Find the nearest grid point, in the ratio, to each nominal value over each factor."""
+    wanted = axis[:, None] / factors
+    if (axis <= 0).all():
+        return _Track(np.zeros(wanted.shape, np.intp), np.zeros(wanted.shape))
+    positive = np.flatnonzero(axis > 0)
+    logs = np.log(axis[positive])
+    with np.errstate(divide="ignore"):
+        gap = np.abs(np.log(wanted)[..., None] - logs)
+    nearest = positive[gap.argmin(axis=-1)]
+    distance = np.abs(axis[nearest] / np.where(wanted > 0, wanted, 1.0) - 1)
+    inside = (wanted >= axis[positive].min() * (1 - ROUNDING)) & (wanted <= axis.max() * (1 + ROUNDING))
+    index = np.where(inside, nearest, -1)
+    # no friction stays no friction at any amplitude
+    zero = axis <= 0
+    index[zero] = np.flatnonzero(zero)[:, None]
+    distance[zero] = 0.0
+    return _Track(index, distance)
+
+
+def _span(cube: xr.Dataset) -> float:
+    spans = [
+        float(axis.max() / axis.min())
+        for name in RAY
+        if (axis := cube[name].values[cube[name].values > 0]).size
+    ]
+    return min(spans, default=1.0)
+
+
+def _plane(
+    cube: xr.Dataset, question: DesignQuestion, place: Mapping[str, int], tally: dict[str, int]
+) -> dict[str, np.ndarray]:
+    """Judge every point of one (d/Z, γ_F) plane, a row of clearance at a time; NaN where there is no value."""
+    shape = (cube.sizes[RAY[0]], cube.sizes[RAY[1]])
+    plane = {"value": np.full(shape, np.nan), "error": np.full(shape, np.nan)}
+    plane |= {name: np.full(shape, -1, np.int64) for name in ("response_class", FREQUENCY)}
+    plane["locked_share"] = np.zeros(shape)
+    chunk = cube["amplitude_ratio"].encoding.get("chunks", cube["amplitude_ratio"].shape)[3]
+    for start in range(0, shape[0], chunk):
+        index = {name: np.array([at]) for name, at in place.items()}
+        index |= {RAY[0]: np.arange(start, min(start + chunk, shape[0])), RAY[1]: np.arange(shape[1])}
+        index[FREQUENCY] = question.axes[FREQUENCY]
+        found = judge(cube, question, index, tally)
+        for name, array in plane.items():
+            array[found[RAY[0]], found[RAY[1]]] = found[name]
+    return plane
+
+
+def _rays(
+    cube: xr.Dataset,
+    plane: Mapping[str, np.ndarray],
+    tracks: Mapping[str, _Track],
+    nominal: Mapping[str, np.ndarray],
+    exclude_locked: bool,
+    tally: dict[str, int],
+) -> dict[str, np.ndarray]:
+    """Judge the rays through every nominal grid point of a plane; one row for each that stays on known points."""
+    columns = nominal[RAY[1]]
+    rows: list[dict[str, np.ndarray]] = []
+    for clearance in nominal[RAY[0]]:
+        d = tracks[RAY[0]].index[clearance][None, :]
+        g = tracks[RAY[1]].index[columns]
+        on = ((d >= 0) & (g >= 0)).all(axis=1)
+        d, g = np.broadcast_arrays(np.maximum(d, 0), np.maximum(g, 0))
+        values = plane["value"][d, g]
+        known = on & np.isfinite(values).all(axis=1)
+        tally["rays"] += columns.size
+        tally["left_grid"] += int((~on).sum())
+        tally["unknown"] += int((on & ~known).sum())
+        if exclude_locked:
+            locked = (plane["response_class"][d, g] == ResponseClass.LOCKED).all(axis=1)
+            tally["locked"] += int((known & locked).sum())
+            known &= ~locked
+        worst = np.where(known[:, None], values, 0.0).argmax(axis=1)
+        each = np.arange(columns.size)
+        off = np.maximum(tracks[RAY[0]].distance[clearance][None, :], tracks[RAY[1]].distance[columns])
+        at = d[each, worst], g[each, worst]
+        found = {name: plane[name][at] for name in ("value", "error", "response_class", FREQUENCY)}
+        found |= {"used_0": at[0], "used_1": at[1], "worst": worst, "distance": off.max(axis=1)}
+        found |= {"best_case": values.min(axis=1), "nominal": plane["value"][clearance, columns]}
+        found |= {RAY[0]: np.full(columns.size, clearance), RAY[1]: columns}
+        rows.append({name: array[known] for name, array in found.items()})
+    return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+
+
+def _answer(
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    factors: np.ndarray,
+    best: Mapping[str, np.ndarray],
+    tally: Mapping[str, int],
+) -> xr.Dataset:
+    worst = f"largest over the base amplitudes of the {question.long_name}"
+    inside = factors[0] <= 1 <= factors[-1]
+    columns: dict[str, tuple[np.ndarray, str]] = {
+        "value": (best["value"], worst),
+        "error": (best["error"], f"error of the {worst}"),
+        "amplitude": (factors[best["worst"]], "base amplitude of the worst case, over the nominal one"),
+        "clearance_ratio_used": (
+            cube[RAY[0]].values[best["used_0"]],
+            "clearance ratio of the worst case's grid point",
+        ),
+        "friction_ratio_used": (
+            cube[RAY[1]].values[best["used_1"]],
+            "friction ratio of the worst case's grid point",
+        ),
+        "best_case": (best["best_case"], f"smallest over the base amplitudes of the {question.long_name}"),
+        "nominal": (
+            best["nominal"] if inside else np.full_like(best["value"], np.nan),
+            "value at the nominal amplitude",
+        ),
+        "distance": (best["distance"], "largest relative distance of a grid point used from the ray"),
+    }
+    answer = xr.Dataset(
+        {name: ("rank", array, {"units": "1", "long_name": text}) for name, (array, text) in columns.items()},
+        {"rank": np.arange(1, best["value"].size + 1)},
+    )
+    kind = dict(cube["response_class"].attrs) if "response_class" in cube else {}
+    answer["response_class"] = ("rank", best["response_class"].astype(np.int8), kind)
+    for name in (*OTHERS, *RAY, FREQUENCY):
+        answer.coords[name] = ("rank", cube[name].values[best[name]], dict(cube[name].attrs))
+    answer.attrs = {**attributes_of(question, tally), "amplitudes": factors.tolist()}
+    answer.attrs["note"] = _note(question, factors, tally, answer)
+    return answer
+
+
+def _note(question: DesignQuestion, factors: np.ndarray, tally: Mapping[str, int], answer: xr.Dataset) -> str:
+    sentences = [
+        f"Ranked by the {answer['value'].attrs['long_name']}, from {factors[0]:.6g} to {factors[-1]:.6g} times the "
+        f"nominal amplitude in {counted(factors.size, 'step')}; force and clearance stay, so d/Z and γ_F shrink as "
+        f"the amplitude grows. Each amplitude is judged at {counted(int(question.frequencies.size), 'frequency ratio')}."
+    ]
+    reasons = {
+        "left_grid": "leave the grid",
+        "unknown": "meet a point without a value",
+        "locked": "locked to the base at every amplitude",
+    }
+    left_out = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally[name]]
+    if left_out:
+        sentences.append(f"Left out of {counted(tally['rays'], 'ray')}: {', '.join(left_out)}.")
+    if answer.sizes["rank"] == 0:
+        sentences.append("No ray is left.")
+    else:
+        sentences.append(
+            "Grid points nearest to the ray stand for it, at most "
+            f"{describe(round(float(answer['distance'].max()) * 100, 2))} % off for the dampers shown."
+        )
+    return " ".join(sentences)

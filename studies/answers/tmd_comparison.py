@@ -1,0 +1,176 @@
+"""The hybrid damper beside a tuned mass damper: both curves, their peaks, and where which one is better."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, get_args
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.band import FREQUENCY, WHY
+from studies.answers.faults import QueryFault
+from studies.answers.frequency_response import frequency_response
+from studies.answers.selection import check_metric
+from studies.faults import Fault, describe, listing
+from studies.tmd.transfer import amplitude_ratio, highest, without_absorber
+from studies.tmd.tunings import CRITERIA, Criterion, tuned
+
+METRIC = "amplitude_ratio"
+MOST_MASS = 10.0
+MOST_DETUNING = 10.0
+
+
+def tmd_comparison(
+    cube: xr.Dataset,
+    criterion: str = "minimax",
+    mass_ratio: float | None = None,
+    detuning: float = 0.0,
+    damping_detuning: float = 0.0,
+    at: Mapping[str, float] | None = None,
+) -> xr.Dataset:
+    """Compare one design of a study with a tuned mass damper on the same shaken structure.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube; only the curve of one design is read.
+    criterion : str
+        How the tuned mass damper is tuned: one of `CRITERIA`.
+    mass_ratio : float, optional
+        Its μ; the mass ratio of the design without it. Given, the design's own is the nearest on the grid.
+    detuning, damping_detuning : float
+        Shares by which its frequency and its damping are off: 0.05 is five per cent too high.
+    at : mapping of float, optional
+        The design, as in `frequency_response`.
+
+    Returns
+    -------
+    Dataset
+        Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
+        `no_damper`, exact at the same frequencies. Attributes: the absorber (`tmd_mass_ratio`, `tmd_tuning`,
+        `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's),
+        `hybrid_peak` with `hybrid_peak_error` and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over
+        the same band), `tmd_peak_everywhere`, `ratio` (hybrid over tuned mass damper), the bandwidths
+        `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
+        `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
+        more than its error) and `hybrid_better_share` of the frequencies that have a value; `complete`,
+        `points`, `points_failed`, `note`.
+
+    Raises
+    ------
+    QueryFault
+        If an argument is not allowed, or a mass is needed and the study has none.
+    """
+    at = dict(at or {})
+    check_metric(cube, METRIC)
+    if criterion not in CRITERIA or criterion not in get_args(Criterion):
+        raise QueryFault(
+            Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
+        )
+    for name, share in (("detuning", detuning), ("damping_detuning", damping_detuning)):
+        if not -1 < share <= MOST_DETUNING:
+            allowed = f"a share above -1, at most {MOST_DETUNING:g}"
+            raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
+    if mass_ratio is not None:
+        _check_mass(mass_ratio, "mend it, or leave it out for that of the design")
+        at.setdefault("mass_ratio", mass_ratio)
+    curve = frequency_response(cube, METRIC, at)
+    mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
+    _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
+    structural = float(curve["damping_ratio"])
+    # the name is one of Criterion's, see above
+    absorber = tuned(criterion, mass, structural).detuned(detuning, damping_detuning)  # type: ignore[arg-type]
+    order = np.argsort(curve[FREQUENCY].values)
+    curve = curve.isel({FREQUENCY: order})
+    r = curve[FREQUENCY].values
+    hybrid = curve[METRIC].values
+    beside = amplitude_ratio(r, absorber, structural)
+    answer = curve.rename({METRIC: "hybrid"})
+    answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
+    for name, values, long_name in (
+        ("tmd", beside, "amplitude ratio X/Z, tuned mass damper"),
+        ("no_damper", without_absorber(r, structural), "amplitude ratio X/Z, no damper"),
+    ):
+        answer[name] = (FREQUENCY, values, {"units": "1", "long_name": long_name})
+    error = curve["amplitude_error"].values if "amplitude_error" in curve else np.zeros(r.size)
+    top = highest(absorber, structural, band=(float(r[0]), float(r[-1])))
+    known = np.isfinite(hybrid)
+    place = int(np.nanargmax(hybrid)) if known.any() else -1
+    peak = float(hybrid[place]) if known.any() else math.nan
+    better = known & (hybrid + np.nan_to_num(error) < beside)
+    answer.attrs |= {
+        "criterion": criterion,
+        "criterion_means": CRITERIA[criterion],
+        "detuning": detuning,
+        "damping_detuning": damping_detuning,
+        "tmd_mass_ratio": mass,
+        "tmd_tuning": absorber.tuning,
+        "tmd_damping_ratio": absorber.damping_ratio,
+        "tmd_damping_over_structure": absorber.damping_over_structure,
+        "band": [float(r[0]), float(r[-1])],
+        "hybrid_peak": peak,
+        "hybrid_peak_error": float(error[place]) if known.any() else math.nan,
+        "hybrid_peak_at": float(r[place]) if known.any() else math.nan,
+        "tmd_peak": top.value,
+        "tmd_peak_at": top.frequency_ratio,
+        "tmd_peak_everywhere": highest(absorber, structural).value,
+        "ratio": peak / top.value,
+        "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
+        "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
+        "hybrid_better": _runs(r, better),
+        "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
+    }
+    answer.attrs["note"] = f"{curve.attrs['note']} {_words(answer)}"
+    return answer
+
+
+def _check_mass(mass_ratio: float, advice: str) -> None:
+    if not 0 < mass_ratio <= MOST_MASS:
+        allowed = f"above 0 and at most {MOST_MASS:g}: a tuned mass damper has a mass"
+        raise QueryFault(Fault("mass_ratio", describe(mass_ratio), allowed, advice))
+
+
+def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
+    """Share of the band, by the trapezoidal weights of its grid points, in which values exceed a level."""
+    if r.size == 1:
+        return math.nan
+    steps = np.diff(r)
+    weights = np.zeros(r.size)
+    weights[:-1] += steps / 2
+    weights[1:] += steps / 2
+    known = np.isfinite(values)
+    total = weights[known].sum()
+    return float(weights[known & (values > level)].sum() / total) if total > 0 else math.nan
+
+
+def _runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
+    return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _words(answer: xr.Dataset) -> str:
+    said: dict[str, Any] = answer.attrs
+    r = answer[FREQUENCY].values
+    sentences = [
+        f"Tuned mass damper: {said['criterion_means']}; μ = {said['tmd_mass_ratio']:.6g}, "
+        f"γ = {said['tmd_tuning']:.6g}, ζ = {said['tmd_damping_ratio']:.6g} over its own frequency "
+        f"({said['tmd_damping_over_structure']:.6g} over the structure's)."
+    ]
+    if r.size == 1:
+        sentences.append(f"Compared at r = {r[0]:.10g} only, where both may look better than they are. {WHY}")
+    else:
+        sentences.append(f"Compared by the worst over r = {r[0]:.10g} to {r[-1]:.10g}.")
+    if np.isfinite(said["ratio"]):
+        sentences.append(
+            f"Peaks: {said['hybrid_peak']:.6g} at r = {said['hybrid_peak_at']:.6g} against {said['tmd_peak']:.6g} "
+            f"at r = {said['tmd_peak_at']:.6g}, ratio {said['ratio']:.4g}."
+        )
+    else:
+        sentences.append("Nothing of the design's curve is computed yet, so there is no peak to compare.")
+    if said["tmd_peak_everywhere"] > said["tmd_peak"] * (1 + 1e-9):
+        sentences.append(
+            f"Outside the band the tuned mass damper reaches {said['tmd_peak_everywhere']:.6g}: widen the study's band."
+        )
+    if float(answer["mass_ratio"]) != said["tmd_mass_ratio"]:
+        sentences.append(f"The masses differ: the design's ratio is {float(answer['mass_ratio']):.6g}.")
+    return " ".join(sentences)
