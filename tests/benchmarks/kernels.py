@@ -1,0 +1,173 @@
+"""Run time of each scene's kernel per excitation cycle, beside the paper's Runge–Kutta with 400 steps, in one run.
+
+A march through the steady response (a march goes on where the last one ended), with and without a meter: energies,
+true peaks, time stuck. Repeats of the two methods alternate, so that a noisy neighbour meets both.
+"""
+
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from worker.jit import kernel
+from worker.rk4 import march_rk4
+from worker.solver.march import half_cycle
+from worker.solver.scene import (
+    ARRIVED,
+    ATTACHMENTS,
+    BUDGET,
+    COUNTS,
+    IMPACTS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    TURNS,
+    Particle,
+)
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_base, make_medium
+from worker.steady.settle import at_rest
+
+TRANSIENT = 300
+"""Cycles from rest before a time is taken."""
+CYCLES = 2000
+"""Of our march in one repeat."""
+STEPS = 400
+"""Of the paper's method per cycle: 0.001 s at 2.5 Hz."""
+STEPPED_CYCLES = 200
+REPEATS = 15
+
+
+class Scene(NamedTuple):
+    """A design point whose kernel is timed."""
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction: float | None
+    particle: Particle | None
+
+
+SCENES = {
+    "linear": Scene(0.0038, 1.0, None, None),
+    "friction": Scene(0.0038, 1.0, 0.6, None),
+    "friction with stick": Scene(0.0038, 1.0, 0.8, None),
+    "particle": Scene(0.0038, 1.0, None, Particle(10.0, 0.47, 0.1)),
+    "particle with chatter": Scene(0.0038, 1.0, None, Particle(1.0, 0.47, 0.1)),
+    "hybrid 5/0.4": Scene(0.0038, 1.0, 0.4, Particle(5.0, 0.47, 0.1)),
+    "hybrid 2/0.6": Scene(0.0038, 1.0, 0.6, Particle(2.0, 0.47, 0.1)),
+    "hybrid with stick": Scene(0.0038, 0.9, 0.6, Particle(2.0, 0.47, 0.1)),
+    "hybrid with chatter and stick": Scene(0.0038, 0.9, 0.8, Particle(0.3, 0.47, 0.1)),
+}
+
+
+@kernel
+def _march(state, base, free, loaded, friction, particle, work, counts, meter, cycles):  # type: ignore[no-untyped-def]
+    """Whole cycles; the peaks of each are set back, as the search for the steady response does."""
+    total = 0.0
+    for _ in range(cycles):
+        if meter is not None:
+            meter[PEAK] = 0.0
+            meter[RELATIVE_PEAK] = 0.0
+        for _ in range(2):
+            state, outcome = half_cycle(
+                state, base, free, loaded, friction, particle, work, counts, meter, None
+            )
+            if outcome != ARRIVED:
+                return state, outcome, total
+        if meter is not None:
+            total += meter[PEAK]
+    return state, ARRIVED, total
+
+
+class Times(NamedTuple):
+    """Microseconds per excitation cycle over the repeats."""
+
+    smallest: float
+    median: float
+
+
+def _times(seconds: list[float], cycles: int) -> Times:
+    per_cycle = np.array(seconds) / cycles * 1e6
+    return Times(float(per_cycle.min()), float(np.median(per_cycle)))
+
+
+def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
+    """Time one scene.
+
+    Raises
+    ------
+    RuntimeError
+        Where the march does not arrive: a time would mean nothing.
+    """
+    base = make_base(scene.damping_ratio, scene.frequency_ratio)
+    free = make_medium(base, 1.0)
+    loaded = None if scene.particle is None else make_medium(base, 1.0 + scene.particle.mass_ratio)
+    work = np.empty((4, TERMS))
+    counts = np.zeros(COUNTS, np.int64)
+    counts[BUDGET] = 10**12
+    state = at_rest(scene.frequency_ratio, scene.friction, scene.particle)
+    seconds: dict[str, list[float]] = {"bare": [], "metered": [], "rk4": []}
+    meters = {"bare": None, "metered": np.zeros(METERS)}
+    peaks = np.empty((STEPPED_CYCLES, 2))
+    stepped = np.zeros(COUNTS, np.int64)
+    for meter in meters.values():
+        state, _outcome, _ = _march(
+            state, base, free, loaded, scene.friction, scene.particle, work, counts, meter, TRANSIENT
+        )
+    march_rk4(*scene, STEPS, STEPPED_CYCLES, stepped, peaks)
+    counts[:BUDGET] = 0
+    for _ in range(repeats):
+        for name, meter in meters.items():
+            began = perf_counter()
+            state, outcome, _ = _march(
+                state, base, free, loaded, scene.friction, scene.particle, work, counts, meter, CYCLES
+            )
+            seconds[name].append(perf_counter() - began)
+            if outcome != ARRIVED:
+                raise RuntimeError(f"the march of {scene} ended with {outcome}")
+        began = perf_counter()
+        march_rk4(*scene, STEPS, STEPPED_CYCLES, stepped, peaks)
+        seconds["rk4"].append(perf_counter() - began)
+    bare = _times(seconds["bare"], CYCLES)
+    metered = _times(seconds["metered"], CYCLES)
+    rk4 = _times(seconds["rk4"], STEPPED_CYCLES)
+    cycles = 2 * repeats * CYCLES
+    return {
+        "march_us": bare.smallest,
+        "march_us_median": bare.median,
+        "metered_us": metered.smallest,
+        "metered_us_median": metered.median,
+        "rk4_us": rk4.smallest,
+        "rk4_us_median": rk4.median,
+        "rk4_over_march": rk4.smallest / bare.smallest,
+        "rk4_over_metered": rk4.smallest / metered.smallest,
+        "windows_per_cycle": 2 * base.windows,
+        "impacts_per_cycle": counts[IMPACTS] / cycles,
+        "turns_per_cycle": counts[TURNS] / cycles,
+        "attachments_per_cycle": counts[ATTACHMENTS] / cycles,
+    }
+
+
+def run() -> dict[str, Any]:
+    """Time every scene."""
+    return {name: measure(scene) for name, scene in SCENES.items()}
+
+
+def table(figures: dict[str, Any]) -> str:
+    """The figures of `run` as lines of text."""
+    width = max(len(name) for name in figures)
+    lines = [
+        f"{'µs per excitation cycle, smallest (median)':{width}}",
+        f"{'scene':{width}}  {'march':>14}  {'metered':>14}  {'RK4 T/400':>14}  {'ratio':>6}  events",
+    ]
+    for name, one in figures.items():
+        pair = "  ".join(
+            f"{one[key]:6.3f} ({one[key + '_median']:5.2f})" for key in ("march_us", "metered_us", "rk4_us")
+        )
+        events = f"{one['impacts_per_cycle']:.2f} impacts, {one['turns_per_cycle']:.2f} turns"
+        lines.append(f"{name:{width}}  {pair}  {one['rk4_over_metered']:6.1f}  {events}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table(run()))

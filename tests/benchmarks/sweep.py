@@ -1,0 +1,243 @@
+"""Random design points over the legal ranges: no hang, no NaN with a good status, and the time of each.
+
+`python -m tests.benchmarks.sweep N [--seed S] [--json]`. A second process computes; this one watches it, so that a point
+that does not end is stopped, reported with its coordinates, and counted.
+"""
+
+import argparse
+import json
+import multiprocessing
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.variables import DIMENSIONS, VARIABLES, Status
+from worker.solver.scene import Particle
+from worker.steady.linear import linear_response
+from worker.steady.settle import Settings, settle
+
+POINTS = 1_000_000
+CYCLES = 60
+LONGEST_SECONDS = 20.0
+"""Of one point, before it counts as a hang: a point of 60 cycles takes well under a millisecond."""
+RESIDUAL = 1e-9
+"""Largest share of the energy that may be unaccounted for."""
+SETTINGS = Settings(CYCLES, 1e-4, 1e-9)
+NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time")
+KEPT = 20
+"""Faulty points that are reported in full."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong with a point, and the point: its six coordinates, whether it has a particle."""
+
+    wrong: str
+    point: dict[str, float]
+
+
+def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
+    """Points log-uniform where a range spans decades, with special values and ties among them.
+
+    Returns
+    -------
+    dict of ndarray, shape (count,)
+        The six dimensions, and `particle`: 1 with one, 0 without.
+    """
+    random = np.random.default_rng(seed)
+
+    def mixed(values: NDArray[np.float64], specials: list[Any], share: float = 0.25) -> NDArray[np.float64]:
+        chosen = random.integers(0, len(specials), count)
+        table = np.stack([np.broadcast_to(np.asarray(one, float), (count,)) for one in specials])
+        return np.where(random.random(count) < share, table[chosen, np.arange(count)], values)
+
+    def spread(low: float, high: float) -> NDArray[np.float64]:
+        return np.asarray(np.exp(random.uniform(np.log(low), np.log(high), count)))
+
+    def either(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.where(random.random(count) < 0.5, one, other)
+
+    damping = mixed(either(spread(1e-6, 0.99), random.uniform(0.0, 0.99, count)), [0.0, 0.0038, 0.5, 0.99])
+    frequency = mixed(either(spread(0.01, 100.0), spread(0.5, 2.0)), [1.0, 0.01, 0.5, 1.0 / 3.0, 2.0, 100.0])
+    mass = mixed(either(spread(1e-9, 10.0), random.uniform(0.0, 10.0, count)), [0.0, 0.1, 1.0, 10.0])
+    restitution = mixed(random.uniform(0.0, 1.0, count), [0.0, 1.0, 0.47, 0.82, 1.0 - 1e-12])
+    with np.errstate(divide="ignore"):
+        alone = 1.0 / np.hypot(1.0 - frequency**2, 2.0 * damping)
+    clearance = mixed(spread(0.01, 1000.0), [1.0, 0.01, 1000.0, 2.0, alone])
+    square = frequency**2
+    ties = [0.0, np.pi / 4.0, 1.0, 2.0, square, square * (1.0 + mass), np.pi / 4.0 + 1e-9]
+    friction = np.minimum(mixed(random.uniform(0.0, 2.0, count), ties, 0.4), 1e6)
+    values = (damping, restitution, mass, np.clip(clearance, 0.01, 1000.0), friction, frequency)
+    return dict(zip(DIMENSIONS, values, strict=True)) | {
+        "particle": (random.random(count) < 0.85).astype(float)
+    }
+
+
+def solve(point: dict[str, float]) -> dict[str, Any]:
+    """Every variable of one point, by the kernel of its scene, as a block would compute it."""
+    friction = point["friction_ratio"] if point["friction_ratio"] > 0.0 else None
+    particle = None
+    if point["particle"] and point["mass_ratio"] > 0.0:
+        particle = Particle(point["clearance_ratio"], point["restitution"], point["mass_ratio"])
+    if friction is None and particle is None:
+        closed = linear_response(np.array([point["damping_ratio"]]), np.array([point["frequency_ratio"]]))
+        return {name: column[0] for name, column in closed.items()}
+    found = settle(point["damping_ratio"], point["frequency_ratio"], friction, particle, SETTINGS)
+    return dict(found._asdict())
+
+
+def fault_of(values: dict[str, Any]) -> str | None:
+    """What is wrong with the values of one point, None if nothing is."""
+    if values["status"] not in {int(one) for one in Status} or values["status"] == Status.NOT_COMPUTED:
+        return f"status {values['status']}"
+    if values["status"] > Status.MAX_CYCLES:
+        return None
+    for name, value in values.items():
+        error_of_few = name == "amplitude_error" and values["status"] == Status.MAX_CYCLES
+        if (
+            name in VARIABLES
+            and name not in NEED_NOT_BE_FINITE
+            and not error_of_few
+            and not np.isfinite(value)
+        ):
+            return f"{name} = {value} with status {values['status']}"
+    if values["energy_residual"] > RESIDUAL:
+        return f"energy residual {values['energy_residual']:.1e}"
+    shares = ("stick_fraction", "dissipation_viscous", "dissipation_friction", "dissipation_impact")
+    for name in shares:
+        if not -1e-12 <= values[name] <= 1.0 + 1e-12:
+            return f"{name} = {values[name]}"
+    return None
+
+
+def _work(points: dict[str, NDArray[np.float64]], first: int, current: Any, pipe: Connection) -> None:
+    """Solve points from `first` on; `current` always holds the index of the one under way."""
+    count = points["particle"].size
+    seconds = np.zeros(count)
+    states: Counter[int] = Counter()
+    findings: list[tuple[str, int]] = []
+    columns = {name: column.tolist() for name, column in points.items()}
+    solve({name: column[0] for name, column in columns.items()})
+    for i in range(first, count):
+        current.value = i
+        point = {name: column[i] for name, column in columns.items()}
+        began = time.perf_counter()
+        values = solve(point)
+        seconds[i] = time.perf_counter() - began
+        states[int(values["status"])] += 1
+        wrong = fault_of(values)
+        if wrong is not None:
+            findings.append((wrong, i))
+    pipe.send((seconds[first:], states, findings))
+
+
+def sweep(count: int, seed: int = 0, progress: bool = False) -> dict[str, Any]:
+    """Solve random points.
+
+    Returns
+    -------
+    dict
+        `points`, `hangs`, `faults` (each with its point), points by `status`, and quantiles of the time a point took.
+    """
+    points = random_points(count, seed)
+    _warm()
+    context = multiprocessing.get_context("spawn")
+    current = context.Value("q", 0, lock=False)
+    states: Counter[int] = Counter()
+    times: list[NDArray[np.float64]] = []
+    findings: list[Finding] = []
+    hangs = 0
+    first = 0
+    shown = time.monotonic()
+    while first < count:
+        ours, theirs = context.Pipe(duplex=False)
+        current.value = first
+        worker = context.Process(target=_work, args=(points, first, current, theirs), daemon=True)
+        worker.start()
+        theirs.close()
+        before, since = -1, time.monotonic() + 30.0  # the process has to start first
+        while not ours.poll(0.2):
+            if not worker.is_alive() and not ours.poll(0):
+                findings.append(
+                    Finding(f"the process ended with {worker.exitcode}", _point(points, current.value))
+                )
+                break
+            now = time.monotonic()
+            if current.value != before:
+                before, since = current.value, max(now, since if before < 0 else now)
+                if progress and now - shown > 2.0:
+                    shown = now
+                    print(f"\r  {before} of {count} points", end="", file=sys.stderr, flush=True)
+            elif now - since > LONGEST_SECONDS:
+                worker.kill()
+                hangs += 1
+                findings.append(Finding(f"no end after {LONGEST_SECONDS} s", _point(points, before)))
+                break
+        else:
+            seconds, counted, wrong = ours.recv()
+            times.append(seconds)
+            states += counted
+            findings += [Finding(text, _point(points, i)) for text, i in wrong]
+            first = count
+        worker.join()
+        if first < count:
+            first = int(current.value) + 1
+    if progress:
+        print(file=sys.stderr)
+    taken = np.concatenate(times) if times else np.zeros(1)
+    return {
+        "points": count,
+        "seed": seed,
+        "hangs": hangs,
+        "faults": len(findings),
+        "found": [{"wrong": one.wrong, **one.point} for one in findings[:KEPT]],
+        "status": {Status(code).name.lower(): number for code, number in sorted(states.items())},
+        "seconds": float(taken.sum()),
+        "median_microseconds": float(np.median(taken) * 1e6),
+        "p99_microseconds": float(np.quantile(taken, 0.99) * 1e6),
+        "largest_microseconds": float(taken.max() * 1e6),
+        "slowest": _point(points, count - taken.size + int(taken.argmax())),
+    }
+
+
+def _point(points: dict[str, NDArray[np.float64]], index: int) -> dict[str, float]:
+    return {name: float(column[index]) for name, column in points.items()}
+
+
+def _warm() -> None:
+    """Have every kernel on disk before a process is watched that would have to compile it."""
+    for friction in (None, 0.5):
+        for particle in (None, Particle(1.0, 0.5, 0.1)):
+            if friction is not None or particle is not None:
+                settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2))
+
+
+def run() -> dict[str, Any]:
+    """A million points."""
+    return sweep(POINTS, progress=sys.stderr.isatty())
+
+
+def main() -> int:
+    """Sweep as many points as asked; exit status 1 where one of them is faulty."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.sweep", description=__doc__)
+    parser.add_argument("points", nargs="?", type=int, default=POINTS)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    figures = sweep(arguments.points, arguments.seed, progress=True)
+    if arguments.json:
+        print(json.dumps(figures, indent=2))
+    else:
+        for name, value in figures.items():
+            print(f"{name}: {value}")
+    return 1 if figures["faults"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
