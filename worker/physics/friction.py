@@ -24,11 +24,24 @@ def hold_force(v, base_acceleration, inertia):
     return inertia * base_acceleration - v
 
 
+_ROUNDING = 1e-14
+
+
 @kernel
-def slip_direction(force, friction_ratio):
-    """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it (|F| ≤ γ_F)."""
-    if force > friction_ratio:
+def breakaway(friction_ratio, base_acceleration_most, inertia):
+    """Force at which a held mass starts to slip: γ_F, and more than the rounding of the force beyond it.
+
+    A force that touches γ_F exactly (γ_F = r² and v = 0, say) then either holds or accelerates the mass for certain;
+    without the margin rounding alone would start and stop it without end.
+    """
+    return friction_ratio + _ROUNDING * (friction_ratio + inertia * base_acceleration_most)
+
+
+@kernel
+def slip_direction(force, breakaway_force):
+    """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it."""
+    if force > breakaway_force:
         return 1.0
-    if force < -friction_ratio:
+    if force < -breakaway_force:
         return -1.0
     return 0.0

@@ -7,7 +7,7 @@ without `particle` no gap, no impact, no riding; without `meter` no energies and
 from math import inf
 
 from worker.jit import kernel
-from worker.physics.friction import hold_force, slip_direction
+from worker.physics.friction import breakaway, hold_force, slip_direction
 from worker.physics.impact import impact_loss, rebound
 from worker.solver.bounds import motion_bounds, u_bend, w_bend
 from worker.solver.crossing import first_crossing
@@ -49,6 +49,7 @@ from worker.solver.windows import point_base, point_medium
 # A chatter is cut short when what is left of it takes less than this share of a window. Joining the bodies then conserves
 # momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.
 _CHATTER_LEFT = 1e-8
+_FEWEST_LOSS = 1e-3  # of speed an impact
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 # Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
 _DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
@@ -334,11 +335,12 @@ def _next_event(
             for i in range(TERMS):
                 scratch[i] = -inertia * r2 * (sine * base.rows[i] + cosine * base.rows[TERMS + i])
             force_bend = inertia * r2 * r2
-            scratch[0] += state.v + friction
+            limit = breakaway(friction, r2, inertia)
+            scratch[0] += state.v + limit
             found = first_crossing(scratch, 1.0, 0.0, t, force_bend)
             if found < inf:
                 t, kind = found, SLIP_ONSET
-            scratch[0] -= 2.0 * friction
+            scratch[0] -= 2.0 * limit
             found = first_crossing(scratch, -1.0, 0.0, t, force_bend)
             if found < inf:
                 t, kind = found, SLIP_ONSET
@@ -404,7 +406,7 @@ def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, met
                     inertia = 1.0 + particle.mass_ratio
             force = hold_force(state.v, base.frequency_ratio**2 * sine, inertia)
             slip = 1.0 if force > 0.0 else -1.0
-            return State(state.v, 0.0, slip, state.wall, state.gap, state.p_rate, state.riding, 2, 0)
+            return State(state.v, 0.0, slip, state.wall, state.gap, state.p_rate, state.riding, 1, 0)
     if particle is not None:
         if kind == RELEASE:
             return _release(state, sine, cosine, base, friction)
@@ -438,7 +440,8 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     """
     acceleration = base.frequency_ratio**2 * sine
-    slip = slip_direction(hold_force(state.v, acceleration, 1.0), friction)
+    r2 = base.frequency_ratio**2
+    slip = slip_direction(hold_force(state.v, acceleration, 1.0), breakaway(friction, r2, 1.0))
     riding = 0.0
     gap_order = 0
     p_rate = state.p_rate
@@ -448,7 +451,9 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
             free_acceleration = -acceleration if slip == 0.0 else -(state.v + slip * friction)
             if state.wall * free_acceleration >= 0.0:
                 riding = 1.0
-                slip = slip_direction(hold_force(state.v, acceleration, 1.0 + particle.mass_ratio), friction)
+                inertia = 1.0 + particle.mass_ratio
+                force = hold_force(state.v, acceleration, inertia)
+                slip = slip_direction(force, breakaway(friction, r2, inertia))
             else:
                 gap_order = 2
     slip_order = 0 if slip == 0.0 else 1
@@ -480,12 +485,13 @@ def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
     leaving = particle.restitution * approach
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(base_rate))
-    time_left = 2.0 * leaving / (1.0 - particle.restitution) if particle.restitution < 1.0 else inf
+    # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
+    impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _FEWEST_LOSS)
     if leaving == 0.0 and closing == 0.0:
         # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
         closing = rounding
         leaving = 0.0
-    if closing > 0.0 and (time_left <= _CHATTER_LEFT * base.window * closing or leaving <= rounding):
+    if closing > 0.0 and (impulse_left <= _CHATTER_LEFT * base.window * closing or leaving <= rounding):
         counts[ATTACHMENTS] += 1
         u_rate = w + base_rate
         jump, p_rate = rebound(u_rate, p_rate, 0.0, particle.mass_ratio)
@@ -496,7 +502,9 @@ def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
             if w != 0.0:
                 slip = 1.0 if w > 0.0 else -1.0
             else:
-                slip = slip_direction(hold_force(state.v, acceleration, 1.0 + particle.mass_ratio), friction)
+                inertia = 1.0 + particle.mass_ratio
+                limit = breakaway(friction, base.frequency_ratio**2, inertia)
+                slip = slip_direction(hold_force(state.v, acceleration, inertia), limit)
                 return State(state.v, 0.0, slip, wall, 0.0, p_rate, 1.0, 1 if slip != 0.0 else 0, 0)
         return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, 0, 0)
     return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 1 if leaving > 0.0 else 2)

@@ -1,7 +1,7 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
 from worker.jit import kernel
-from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, VISCOUS_LOSS, WORK_IN
+from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, PEAK, RELATIVE_PEAK, VISCOUS_LOSS, WORK_IN
 
 
 @kernel
@@ -18,10 +18,11 @@ def stored_energy(state, base_rate, particle):
 def energy_residual(meter, stored_before, stored_after):
     """|work in − losses − change of stored energy| over work in.
 
-    Where next to no work goes in over the stretch (a locked mass gives back in half a cycle what it took in the other)
-    the stored energy is the measure instead.
+    Where next to no work goes in over the stretch (without loss, or locked, the base takes back in one half cycle what
+    it gave in the other) the energy that goes to and fro is the measure instead.
     """
     losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
     gained = stored_after - stored_before
-    scale = max(abs(meter[WORK_IN]), losses, stored_before, stored_after)
+    swing = 0.5 * max(meter[PEAK], meter[RELATIVE_PEAK]) ** 2
+    scale = max(abs(meter[WORK_IN]), losses, stored_before, stored_after, swing)
     return abs(meter[WORK_IN] - losses - gained) / scale

@@ -1,6 +1,6 @@
 """From rest to the steady response of one design point."""
 
-from math import inf, nan
+from math import inf, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,11 @@ _FEWEST_MEASURED = 512  # cycles before a standard error is believed
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _SAME = 1e-6  # relative recurrence below which a settled response has this period, not a multiple of it
 _NEAR = 0.05  # relative recurrence from which Newton is tried
-_REACH = 0.5  # relative distance over which an orbit may be the one that the run approaches
-_CREEP = 1e-2  # excess displacement below which creep towards the locked set cannot overshoot it
+_REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
+_CREEP = (
+    1e-2  # excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it
+)
+_TIE = 1e-12
 _SEGMENTS_PER_CYCLE = 2000  # budget: beyond it impacts follow each other too fast to resolve
 _LOG_ROWS = 4096
 _LYAPUNOV_CYCLES = 320
@@ -60,11 +63,11 @@ def at_rest(frequency_ratio, friction, particle):
 
 
 @kernel
-def _recurring(ring, now, before, scale, tolerance):
+def _recurring(ring, now, before, span, scale, tolerance):
     """Shortest period [half cycles] to which the march has settled, 0 for none, and the distance from it.
 
     The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrence `before` a chunk ago.
+    series, d λ/(1 − λ). λ is read from the recurrence `before`, `span` half cycles ago.
     """
     found = 0
     left = inf
@@ -74,7 +77,7 @@ def _recurring(ring, now, before, scale, tolerance):
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, left = lag, d
         elif d < earlier and earlier <= 0.01 * scale:
-            rate = (d / earlier) ** (lag / _CHUNK)
+            rate = (d / earlier) ** (lag / span)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, left = lag, d * rate / (1.0 - rate)
         if found > 0:
@@ -101,8 +104,12 @@ def _creep_limit(state, friction, frequency_ratio):
     For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by
     less than the excess squared, so the edge is reached only as 1/N: take the limit instead of stepping towards it.
     """
-    edge = friction - frequency_ratio * frequency_ratio
-    if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP:
+    square = frequency_ratio * frequency_ratio
+    edge = friction - square
+    if edge < 0.0 and edge > -_TIE * square:
+        edge = 0.0  # γ_F = r² but for the rounding of r²
+    # a slip of the excess force x lasts about √(8x)/r² and goes about x²/r⁴ far
+    if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP * min(1.0, square * square):
         v = edge if state.v > 0.0 else -edge
         return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0), True
     return state, False
@@ -164,6 +171,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     before = np.full(LONGEST + 1, inf)
     peaks = np.empty((settings.max_cycles + LONGEST, 2))
     meter = np.zeros(METERS)
+    spare = np.zeros(METERS)
     monodromy = np.eye(SIZE)
     departure = np.zeros(SIZE)
     orbit_point = np.zeros(SIZE)
@@ -182,14 +190,16 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     candidate_at = 0
     lag = 0
     error = inf
+    burn_in = 2 * int(_BURN_IN * settings.max_cycles) // _CHUNK * _CHUNK
     while half < 2 * settings.max_cycles:
-        if metered_from < 0 and half >= 2 * _BURN_IN * settings.max_cycles:
+        if metered_from < 0 and half >= burn_in:
             metered_from = half // 2
             stored = stored_energy(state, frequency_ratio, particle)
             impacts_before = counts[IMPACTS]
             next_look = metered_from + _FEWEST_MEASURED
         outcome = ARRIVED
-        for _ in range(min(_CHUNK, 2 * settings.max_cycles - half)):
+        span = min(_CHUNK, 2 * settings.max_cycles - half)
+        for _ in range(span):
             if metered_from < 0:
                 state, outcome = half_cycle(
                     state, base, free, loaded, friction, particle, work, counts, None, None
@@ -216,7 +226,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
                     lag, error = 2, 0.0
                     break
         if half > LONGEST:
-            lag, error = _recurring(ring, half, before, scale, settings.periodic_tolerance)
+            lag, error = _recurring(ring, half, before, span, scale, settings.periodic_tolerance)
             if lag > 0:
                 polished, distance, halves = find_orbit(
                     state, lag, scale, base, free, loaded, friction, particle, work, counts, log, monodromy
@@ -234,7 +244,29 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
             if candidate > 0:
                 periods = (half - candidate_at) // candidate
                 at = ring[(candidate_at + periods * candidate) % RING]
-                if follows(at, orbit_point, departure, monodromy, periods, size, scale):
+                confirmed = follows(at, orbit_point, departure, monodromy, periods, size, scale)
+                if particle is not None:
+                    if confirmed and counts[IMPACTS] == 0:
+                        # what is left of the transient must not carry the mass to a wall later
+                        far = 0.0
+                        for i in range(size):
+                            far += (at[i] - orbit_point[i]) ** 2
+                        _metered_cycle(
+                            orbit,
+                            base,
+                            free,
+                            loaded,
+                            friction,
+                            particle,
+                            work,
+                            counts,
+                            spare,
+                            peaks,
+                            settings.max_cycles,
+                        )
+                        extra += 2
+                        confirmed = spare[PEAK] + 1.5 * sqrt(far) < particle.clearance_ratio
+                if confirmed:
                     state, lag, error = orbit, candidate, candidate_error
                     break
                 candidate = 0
@@ -312,10 +344,10 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
         if not error <= settings.tolerance * mean:
             status = _MAX_CYCLES
         unsteady = _MODULATED
-        span = min(_LYAPUNOV_CYCLES, cycles)
-        if is_chaotic(state, span, base, free, loaded, friction, particle, work, counts, log, size):
+        stretch = min(_LYAPUNOV_CYCLES, cycles)
+        if is_chaotic(state, stretch, base, free, loaded, friction, particle, work, counts, log, size):
             unsteady = _CHAOTIC
-        extra += 2 * span
+        extra += 2 * stretch
     return measured_response(
         meter,
         peaks,

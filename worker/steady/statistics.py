@@ -25,7 +25,7 @@ def mean_and_error(samples, first, last):
     mean, error : float
         The error is the largest of those by 10, 20 and 40 batches: batches shorter than the correlation time
         understate it, and which are too short is not known beforehand. 1.96 times it is the half width of a 95 %
-        interval. inf for fewer than 80 samples.
+        interval. Fewer than 80 samples say nothing of their correlation: the whole spread then.
     """
     count = last - first
     total = 0.0
@@ -33,7 +33,12 @@ def mean_and_error(samples, first, last):
         total += samples[i]
     mean = total / count
     if count < 80:
-        return mean, float("inf")
+        lowest = samples[first]
+        highest = samples[first]
+        for i in range(first, last):
+            lowest = min(lowest, samples[i])
+            highest = max(highest, samples[i])
+        return mean, highest - lowest
     worst = 0.0
     for j in range(3):
         batches = _BATCHES[j]
