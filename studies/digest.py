@@ -41,6 +41,27 @@ def study_digest(study: "Study") -> str:
     return content.hexdigest()
 
 
+def family_digest(study: "Study", provenance: dict[str, str]) -> str:
+    """Return SHA-256 over what a point's values depend on besides its coordinates, in hexadecimal.
+
+    Studies of one family differ in their grids and metrics alone: a point that both have is the same bits. It is
+    empty, of no family, where a point depends on its neighbours or the solver is not known.
+    """
+    kernels = provenance.get("kernels")
+    if not kernels or study.start != "rest":
+        return ""
+    settings: dict[str, Any] = study.model_dump(
+        mode="json", include={"particle", "contact", "steady", "solver"}
+    )
+    if not study.particle:
+        del settings["contact"]
+    content = hashlib.sha256(_SCHEME)
+    _feed(content, "version", provenance.get("solver_version", "unknown").encode())
+    _feed(content, "kernels", kernels.encode())
+    _feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
+    return content.hexdigest()
+
+
 def _bytes(values: NDArray[np.float64]) -> bytes:
     return values.astype("<f8").tobytes()
 

@@ -1,6 +1,7 @@
 """One study from claimed to done: its pending blocks through a cluster into the store."""
 
 import time
+import uuid
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from threading import Event
@@ -13,6 +14,7 @@ from studies.store.cube import write_region
 from studies.store.faults import StoreFault
 from studies.store.record import BlockOutcome, Record
 from studies.store.store import Store
+from studies.store.sweep import sweep
 from worker.cost import seconds_per_point
 from worker.lease import Lease, hold
 from worker.progress import Meter, Progress
@@ -126,6 +128,7 @@ class _Run:
         self._report(at_once=True)
         if not pending.size or self._stopping:
             return
+        sweep(self._store, self._study_id)
         if self._record.blocks_done:
             require_solver(self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
@@ -134,9 +137,10 @@ class _Run:
 
             def submit(index: int, key: str) -> Future:
                 block = self._plan.block(index)
-                return client.submit(
-                    run_block, cube_path, self._record.digest, block, code_hash(), key=key, pure=False
-                )
+                # a key is used once, so the files of no two attempts have the same name
+                generation = key.removeprefix("block-")
+                arguments = (cube_path, self._record.digest, block, code_hash(), generation)
+                return client.submit(run_block, *arguments, key=key, pure=False)
 
             window = Window(client, submit, order)
             try:
@@ -150,6 +154,7 @@ class _Run:
         self._report(at_once=True)
         if self._lease.lost.is_set():
             return
+        sweep(self._store, self._study_id)
         if record.blocks_done < record.blocks_total:
             self.put_down("cancelled", None)
             return
@@ -202,14 +207,17 @@ class _Run:
         block = self._plan.block(failure.index)
         began = time.perf_counter()
         values = failed_values(block)
+        generation = uuid.uuid4().hex[:12]
         try:
-            write_region(cube_path, block, values)
+            checksum = write_region(cube_path, block, values, generation)
         except OSError as error:
             raise Interrupted(f"the study's data cannot be written ({error})") from error
         self._failures.append(f"block {failure.index}: {failure.message}")
         points = values["status"].size
         seconds = time.perf_counter() - began
-        return BlockOutcome(failure.index, points, points, seconds, 0.0, failure.message)
+        return BlockOutcome(
+            failure.index, points, points, seconds, 0.0, failure.message, generation, checksum
+        )
 
     def _report(self, at_once: bool = False) -> None:
         now = time.monotonic()

@@ -17,7 +17,7 @@ from worker.block import solve_block
 from worker.provenance import require_code
 
 
-def run_block(cube_path: str, digest: str, block: Block, code: str) -> BlockOutcome:
+def run_block(cube_path: str, digest: str, block: Block, code: str, generation: str) -> BlockOutcome:
     """Solve one block and write its region; the value of the Dask task.
 
     The study's definition does not travel with the task: it may hold axes of a million values, and the worker
@@ -33,6 +33,8 @@ def run_block(cube_path: str, digest: str, block: Block, code: str) -> BlockOutc
         Which block.
     code : str
         `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
+    generation : str
+        Names this attempt's files; no other attempt, of any run, has the same.
 
     Returns
     -------
@@ -52,13 +54,15 @@ def run_block(cube_path: str, digest: str, block: Block, code: str) -> BlockOutc
     began_kernel = time.thread_time()
     values = solve_block(study, block)
     kernel_seconds = time.thread_time() - began_kernel
-    write_region(cube_path, block, values)
+    checksum = write_region(cube_path, block, values, generation)
     return BlockOutcome(
         index=block.index,
         points=values["status"].size,
         failed=int(np.count_nonzero(values["status"] >= Status.TOO_MANY_EVENTS)),
         seconds=time.perf_counter() - began,
         kernel_seconds=kernel_seconds,
+        generation=generation,
+        checksum=checksum,
     )
 
 

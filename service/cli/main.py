@@ -13,6 +13,7 @@ from service.cli.run import resume, run
 from service.cli.serve import serve
 from service.cli.simulate import simulate
 from service.cli.studies import cancel, delete, show, studies
+from service.cli.verify import verify
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
@@ -37,6 +38,7 @@ for name, command, panel in (
     ("show", show, "Keep"),
     ("cancel", cancel, "Keep"),
     ("delete", delete, "Keep"),
+    ("verify", verify, "Keep"),
     ("serve", serve, "Serve"),
     ("doctor", doctor, "Serve"),
 ):

@@ -96,7 +96,7 @@ def _finish(
     if record.state == "done":
         note(f"Study {label(record)} is done already; nothing was computed.")
     else:
-        record = _compute(store, record, workers, scheduler)
+        record = compute(store, record, workers, scheduler)
     if as_json:
         print_json(record.document())
     else:
@@ -110,8 +110,23 @@ def _finish(
         raise typer.Exit(FAILED)
 
 
-def _compute(store: "Store", record: "Record", workers: int | None, scheduler: str | None) -> "Record":
-    """Run a study here or, while another process does, watch it."""
+def compute(store: "Store", record: "Record", workers: int | None, scheduler: str | None) -> "Record":
+    """Run a study here or, while another process does, watch it.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    record : Record
+        The study.
+    workers, scheduler : optional
+        As in `worker.cluster.connect`.
+
+    Returns
+    -------
+    Record
+        As it ended.
+    """
     from studies.store.faults import StudyBusy
     from worker.cluster import connect
     from worker.runner import run_study

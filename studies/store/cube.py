@@ -10,7 +10,6 @@ import json
 import shutil
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from xarray.core.indexing import (
 from zarr.codecs import BloscCodec, Crc32cCodec
 
 from studies.definition import Study
-from studies.plan import Block, Plan
+from studies.plan import Block
 from studies.store.checksum import checksum
 from studies.store.chunks import (
     MarkedChunks,
@@ -35,7 +34,6 @@ from studies.store.chunks import (
     NewGeneration,
     chunk_file,
     chunk_key,
-    chunk_place,
     damaged,
 )
 from studies.store.durable import sync_paths, sync_tree
@@ -57,15 +55,17 @@ def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
-def create_cube(path: Path, study: Study, plan: Plan, provenance: Mapping[str, str]) -> None:
+def create_cube(path: Path, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
     """Make an empty cube and wait until it is on the disk; whatever lies at `path` is replaced.
 
     Parameters
     ----------
     path : Path
         The folder to make.
-    study, plan : Study, Plan
-        Coordinates and variables; extent of the chunks.
+    study : Study
+        Coordinates and variables.
+    chunk : tuple of int
+        Extent of a block.
     provenance : mapping of str
         Kept with the cube; its `solver_version` becomes an attribute of its own.
 
@@ -99,7 +99,7 @@ def create_cube(path: Path, study: Study, plan: Plan, provenance: Mapping[str, s
         group.create_array(
             variable.name,
             shape=study.shape,
-            chunks=plan.chunk,
+            chunks=chunk,
             dtype=variable.dtype,
             fill_value=variable.fill,
             dimension_names=list(DIMENSIONS),
@@ -113,9 +113,26 @@ def create_cube(path: Path, study: Study, plan: Plan, provenance: Mapping[str, s
     sync_tree(path)
 
 
-def write_region(
-    cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = ""
-) -> str:
+def restore_metadata(path: Path, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
+    """Write a cube's metadata and coordinates anew; the files of its blocks stay.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    fresh = path.with_name(f"{path.name}.fresh")
+    create_cube(fresh, study, chunk, provenance)
+    for file in sorted(fresh.rglob("*"), reverse=True):
+        if file.is_file():
+            target = path / file.relative_to(fresh)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            file.replace(target)
+    shutil.rmtree(fresh)
+    sync_tree(path)
+
+
+def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = "") -> str:
     """Write the region of one block and wait until it is on the disk; its done-mark may be set afterwards.
 
     Parameters
@@ -146,20 +163,23 @@ def write_region(
         If the disk refuses, a full one for instance.
     """
     root = Path(cube_path)
+    if not (root / "zarr.json").exists():
+        raise FileNotFoundError(f"{root}: the cube is gone")  # which Zarr would make anew, empty
     group = zarr.open_group(NewGeneration(root, generation), mode="r+", use_consolidated=True)
     arrays = [(name, array) for name, array in group.arrays() if name not in DIMENSIONS]
-    for name, array in arrays:
-        if values[name].shape != block.shape or values[name].dtype != array.dtype:
+    for name, _ in arrays:
+        if values[name].shape != block.shape:
             raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
+    stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays}
     chunks: list[Path] = []
     for name, array in arrays:
         # a chunk of nothing but NaN is written too: what is missing on the disk is then known to be lost
-        array.with_config({"write_empty_chunks": True})[block.slices] = values[name]
+        array.with_config({"write_empty_chunks": True})[block.slices] = stored[name]
         place = (start // step for start, step in zip(block.start, array.chunks, strict=True))
         chunks.append(root / chunk_file(chunk_key(name, place), generation))
     sync_paths(chunks)
     sync_paths(root / name for name, _ in arrays)
-    return checksum(values, (name for name, _ in arrays))
+    return checksum(stored)
 
 
 def open_cube(path: Path, marks: Marks) -> xr.Dataset:
@@ -226,14 +246,7 @@ class _CheckedArray(BackendArray):
             return np.asarray(self._array.oindex[key])
         except (ValueError, RuntimeError) as error:
             # what the codecs raise for bytes that they cannot decode; they do not say whose
-            raise damaged(self._path, self._first_block(key), self._name, str(error)) from error
-
-    def _first_block(self, key: tuple[Any, ...]) -> int:
-        corner = []
-        for index, extent, step in zip(key, self.shape, self._array.chunks, strict=True):
-            points = np.arange(extent)[index] if isinstance(index, slice) else np.asarray(index)
-            corner.append(int(points.flat[0]) // step)
-        return int(np.ravel_multi_index(corner, block_grid(self.shape, self._array.chunks)))
+            raise damaged(self._path, None, self._name, str(error)) from error
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

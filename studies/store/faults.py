@@ -27,3 +27,7 @@ class StudyNotFound(StoreFault):
 
 class StudyBusy(StoreFault):
     """The study is being worked on, so what was asked has to wait."""
+
+
+class KeyTaken(StoreFault):
+    """The key of a submission belongs to another definition."""

@@ -22,6 +22,10 @@ class BlockOutcome:
         Wall time of the whole block, and the part of it spent in kernels [s].
     message : str, optional
         Why the block failed, where it did.
+    generation, checksum : str
+        Which files are the block's, and what they hold; see `studies.store.cube.write_region`.
+    reused : int
+        Points that were taken from earlier studies.
     """
 
     index: int
@@ -30,6 +34,9 @@ class BlockOutcome:
     seconds: float
     kernel_seconds: float
     message: str | None = None
+    generation: str = ""
+    checksum: str | None = None
+    reused: int = 0
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,14 @@ class Record:
         Summed over the done blocks [s].
     owner : str, optional
         Who works on the study now.
+    points_reused : int
+        Points that were taken from earlier studies instead of being computed.
+    revision : int
+        Grows with every block that is done, or lost and given up: equal revisions, equal cubes.
+    reuse : bool
+        Whether points may be taken from earlier studies.
+    shape : tuple of int
+        Points along each of the six dimensions.
     """
 
     id: str
@@ -83,6 +98,10 @@ class Record:
     seconds: float
     kernel_seconds: float
     owner: str | None
+    points_reused: int
+    revision: int
+    reuse: bool
+    shape: tuple[int, ...]
 
     @property
     def ended(self) -> bool:
@@ -94,7 +113,7 @@ class Record:
         document = dict(vars(self))
         for key in ("created", "started", "finished"):
             document[key] = None if document[key] is None else document[key].isoformat()
-        document["chunk"] = list(self.chunk)
+        document |= {"chunk": list(self.chunk), "shape": list(self.shape)}
         return document
 
 

@@ -6,13 +6,12 @@ import json
 import time
 from typing import Any
 
-import numpy as np
 from sqlalchemy import Connection, Row, select
 
 from studies.faults import Fault, describe
-from studies.store.catalogue import done_blocks, studies
 from studies.store.faults import StoreFault, StudyNotFound
 from studies.store.record import Record, utc
+from studies.store.tables import done_blocks, studies
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
@@ -43,12 +42,12 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     return StudyNotFound(Fault("study", describe(ref), allowed, "`damperlab studies` lists what there is"))
 
 
-def done_flags(connection: Connection, row: Row[Any]) -> np.ndarray:
-    """Give one flag per block of a study: whether it has its done-mark."""
-    done = np.zeros(row.blocks_total, bool)
-    marks = connection.execute(select(done_blocks.c.block).where(done_blocks.c.study == row.number)).scalars()
-    done[np.fromiter(marks, np.int64)] = True
-    return done
+def marks_of(connection: Connection, number: int, revision: int | None = None) -> dict[int, str]:
+    """Give the generation of every block of a study that is done, or was by a revision, by the block's index."""
+    query = select(done_blocks.c.block, done_blocks.c.generation).where(done_blocks.c.study == number)
+    if revision is not None:
+        query = query.where(done_blocks.c.revision <= revision)
+    return {int(row.block): str(row.generation) for row in connection.execute(query)}
 
 
 def claim_owner(row: Row[Any]) -> str | None:
@@ -93,6 +92,10 @@ def record_of(row: Row[Any]) -> Record:
         seconds=row.seconds,
         kernel_seconds=row.kernel_seconds,
         owner=claim_owner(row),
+        points_reused=row.points_reused,
+        revision=row.revision,
+        reuse=row.reuse,
+        shape=tuple(json.loads(row.shape)),
     )
 
 

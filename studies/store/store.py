@@ -1,41 +1,47 @@
 """The store: the catalogue and the cubes of one data directory, behind one door."""
 
 import json
+import math
 import shutil
 import time
-from math import prod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from sqlalchemy import delete, func, insert, select, update
-from sqlalchemy.dialects import sqlite
+from sqlalchemy import Connection, Row, delete, func, insert, select, update
 
 from studies.definition import Study
+from studies.digest import family_digest
 from studies.faults import Fault, describe, listing
 from studies.plan import Plan
-from studies.store.catalogue import Catalogue, done_blocks, open_catalogue, studies
+from studies.store.catalogue import Catalogue, open_catalogue
+from studies.store.chunks import Marks
 from studies.store.cube import block_grid, create_cube, open_cube
-from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from studies.store.record import STATES, BlockOutcome, Page, Record
 from studies.store.rows import (
     ALIVE,
     alive_row,
     claim_owner,
     cursor_of,
-    done_flags,
+    marks_of,
     number_before,
     record_of,
     study_row,
     unknown_study,
 )
+from studies.store.tables import done_blocks, events, keys, studies
 
 CLAIM_SECONDS = 60.0
 """How long a claim holds without being renewed [s]."""
 
 PAGE_LIMIT = 1000
 """Most records on one page."""
+
+_AT_ONCE = 500  # values in one statement
+_MARKS_KEPT = 16  # studies whose marks are remembered
 
 
 class Store:
@@ -54,11 +60,19 @@ class Store:
 
     def __init__(self, data_dir: Path, catalogue: Catalogue) -> None:
         self.data_dir = data_dir
-        self._catalogue = catalogue
+        self.catalogue = catalogue
+        self._marks: dict[int, tuple[int, Marks]] = {}
 
     @classmethod
-    def open(cls, data_dir: Path) -> "Store":
+    def open(cls, data_dir: Path, catalogue: str | None = None) -> "Store":
         """Open a data directory, making it where it is missing; what an interrupted delete left is removed.
+
+        Parameters
+        ----------
+        data_dir : Path
+            Folder of the cubes.
+        catalogue : str, optional
+            Address of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
 
         Raises
         ------
@@ -66,17 +80,25 @@ class Store:
             If the folder cannot be used, or a newer version made it.
         """
         data_dir = Path(data_dir).expanduser().absolute()
-        store = cls(data_dir, open_catalogue(data_dir))
-        store._sweep()
+        store = cls(data_dir, open_catalogue(data_dir, catalogue))
+        store.bury()
         return store
 
     def close(self) -> None:
         """Close the catalogue's connections."""
-        self._catalogue.close()
+        self.catalogue.close()
 
     # studies
 
-    def submit(self, study: Study, plan: Plan, provenance: dict[str, str]) -> tuple[Record, bool]:
+    def submit(
+        self,
+        study: Study,
+        plan: Plan,
+        provenance: dict[str, str],
+        *,
+        reuse: bool = True,
+        key: str | None = None,
+    ) -> tuple[Record, bool]:
         """Keep a study and make its empty cube, unless the same definition is there already.
 
         Parameters
@@ -85,6 +107,10 @@ class Store:
             What is asked, and how its grid is cut.
         provenance : dict of str
             See `studies.store.provenance.provenance`.
+        reuse : bool
+            Whether points that earlier studies hold may be taken from them.
+        key : str, optional
+            A name that the caller gave this submission; it stands for this definition from now on.
 
         Returns
         -------
@@ -97,16 +123,21 @@ class Store:
         ------
         StoreFault
             If the cube cannot be written.
+        KeyTaken
+            If the key was given to another definition before.
         """
-        if plan.count != prod(block_grid(study.shape, plan.chunk)):
+        if plan.count != math.prod(block_grid(study.shape, plan.chunk)):
             raise ValueError(f"a plan of {plan.count} blocks does not cut {study.shape} by {plan.chunk}")
         study_id = study.digest[:12]
         # seen without a turn at writing first: the same study is asked for again and again
-        with self._catalogue.reading() as connection:
-            row = alive_row(connection, study_id)
-        if row is not None:
-            return record_of(row), False
-        with self._catalogue.writing() as connection:
+        if key is None:
+            with self.catalogue.reading() as connection:
+                row = alive_row(connection, study_id)
+            if row is not None:
+                return record_of(row), False
+        with self.catalogue.writing() as connection:
+            if key is not None:
+                _take_key(connection, key, study.digest)
             row = alive_row(connection, study_id)
             if row is not None:
                 return record_of(row), False
@@ -122,18 +153,21 @@ class Store:
                     chunk=json.dumps(plan.chunk),
                     points_total=study.points,
                     blocks_total=plan.count,
+                    family=family_digest(study, provenance),
+                    reuse=reuse,
                     created=time.time(),
                 )
             ).inserted_primary_key[0]  # type: ignore[index]
-            path = self._path(study_id, number)
+            path = self.folder(study_id, number)
             try:
                 # made before the commit: who sees the study finds its cube
-                create_cube(path, study, plan, provenance)
+                create_cube(path, study, plan.chunk, provenance)
             except BaseException as error:
                 shutil.rmtree(path, ignore_errors=True)
                 if isinstance(error, OSError):
                     raise self._disk_fault(path, error) from error
                 raise
+            _log(connection, study_id, "submitted")
             return record_of(study_row(connection, study_id)), True
 
     def find(self, ref: str) -> Record:
@@ -144,9 +178,9 @@ class Store:
         StudyNotFound
             If none is found, or a prefix fits several.
         """
-        # SQLite takes no half characters, which a command line may hold
-        ref = ref.encode(errors="replace").decode()
-        with self._catalogue.reading() as connection:
+        # no database takes half characters, and one no NUL; a command line or an address may hold them
+        ref = _sayable(ref)
+        with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
             if row is not None:
                 return record_of(row)
@@ -205,10 +239,9 @@ class Store:
         if state is not None:
             query = query.where(studies.c.state == state)
         if name:
-            text = name.encode(errors="replace").decode()
-            query = query.where(func.instr(func.lower(studies.c.name), func.lower(text)) > 0)
+            query = query.where(studies.c.name.icontains(_sayable(name), autoescape=True))
         query = query.order_by(studies.c.number.desc()).limit(limit + 1)
-        with self._catalogue.reading() as connection:
+        with self.catalogue.reading() as connection:
             rows = connection.execute(query).all()
         more = len(rows) > limit
         return Page(tuple(map(record_of, rows[:limit])), cursor_of(rows[limit - 1].number) if more else None)
@@ -243,7 +276,7 @@ class Store:
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
-        with self._catalogue.writing() as connection:
+        with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
             if row.state not in only_from:
                 return record_of(row)
@@ -258,7 +291,15 @@ class Store:
             elif row.state != state:
                 change["finished"] = now
             connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+            if row.state != state:
+                _log(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
             return record_of(study_row(connection, study_id))
+
+    def events(self, study_id: str) -> list[tuple[float, str]]:
+        """Give what has happened to a study, oldest first: seconds since 1970, and what."""
+        query = select(events.c.at, events.c.what).where(events.c.study == study_id).order_by(events.c.number)
+        with self.catalogue.reading() as connection:
+            return [(at, what) for at, what in connection.execute(query)]
 
     def delete(self, study_id: str) -> None:
         """Forget a study and remove its cube.
@@ -273,32 +314,30 @@ class Store:
         StudyBusy
             If somebody works on it and it was not cancelled.
         """
-        with self._catalogue.writing() as connection:
+        with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
-            owner = claim_owner(row)
-            if owner is not None and row.state != "cancelled":
-                raise StudyBusy(
-                    Fault(
-                        "study",
-                        f"{study_id} is {row.state}, worked on by {owner}",
-                        "a study that nobody works on",
-                        f"cancel it first: damperlab cancel {study_id}",
-                    )
-                )
+            if row.state != "cancelled":
+                _require_free(row, "delete")
             connection.execute(
                 update(studies).where(studies.c.number == row.number).values(deleted=time.time())
             )
-        self._sweep()
+            _log(connection, study_id, "deleted")
+        self.bury()
 
     # blocks
 
     def pending(self, study_id: str) -> np.ndarray:
         """Give the indices of the blocks without a done-mark, ascending, int64."""
-        with self._catalogue.reading() as connection:
-            return np.flatnonzero(~done_flags(connection, study_row(connection, study_id)))
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            done = np.zeros(row.blocks_total, bool)
+            done[np.fromiter(marks_of(connection, row.number), np.int64)] = True
+            return np.flatnonzero(~done)
 
     def mark(self, study_id: str, outcome: BlockOutcome) -> None:
         """Set the done-mark of a block whose region is on the disk; a block that has one keeps its first.
+
+        With this transaction every reader that looks from now on sees the block, whole and in this generation.
 
         Raises
         ------
@@ -306,35 +345,91 @@ class Store:
             If the study is gone.
         """
         now = time.time()
-        with self._catalogue.writing() as connection:
+        with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
             if not 0 <= outcome.index < row.blocks_total:
                 raise ValueError(f"block {outcome.index} of {row.blocks_total}")
+            here = (done_blocks.c.study == row.number) & (done_blocks.c.block == outcome.index)
+            if connection.execute(select(done_blocks.c.block).where(here)).first() is not None:
+                return
             values = {
                 "study": row.number,
                 "block": outcome.index,
                 "points": outcome.points,
                 "failed": outcome.failed,
+                "reused": outcome.reused,
                 "seconds": outcome.seconds,
                 "kernel_seconds": outcome.kernel_seconds,
                 "message": outcome.message,
                 "at": now,
+                "generation": outcome.generation,
+                "checksum": outcome.checksum,
+                "revision": row.revision + 1,
             }
-            added = connection.execute(sqlite.insert(done_blocks).values(values).on_conflict_do_nothing())
-            if added.rowcount == 0:
-                return
+            connection.execute(insert(done_blocks).values(values))
             c = studies.c
             change: dict[Any, Any] = {
                 c.points_done: c.points_done + outcome.points,
                 c.points_failed: c.points_failed + outcome.failed,
+                c.points_reused: c.points_reused + outcome.reused,
                 c.blocks_done: c.blocks_done + 1,
                 c.seconds: c.seconds + outcome.seconds,
                 c.kernel_seconds: c.kernel_seconds + outcome.kernel_seconds,
+                c.revision: c.revision + 1,
                 c.last_mark: now,
             }
             if outcome.message is not None:
                 change[c.message] = func.coalesce(c.message, f"block {outcome.index}: {outcome.message}")
             connection.execute(update(studies).where(c.number == row.number).values(change))
+
+    def forget(self, study_id: str, blocks: Sequence[int], why: str) -> Record:
+        """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        blocks : sequence of int
+            Indices of blocks; those without a mark count for nothing.
+        why : str
+            Kept among the study's events.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it.
+        """
+        b, c = done_blocks.c, studies.c
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            _require_free(row, "take blocks back from")
+            for start in range(0, len(blocks), _AT_ONCE):
+                piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
+                connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
+            sums = connection.execute(
+                select(
+                    func.count(),
+                    *(
+                        func.coalesce(func.sum(column), 0)
+                        for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
+                    ),
+                ).where(b.study == row.number)
+            ).one()
+            names = (
+                c.blocks_done,
+                c.points_done,
+                c.points_failed,
+                c.points_reused,
+                c.seconds,
+                c.kernel_seconds,
+            )
+            change: dict[Any, Any] = dict(zip(names, sums, strict=True))
+            change |= {c.revision: c.revision + 1, c.state: "queued", c.finished: None}
+            connection.execute(update(studies).where(c.number == row.number).values(change))
+            _log(connection, study_id, f"{row.blocks_done - sums[0]} blocks taken back: {why}")
+            return record_of(study_row(connection, study_id))
 
     # claims
 
@@ -366,15 +461,15 @@ class Store:
 
     def _set_claim(self, study_id: str, condition: Any, owner: str | None, expires: float | None) -> bool:
         change = update(studies).where(studies.c.id == study_id, ALIVE, condition)
-        with self._catalogue.writing() as connection:
+        with self.catalogue.writing() as connection:
             return connection.execute(change.values(claim_owner=owner, claim_expires=expires)).rowcount == 1
 
     # cubes
 
     def cube_path(self, study_id: str) -> str:
         """Give the folder of a study's cube; `xarray.open_zarr` opens it, but knows nothing of done-marks."""
-        with self._catalogue.reading() as connection:
-            return str(self._path(study_id, study_row(connection, study_id).number))
+        with self.catalogue.reading() as connection:
+            return str(self.folder(study_id, study_row(connection, study_id).number))
 
     def cube(self, study_id: str) -> xr.Dataset:
         """Open a study's cube as it is now: lazy, and every block wholly there or wholly not computed.
@@ -386,27 +481,60 @@ class Store:
         StoreFault
             If its files are gone.
         """
-        with self._catalogue.reading() as connection:
-            row = study_row(connection, study_id)
-            done = None if row.blocks_done == row.blocks_total else done_flags(connection, row)
-        path = self._path(study_id, row.number)
+        path, marks = self.snapshot(study_id)
         try:
-            return open_cube(path, done)
+            return open_cube(path, marks)
         except OSError as error:
             raise self._disk_fault(path, error) from error
 
-    def _path(self, study_id: str, number: int) -> Path:
+    def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Path, Marks]:
+        """Give a cube's folder, and the generation of every block that is done.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        revision : int, optional
+            Only blocks that were done by then; now by default.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        """
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            path = self.folder(study_id, row.number)
+            if revision is not None and revision != row.revision:
+                return path, marks_of(connection, row.number, revision)
+            kept = self._marks.get(row.number)
+            if kept is None or kept[0] != row.revision:
+                # one entry per study, each taken and put as a whole: threads need no lock
+                kept = self._marks[row.number] = row.revision, marks_of(connection, row.number)
+                while len(self._marks) > _MARKS_KEPT:
+                    self._marks.pop(next(iter(self._marks)), None)
+        return path, kept[1]
+
+    def folder(self, study_id: str, number: int) -> Path:
+        """Give the folder of a cube by its study's id and number."""
         return self.data_dir / "cubes" / f"{study_id}-{number}.zarr"
 
-    def _sweep(self) -> None:
-        # a tombstone's row goes last, so that a removal that was cut short is found again
-        with self._catalogue.reading() as connection:
-            rows = connection.execute(select(studies).where(~ALIVE)).all()
+    def number(self, connection: Connection, study_id: str) -> int:
+        """Give the number by which the other tables know a study; raise `StudyNotFound` if there is none."""
+        return int(study_row(connection, study_id).number)
+
+    def bury(self, before: float = math.inf) -> None:
+        """Remove the files of studies that were deleted before a time, in seconds since 1970.
+
+        A tombstone's row goes last, so that a removal that was cut short is found again.
+        """
+        with self.catalogue.reading() as connection:
+            rows = connection.execute(select(studies).where(studies.c.deleted < before)).all()
         for row in rows:
-            path = self._path(row.id, row.number)
+            path = self.folder(row.id, row.number)
             shutil.rmtree(path, ignore_errors=True)
             if not path.exists():
-                with self._catalogue.writing() as connection:
+                with self.catalogue.writing() as connection:
                     connection.execute(delete(studies).where(studies.c.number == row.number))
 
     def _disk_fault(self, path: Path, error: OSError) -> StoreFault:
@@ -419,3 +547,39 @@ class Store:
                 "computed again after `damperlab delete`",
             )
         )
+
+
+def _require_free(row: Row[Any], what: str) -> None:
+    owner = claim_owner(row)
+    if owner is not None:
+        raise StudyBusy(
+            Fault(
+                "study",
+                f"{row.id} is {row.state}, worked on by {owner}",
+                f"a study that nobody works on, to {what} it",
+                f"cancel it first: damperlab cancel {row.id}",
+            )
+        )
+
+
+def _take_key(connection: Connection, key: str, digest: str) -> None:
+    known = connection.execute(select(keys.c.digest).where(keys.c.key == key)).scalar()
+    if known is None:
+        connection.execute(insert(keys).values(key=key, digest=digest, at=time.time()))
+    elif known != digest:
+        raise KeyTaken(
+            Fault(
+                "Idempotency-Key",
+                f"{describe(key)}, given to study {known[:12]} before",
+                "a key of its own for each study",
+                "send the same definition as before, or another key",
+            )
+        )
+
+
+def _log(connection: Connection, study_id: str, what: str) -> None:
+    connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
+
+
+def _sayable(text: str) -> str:
+    return text.encode(errors="replace").decode().replace("\0", "?")

@@ -34,7 +34,7 @@ def test_block_is_solved_stored_and_counted(tmp_path: Path) -> None:
     plan = plan_with_chunk(study, CHUNK, seconds_per_point)
     record, _ = store.submit(study, plan, provenance())
     path = store.cube_path(record.id)
-    outcomes = [run_block(path, study.digest, plan.block(index), code_hash()) for index in range(2)]
+    outcomes = [run_block(path, study.digest, plan.block(index), code_hash(), "g") for index in range(2)]
     # Undamped at exactly r = 1, the first point of the first block has no bounded response.
     assert [(outcome.points, outcome.failed) for outcome in outcomes] == [(50, 1), (50, 0)]
     assert all(0.0 < outcome.kernel_seconds < outcome.seconds for outcome in outcomes)
@@ -54,7 +54,7 @@ def test_message_of_a_task_does_not_grow_with_the_study(tmp_path: Path) -> None:
     for values in (100, 10_000):
         study = study_of(values)
         block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
-        sizes.append(len(pickle.dumps((run_block, "cube", study.digest, block, code_hash()))))
+        sizes.append(len(pickle.dumps((run_block, "cube", study.digest, block, code_hash(), "g"))))
     assert sizes[0] == sizes[1]
 
 
@@ -65,11 +65,11 @@ def test_other_code_and_other_studies_are_refused(tmp_path: Path) -> None:
     record, _ = store.submit(study, plan, provenance())
     path = store.cube_path(record.id)
     with pytest.raises(WrongCode):
-        run_block(path, study.digest, plan.block(0), "0" * 64)
+        run_block(path, study.digest, plan.block(0), "0" * 64, "g")
     with pytest.raises(OSError, match=other.digest):
-        run_block(path, other.digest, plan.block(0), code_hash())
+        run_block(path, other.digest, plan.block(0), code_hash(), "g")
     with pytest.raises(FileNotFoundError):
-        run_block(str(tmp_path / "none"), study.digest, plan.block(0), code_hash())
+        run_block(str(tmp_path / "none"), study.digest, plan.block(0), code_hash(), "g")
     store.close()
 
 

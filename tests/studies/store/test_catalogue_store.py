@@ -211,13 +211,13 @@ def test_a_delete_that_was_cut_short_is_finished_at_the_next_open(store, make_st
     assert folder.exists()
     again = Store.open(store.data_dir)
     assert not folder.exists()
-    with again._catalogue.reading() as opened:
+    with again.catalogue.reading() as opened:
         assert opened.exec_driver_sql("SELECT count(*) FROM studies").scalar_one() == 0
     again.close()
 
 
 def test_commits_reach_the_disk(store):
-    with store._catalogue.reading() as connection:
+    with store.catalogue.reading() as connection:
         pragma = {
             name: connection.exec_driver_sql(f"PRAGMA {name}").scalar_one()
             for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
@@ -228,9 +228,9 @@ def test_commits_reach_the_disk(store):
 def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
     Store.open(tmp_path).close()
     with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
-        connection.execute("PRAGMA user_version = 99")
+        connection.execute("UPDATE alembic_version SET version_num = '9999'")
     connection.close()
-    with pytest.raises(StoreFault, match=r"version 99.*upgrade"):
+    with pytest.raises(StoreFault, match=r"revision 9999.*upgrade"):
         Store.open(tmp_path)
 
 

@@ -1,0 +1,90 @@
+"""The command verify: whether stored studies still hold what was written, and mending those that do not."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli.failures import FAILED, CommandFailed
+from service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from service.cli.output import note, print_json, working
+from service.cli.run import compute
+from service.cli.store import label, open_store
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from studies.store.record import Record
+    from studies.store.store import Store
+
+
+def verify(
+    study: Annotated[
+        str | None,
+        typer.Argument(metavar="[ID]", help="A study; every study where left out.", show_default=False),
+    ] = None,
+    data_dir: DataDir = None,
+    repair: Annotated[bool, typer.Option("--repair", help="Compute damaged and lost blocks again.")] = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Read everything that is stored and compare it with its checksums; status 1 where something is damaged."""
+    check_cluster(workers, scheduler)
+    store = open_store(data_dir)
+    records = _every(store) if study is None else iter([store.find(study)])
+    answers = [_verify(store, record, repair, workers, scheduler) for record in records]
+    if as_json:
+        print_json({"studies": answers})
+    elif not answers:
+        note("There is no study yet.")
+    if any(answer["damaged"] and not answer["repaired"] for answer in answers):
+        raise typer.Exit(FAILED)
+
+
+def _verify(
+    store: "Store", record: "Record", repair: bool, workers: int | None, scheduler: str | None
+) -> dict[str, Any]:
+    from studies.store.verify import repair as take_back
+    from studies.store.verify import verify as damages_of
+    from worker.provenance import WrongCode, require_solver
+
+    with working(f"Reading {label(record)}"):
+        damages = list(damages_of(store, record))
+    for damage in damages:
+        where = "description" if damage.block is None else f"block {damage.block}"
+        note(f"damperlab: {label(record)}: {where}: {damage.found}")
+    note(f"{label(record)}: {record.blocks_done} blocks read, {len(damages)} damaged.")
+    repaired = False
+    if damages and repair:
+        # before anything is given up: no other solver may finish what one began
+        try:
+            require_solver(record.provenance)
+        except WrongCode as error:
+            raise CommandFailed("wrong-code", str(error)) from error
+        record = take_back(store, record, damages)
+        if damages[0].block is None:
+            # what the damaged description hid is seen now
+            hidden = list(damages_of(store, record))
+            record = take_back(store, record, hidden)
+            damages += hidden
+        if record.blocks_done < record.blocks_total:
+            record = compute(store, record, workers, scheduler)
+        repaired = record.blocks_done == record.blocks_total
+        note(f"{label(record)} is {'repaired' if repaired else record.state}.")
+    return {
+        "id": record.id,
+        "name": record.name,
+        "blocks": record.blocks_done,
+        "damaged": [{"block": damage.block, "found": damage.found} for damage in damages],
+        "repaired": repaired,
+    }
+
+
+def _every(store: "Store") -> "Iterator[Record]":
+    cursor = None
+    while True:
+        page = store.page(limit=200, cursor=cursor)
+        yield from page.records
+        cursor = page.cursor
+        if cursor is None:
+            return

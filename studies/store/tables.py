@@ -1,0 +1,105 @@
+"""The tables of the catalogue, as its newest migration leaves them; see `studies.store.migrations`."""
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+metadata = MetaData()
+
+studies = Table(
+    "studies",
+    metadata,
+    # never reused: it orders the pages and names the cube's folder, so no study meets a deleted one's files
+    Column("number", Integer, primary_key=True),
+    Column("id", String(12), nullable=False),
+    Column("digest", String(64), nullable=False),
+    Column("name", Text, nullable=False),
+    Column("state", String, nullable=False),
+    Column("message", Text),
+    Column("definition", Text, nullable=False),
+    Column("provenance", Text, nullable=False),
+    Column("shape", Text, nullable=False),
+    Column("chunk", Text, nullable=False),
+    Column("points_total", BigInteger, nullable=False),
+    Column("blocks_total", Integer, nullable=False),
+    # running sums over done_blocks: a record stays one row to read, however many blocks there are
+    Column("points_done", BigInteger, nullable=False, default=0),
+    Column("points_failed", BigInteger, nullable=False, default=0),
+    Column("points_reused", BigInteger, nullable=False, default=0),
+    Column("blocks_done", Integer, nullable=False, default=0),
+    Column("seconds", Float, nullable=False, default=0.0),
+    Column("kernel_seconds", Float, nullable=False, default=0.0),
+    # counts the changes of done_blocks: what was read at one revision holds until the next
+    Column("revision", Integer, nullable=False, default=0),
+    # studies of one family differ in their grids alone; empty where no points may be taken or given
+    Column("family", String(64), nullable=False, default=""),
+    Column("reuse", Boolean, nullable=False, default=True),
+    Column("created", Float, nullable=False),
+    Column("started", Float),
+    Column("finished", Float),
+    # the pace is taken from the moment the study last began to run
+    Column("run_began", Float),
+    Column("run_points", BigInteger),
+    Column("last_mark", Float),
+    Column("claim_owner", String),
+    Column("claim_expires", Float),
+    Column("deleted", Float),
+    sqlite_autoincrement=True,
+)
+Index(
+    "live_id",
+    studies.c.id,
+    unique=True,
+    sqlite_where=studies.c.deleted.is_(None),
+    postgresql_where=studies.c.deleted.is_(None),
+)
+Index("family", studies.c.family)
+
+done_blocks = Table(
+    "done_blocks",
+    metadata,
+    Column("study", ForeignKey("studies.number", ondelete="CASCADE"), primary_key=True),
+    Column("block", Integer, primary_key=True, autoincrement=False),
+    Column("points", Integer, nullable=False),
+    Column("failed", Integer, nullable=False),
+    Column("reused", Integer, nullable=False, default=0),
+    Column("seconds", Float, nullable=False),
+    Column("kernel_seconds", Float, nullable=False),
+    Column("message", Text),
+    Column("at", Float, nullable=False),
+    # which of the files that were written for the block are its own, and what they must hold
+    Column("generation", String, nullable=False, default=""),
+    Column("checksum", String),
+    Column("revision", Integer, nullable=False, default=0),
+    # clustered by its key: the marks of one study are read in one sweep
+    sqlite_with_rowid=False,
+)
+
+keys = Table(
+    "keys",
+    metadata,
+    Column("key", String, primary_key=True),
+    Column("digest", String(64), nullable=False),
+    Column("at", Float, nullable=False),
+)
+
+events = Table(
+    "events",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("study", String(12), nullable=False),
+    Column("at", Float, nullable=False),
+    Column("what", Text, nullable=False),
+    sqlite_autoincrement=True,
+)
+Index("events_of_study", events.c.study, events.c.number)

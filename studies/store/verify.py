@@ -1,0 +1,132 @@
+"""Whether a study's files still hold what its done-marks say."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from sqlalchemy import select
+
+from studies.definition import parse_study
+from studies.plan import Block, plan_with_chunk
+from studies.store.checksum import checksum
+from studies.store.chunks import BlockDamaged
+from studies.store.cube import open_cube, restore_metadata
+from studies.store.faults import StoreFault
+from studies.store.record import Record
+from studies.store.store import Store
+from studies.store.tables import done_blocks
+from studies.variables import DIMENSIONS
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One thing that is not as it was written.
+
+    Parameters
+    ----------
+    block : int or None
+        The block; None where it is the cube's description of itself, which can be written anew.
+    found : str
+        In one sentence.
+    """
+
+    block: int | None
+    found: str
+
+
+def verify(store: Store, record: Record) -> Iterator[Damage]:
+    """Read everything that a study has stored and compare it with its marks.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    record : Record
+        The study.
+
+    Yields
+    ------
+    Damage
+        Block by block, in the order of their numbers. Of a description that is damaged nothing more can be read.
+
+    Raises
+    ------
+    StudyNotFound
+        If the study is gone.
+    """
+    path, _ = store.snapshot(record.id)
+    study = parse_study(record.definition)
+    found = _description(path, record, study.coordinates)
+    if found is not None:
+        yield Damage(None, found)
+        return
+    plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(at["mass_ratio"])))
+    with store.catalogue.reading() as connection:
+        marks = connection.execute(
+            select(done_blocks.c.block, done_blocks.c.generation, done_blocks.c.checksum)
+            .where(done_blocks.c.study == store.number(connection, record.id))
+            .order_by(done_blocks.c.block)
+        ).all()
+    cube = open_cube(path, {mark.block: mark.generation for mark in marks})
+    for mark in marks:
+        trouble = _trouble(cube, plan.block(mark.block), mark.checksum)
+        if trouble is not None:
+            yield Damage(mark.block, trouble)
+
+
+def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
+    """Make what is damaged computable again: descriptions are written anew, marks of damaged blocks taken back.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    record : Record
+        The study.
+    damages : list of Damage
+        Of `verify`.
+
+    Returns
+    -------
+    Record
+        As it is then. It is queued if blocks are to be computed, and running it computes those alone.
+
+    Raises
+    ------
+    StudyBusy
+        If somebody works on it.
+    """
+    if any(damage.block is None for damage in damages):
+        restore_metadata(
+            Path(store.cube_path(record.id)), parse_study(record.definition), record.chunk, record.provenance
+        )
+    blocks = [damage.block for damage in damages if damage.block is not None]
+    return store.forget(record.id, blocks, "damaged") if blocks else store.find(record.id)
+
+
+def _description(path: Path, record: Record, coordinates: dict[str, np.ndarray]) -> str | None:
+    try:
+        cube = open_cube(path, {})
+    except Exception as error:  # whatever Zarr raises for bytes that are no metadata
+        return f"the cube's description cannot be read ({type(error).__name__}: {error})"
+    if cube.attrs.get("digest") != record.digest:
+        return f"the cube says that it is study {cube.attrs.get('digest')}"
+    for name in DIMENSIONS:
+        if name not in cube.coords or not np.array_equal(cube[name].values, coordinates[name]):
+            return f"the coordinates along {name} are not the study's"
+    return None
+
+
+def _trouble(cube: xr.Dataset, block: Block, expected: str | None) -> str | None:
+    place = dict(zip(DIMENSIONS, block.slices, strict=True))
+    try:
+        values = {str(name): array.values for name, array in cube.isel(place).data_vars.items()}
+    except BlockDamaged as error:
+        return f"{error.fault.found}"
+    except (StoreFault, OSError) as error:
+        return f"it cannot be read ({error})"
+    if expected is not None and checksum(values) != expected:
+        return "its values are not those that were written"
+    return None

@@ -1,0 +1,196 @@
+"""What happens to files behind the store's back is found, told, and mended; it is never read as a result."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.store.checksum import checksum
+from studies.store.chunks import BlockDamaged
+from studies.store.cube import write_region
+from studies.store.faults import StudyBusy
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+from studies.store.sweep import collect_garbage, sweep
+from studies.store.verify import repair, verify
+
+
+def write(store: Store, study_id: str, block, values, generation: str) -> None:
+    """One attempt at a block, marked."""
+    found = write_region(store.cube_path(study_id), block, values, generation)
+    store.mark(
+        study_id,
+        BlockOutcome(block.index, block.points, 0, 0.5, 0.4, generation=generation, checksum=found),
+    )
+
+
+@pytest.fixture
+def written(store, make_study, make_plan_of, values_of):
+    """A whole study, every block of a generation of its own."""
+    study = make_study()
+    plan = make_plan_of(study)
+    record, _ = store.submit(study, plan, {})
+    for index in range(plan.count):
+        block = plan.block(index)
+        write(store, record.id, block, values_of(study, block), f"g{index}")
+    return store.set_state(record.id, "done")
+
+
+def file_of(store: Store, record, variable: str, index: int) -> Path:
+    (found,) = Path(store.cube_path(record.id), variable).glob(f"*~g{index}")
+    return found
+
+
+def flip(file: Path, at: int) -> None:
+    content = bytearray(file.read_bytes())
+    content[at] ^= 0x10
+    file.write_bytes(bytes(content))
+
+
+def test_an_untouched_study_has_no_damage(store, written):
+    assert list(verify(store, written)) == []
+
+
+@pytest.mark.parametrize("how", ["flipped", "truncated", "emptied", "lost", "of another block"])
+def test_every_damage_is_found_told_on_reading_and_mended(
+    store, written, make_study, make_plan_of, values_of, how
+):
+    before = store.cube(written.id).load()
+    file = file_of(store, written, "amplitude_ratio", 4)
+    match how:
+        case "flipped":
+            flip(file, len(file.read_bytes()) // 2)
+        case "truncated":
+            file.write_bytes(file.read_bytes()[:-7])
+        case "emptied":
+            file.write_bytes(b"")
+        case "lost":
+            file.unlink()
+        case "of another block":
+            file.write_bytes(file_of(store, written, "amplitude_ratio", 0).read_bytes())
+    assert [damage.block for damage in verify(store, written)] == [4]
+    if how != "of another block":  # bytes that are whole and wrong are seen by the done-mark's checksum alone
+        with pytest.raises(BlockDamaged, match=r"damperlab verify --repair"):
+            store.cube(written.id)["amplitude_ratio"].load()
+    assert (store.cube(written.id)["status"] == 0).all()  # the other variables are untouched
+    left = repair(store, written, list(verify(store, written)))
+    assert (left.state, left.blocks_done) == ("queued", left.blocks_total - 1)
+    np.testing.assert_array_equal(store.pending(written.id), [4])
+    block = make_plan_of(make_study()).block(4)
+    lost = store.cube(written.id).load()
+    assert (lost["status"].values == -1).sum() == block.points
+    assert np.isnan(lost["amplitude_ratio"].values[block.slices]).all()
+    write(store, written.id, block, values_of(make_study(), block), "second")
+    assert list(verify(store, store.find(written.id))) == []
+    assert store.cube(written.id).load().identical(before)
+
+
+def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written):
+    before = store.cube(written.id).load()
+    for name in ("zarr.json", "clearance_ratio/c/0", "status/zarr.json"):
+        file = Path(store.cube_path(written.id)) / name
+        file.write_bytes(b"{" * 40)
+        damages = list(verify(store, written))
+        if name == "status/zarr.json":
+            assert damages == []  # everything is read by the group's own file
+            continue
+        assert [damage.block for damage in damages] == [None]
+        assert repair(store, written, damages).blocks_done == written.blocks_total
+        assert list(verify(store, written)) == []
+        after = store.cube(written.id).load()
+        assert after.equals(before)
+    assert sorted(path.name for path in (store.data_dir / "cubes").iterdir()) == [
+        Path(store.cube_path(written.id)).name
+    ]
+
+
+def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(
+    store, written, make_study, make_plan_of, values_of
+):
+    block = make_plan_of(make_study()).block(2)
+    before = store.cube(written.id).load()
+    other = values_of(make_study(), block) | {"run_time": np.full(block.shape, 9.0)}
+    # an attempt whose runner lost its claim ends after its block was done by somebody else
+    write(store, written.id, block, other, "late")
+    assert store.cube(written.id).load().identical(before)
+    assert list(verify(store, written)) == []
+    assert sweep(store, written.id, dry_run=True).paths == sweep(store, written.id).paths == len(before)
+    assert sweep(store, written.id).paths == 0
+    assert store.cube(written.id).load().identical(before)
+
+
+def test_an_opened_cube_never_shows_a_block_that_was_replaced(
+    store, written, make_study, make_plan_of, values_of
+):
+    opened = store.cube(written.id)
+    block = make_plan_of(make_study()).block(0)
+    store.forget(written.id, [0], "by hand")
+    newer = values_of(make_study(), block) | {"amplitude_ratio": np.full(block.shape, 77.0)}
+    write(store, written.id, block, newer, "newer")
+    # the older files stay until they are swept, and with them what was opened before
+    assert (opened["amplitude_ratio"].values[block.slices] == 0).all()
+    assert (store.cube(written.id)["amplitude_ratio"].values[block.slices] == 77).all()
+    sweep(store, written.id)
+    with pytest.raises(BlockDamaged, match="replaced since the cube was opened"):
+        opened["amplitude_ratio"].load()
+
+
+def test_blocks_are_not_taken_back_from_under_a_runner(store, written):
+    store.claim(written.id, "runner 7")
+    with pytest.raises(StudyBusy, match="runner 7"):
+        store.forget(written.id, [1], "by hand")
+    assert store.find(written.id).blocks_done == written.blocks_total
+
+
+def test_an_older_revision_shows_what_was_done_then(store, make_study, make_plan_of, values_of):
+    study = make_study()
+    plan = make_plan_of(study)
+    record, _ = store.submit(study, plan, {})
+    revisions = [record.revision]
+    for index in (5, 1, 9):
+        write(store, record.id, plan.block(index), values_of(study, plan.block(index)), "g")
+        revisions.append(store.find(record.id).revision)
+    assert revisions == sorted(set(revisions))
+    seen = [sorted(store.snapshot(record.id, revision)[1]) for revision in revisions]
+    assert seen == [[], [5], [1, 5], [1, 5, 9]]
+
+
+def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_plan_of):
+    other = make_study(damping_ratio=0.2)
+    record, _ = store.submit(other, make_plan_of(other), {})
+    claimed = Path(store.cube_path(record.id), "status", "c.0.0.0.0.0.0~attempt")
+    claimed.write_bytes(b"of a runner that is at work")
+    store.claim(record.id, "runner 7")
+    partial = Path(store.cube_path(written.id), "status", "c.0.0.0.0.0.0~g0.0123.partial")
+    partial.write_bytes(b"half")
+    orphan = store.data_dir / "cubes" / "0123456789ab-99.zarr"
+    orphan.mkdir()
+    export = store.data_dir / "export-abc"
+    export.mkdir()
+    assert collect_garbage(store).paths == 0  # too young: it may be in use
+    assert collect_garbage(store, -1.0, dry_run=True).paths == 3
+    before = store.cube(written.id).load()
+    assert collect_garbage(store, -1.0).paths == 3
+    assert not any(path.exists() for path in (partial, orphan, export))
+    assert claimed.exists()
+    assert store.cube(written.id).load().identical(before)
+
+
+def test_a_checksum_tells_values_types_and_places_apart():
+    one = {"a": np.arange(6.0).reshape(2, 3), "b": np.zeros(2, np.int8)}
+    same = {"b": np.zeros(2, np.int8), "a": np.asfortranarray(np.arange(6.0).reshape(2, 3))}
+    assert checksum(one) == checksum(same)
+    others = [
+        {**one, "a": one["a"].reshape(3, 2)},
+        {**one, "a": one["a"].astype("f4")},
+        {**one, "a": -one["a"]},  # -0.0 is not 0.0
+        {"a": one["a"], "c": one["b"]},
+    ]
+    assert len({checksum(values) for values in (one, *others)}) == 5
+
+
+def test_what_happened_to_a_study_is_kept(store, written):
+    store.forget(written.id, [3], "by hand")
+    store.delete(written.id)
+    said = [what for _, what in store.events(written.id)]
+    assert said == ["submitted", "queued to done", "1 blocks taken back: by hand", "deleted"]
