@@ -86,15 +86,16 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.optimal_designs`, dimension rank.
+        Of `optimal_designs`, `pareto_front`, `merged_designs` or `robust_designs`, dimension rank.
 
     Returns
     -------
     dict
         ``designs``, the best first, each with its six coordinates, ``value``, ``error``, ``response_class``
-        by name and ``locked_share``; ``designs_total``, and the counts of those that were left out.
+        by name and what else the answer says of it; ``designs_total``, and the counts of those that were left out.
     """
-    columns = ("rank", *DIMENSIONS, "value", "error", "response_class", "locked_share")
+    first = ("rank", *DIMENSIONS, "value", "error", "response_class")
+    columns = (*first, *(str(name) for name in answer.data_vars if name not in first))
     rows = zip(*(answer[name].values.tolist() for name in columns), strict=True)
     names = _flags("response_class")
     designs = [dict(zip(columns, row, strict=True)) for row in rows]

@@ -20,7 +20,7 @@ from service.access import AccessLog
 from service.cluster import SharedCluster
 from service.dispatch import Dispatcher
 from service.examples import complete
-from service.routes import export, health, home, queries, simulate, studies
+from service.routes import export, health, home, queries, refine, simulate, studies, tmd
 from service.settings import Settings
 from service.state import Service
 from studies.store.store import Store
@@ -70,7 +70,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    for route in (home, studies, queries, export, simulate, health):
+    for route in (home, studies, queries, tmd, refine, export, simulate, health):
         app.include_router(route.router)
     app.add_middleware(
         GZipMiddleware,

@@ -11,10 +11,12 @@ from starlette.requests import Request
 from service.answers import designs_document, map_document, response_document
 from service.documents import Document
 from service.problems import documented
-from service.state import TheService, TheStudy
+from service.state import Service, TheService, TheStudy
 from studies.answers.design_question import MOST
 from studies.answers.frequency_response import frequency_response
+from studies.answers.merged import merged_designs
 from studies.answers.optimal_designs import optimal_designs
+from studies.answers.pareto import RESPECTS, pareto_front, read_respects
 from studies.answers.resonance_map import resonance_map
 from studies.faults import Fault, StudyFaults, describe, listing
 from studies.store.record import Record
@@ -35,7 +37,8 @@ def once(request: Request) -> None:
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
 
 
-def _range(text: str) -> str:
+def read_range(text: str) -> str:
+    """Check `lower,higher`, the text of a range."""
     low, comma, high = text.partition(",")
     try:
         if comma and float(low) <= float(high):
@@ -63,15 +66,16 @@ Value = Annotated[
 ]
 Range = Annotated[
     str | None,
-    AfterValidator(lambda text: None if text is None else _range(text)),
+    AfterValidator(lambda text: None if text is None else read_range(text)),
     Field(max_length=100, description="Two numbers, `lower,higher`."),
 ]
 
 
-class _At(BaseModel):
+class At(BaseModel):
+    """The point of a study at which something is asked."""
+
     model_config = ConfigDict(extra="forbid")
 
-    metric: Metric = Field("amplitude_ratio", description="A variable that the study stores.")
     damping_ratio: Value = None
     restitution: Value = None
     mass_ratio: Value = None
@@ -83,7 +87,16 @@ class _At(BaseModel):
         return {name: value for name in DIMENSIONS if (value := getattr(self, name, None)) is not None}
 
 
-class MapQuery(_At):
+class SliceQuery(At):
+    """What a map and a curve have in common."""
+
+    metric: Metric = Field("amplitude_ratio", description="A variable that the study stores.")
+    interpolate: bool = Field(
+        False, description="Take values between grid points, where the class of response does not change."
+    )
+
+
+class MapQuery(SliceQuery):
     """Parameters of a map."""
 
     x: Dimension = Field(description="Dimension along the rows of `values`.", examples=["friction_ratio"])
@@ -95,20 +108,19 @@ class MapQuery(_At):
     frequency_ratio: Value = None
 
 
-class ResponseQuery(_At):
+class ResponseQuery(SliceQuery):
     """Parameters of a frequency response."""
 
 
-class DesignsQuery(BaseModel):
-    """Parameters of a ranking."""
+class RankingQuery(BaseModel):
+    """What designs are judged by, and which of them."""
 
     model_config = ConfigDict(extra="forbid")
 
-    objective: Literal["peak", "resonance", "band_mean", "band_rms"] = Field(
-        "resonance", description="What a design is judged by; smaller is better."
+    objective: Literal["peak", "resonance", "band_mean", "band_rms"] | None = Field(
+        None, description="What a design is judged by; peak, or resonance where one frequency was computed."
     )
     band: Range = None
-    top: int = Field(10, ge=1, le=MOST, description="How many designs.")
     exclude_locked: bool = Field(False, description="Leave out designs that friction locks to the base.")
     max_impact_speed: float | None = Field(None, ge=0, allow_inf_nan=False, description="Over Z·ω_n.")
     damping_ratio: Range = None
@@ -116,6 +128,38 @@ class DesignsQuery(BaseModel):
     mass_ratio: Range = None
     clearance_ratio: Range = None
     friction_ratio: Range = None
+
+    def judging(self) -> dict[str, Any]:
+        """Give the arguments that every ranking of `studies.answers` takes."""
+        ranges = {
+            name: found for name in DIMENSIONS if (found := pair(getattr(self, name, None))) is not None
+        }
+        return {
+            "objective": self.objective,
+            "band": pair(self.band),
+            "exclude_locked": self.exclude_locked,
+            "max_impact_speed": self.max_impact_speed,
+            "ranges": ranges,
+        }
+
+
+class DesignsQuery(RankingQuery):
+    """Parameters of a ranking."""
+
+    top: int = Field(10, ge=1, le=MOST, description="How many designs.")
+    pareto: str | None = Field(
+        None,
+        max_length=200,
+        description=f"Two or three of {listing(RESPECTS)}; the front instead of a ranking. A minus in front "
+        "means larger is better.",
+        examples=["amplitude,mass"],
+    )
+    with_: str | None = Field(
+        None,
+        alias="with",
+        max_length=2000,
+        description="Ids of follow-up studies to rank with this one, by commas.",
+    )
 
 
 @router.get(
@@ -125,11 +169,16 @@ class DesignsQuery(BaseModel):
     summary="One metric over two dimensions",
 )
 def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Query()]) -> Document:
-    """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`."""
+    """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
+
+    Without a word on the frequency the map shows the largest value over the study's band.
+    """
     cube = service.store.cube(study.id)
     _check_size(cube, query)
-    answer = resonance_map(cube, query.x, query.y, query.metric, query.over, query.reduce, query.at())
-    return _answered(study, map_document(answer, query.metric))
+    answer = resonance_map(
+        cube, query.x, query.y, query.metric, query.over, query.reduce, query.at(), query.interpolate
+    )
+    return answered(study, map_document(answer, query.metric))
 
 
 @router.get(
@@ -140,8 +189,8 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
 )
 def ask_response(service: TheService, study: TheStudy, query: Annotated[ResponseQuery, Query()]) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
-    answer = frequency_response(service.store.cube(study.id), query.metric, query.at())
-    return _answered(study, response_document(answer, query.metric))
+    answer = frequency_response(service.store.cube(study.id), query.metric, query.at(), query.interpolate)
+    return answered(study, response_document(answer, query.metric))
 
 
 @router.get(
@@ -152,20 +201,29 @@ def ask_response(service: TheService, study: TheStudy, query: Annotated[Response
 )
 def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice."""
-    ranges = {name: found for name in DIMENSIONS if (found := _pair(getattr(query, name, None))) is not None}
-    answer = optimal_designs(
-        service.store.cube(study.id),
-        query.objective,
-        _pair(query.band),
-        query.top,
-        query.exclude_locked,
-        query.max_impact_speed,
-        ranges,
-    )
-    return _answered(study, designs_document(answer))
+    cube = service.store.cube(study.id)
+    if query.pareto is not None:
+        if query.with_ is not None:
+            advice = "leave one of the two out"
+            raise StudyFaults(
+                [Fault("with", describe(query.with_), "nothing where `pareto` is given", advice)]
+            )
+        front = pareto_front(cube, read_respects(query.pareto), top=query.top, **query.judging())
+        return answered(study, designs_document(front))
+    if query.with_ is not None:
+        cubes = with_follow_ups(service, study, query.with_)
+        return answered(study, designs_document(merged_designs(cubes, top=query.top, **query.judging())))
+    return answered(study, designs_document(optimal_designs(cube, top=query.top, **query.judging())))
 
 
-def _pair(text: str | None) -> tuple[float, float] | None:
+def with_follow_ups(service: Service, study: Record, with_: str | None) -> dict[str, xr.Dataset]:
+    """Open a study's cube and those of the studies that `with` names, by id."""
+    records = [study, *(service.store.find(ref.strip()) for ref in (with_ or "").split(",") if ref.strip())]
+    return {record.id: service.store.cube(record.id) for record in records}
+
+
+def pair(text: str | None) -> tuple[float, float] | None:
+    """Read `lower,higher`, which was checked."""
     if text is None:
         return None
     low, _, high = text.partition(",")
@@ -181,5 +239,6 @@ def _check_size(cube: xr.Dataset, query: MapQuery) -> None:
         )
 
 
-def _answered(study: Record, answer: dict[str, Any]) -> Document:
+def answered(study: Record, answer: dict[str, Any]) -> Document:
+    """Put the study in front of its answer."""
     return Document({"study": study.id, "name": study.name, "state": study.state, **answer})

@@ -15,7 +15,8 @@ import xarray as xr
 from studies.answers.design_question import FREQUENCY, DesignQuestion
 from studies.answers.faults import QueryFault
 from studies.answers.judging import attributes_of, judge, new_tally
-from studies.faults import Fault, counted, describe
+from studies.faults import Fault, counted
+from studies.store.slabs import BUDGET
 from studies.variables import ResponseClass
 
 RAY = ("clearance_ratio", "friction_ratio")
@@ -137,10 +138,10 @@ def _track(axis: np.ndarray, factors: np.ndarray) -> _Track:
     if (axis <= 0).all():
         return _Track(np.zeros(wanted.shape, np.intp), np.zeros(wanted.shape))
     positive = np.flatnonzero(axis > 0)
+    positive = positive[np.argsort(axis[positive])]
     logs = np.log(axis[positive])
     with np.errstate(divide="ignore"):
-        gap = np.abs(np.log(wanted)[..., None] - logs)
-    nearest = positive[gap.argmin(axis=-1)]
+        nearest = positive[np.searchsorted((logs[1:] + logs[:-1]) / 2, np.log(wanted))]
     distance = np.abs(axis[nearest] / np.where(wanted > 0, wanted, 1.0) - 1)
     inside = (wanted >= axis[positive].min() * (1 - ROUNDING)) & (wanted <= axis.max() * (1 + ROUNDING))
     index = np.where(inside, nearest, -1)
@@ -188,9 +189,10 @@ def _rays(
     tally: dict[str, int],
 ) -> dict[str, np.ndarray]:
     """Judge the rays through every nominal grid point of a plane; one row for each that stays on known points."""
-    columns = nominal[RAY[1]]
+    amplitudes = tracks[RAY[0]].index.shape[1]
+    parts = np.array_split(nominal[RAY[1]], -(-nominal[RAY[1]].size * amplitudes // BUDGET))
     rows: list[dict[str, np.ndarray]] = []
-    for clearance in nominal[RAY[0]]:
+    for clearance, columns in product(nominal[RAY[0]], parts):
         d = tracks[RAY[0]].index[clearance][None, :]
         g = tracks[RAY[1]].index[columns]
         on = ((d >= 0) & (g >= 0)).all(axis=1)
@@ -275,7 +277,7 @@ def _note(question: DesignQuestion, factors: np.ndarray, tally: Mapping[str, int
         sentences.append("No ray is left.")
     else:
         sentences.append(
-            "Grid points nearest to the ray stand for it, at most "
-            f"{describe(round(float(answer['distance'].max()) * 100, 2))} % off for the dampers shown."
+            "Grid points nearest to the ray stand for it, at most a share of "
+            f"{float(answer['distance'].max()):.3g} off for the dampers shown."
         )
     return " ".join(sentences)

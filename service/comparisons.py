@@ -1,0 +1,56 @@
+"""Comparisons and follow-ups as documents: what HTTP sends and what the command line prints with --json."""
+
+from typing import Any
+
+import xarray as xr
+
+from studies.answers.refine import Refinement
+from studies.variables import VARIABLES
+
+
+def columns_document(answer: xr.Dataset) -> dict[str, Any]:
+    """Put an answer with one dimension into a document, a list for each of its variables.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `tmd_comparison` or `work_precision`.
+
+    Returns
+    -------
+    dict
+        The dimension and every variable by name, ``columns`` (unit and long name of each), ``at`` (coordinates
+        without a dimension), ``meanings`` of codes, and the attributes.
+    """
+    (dimension,) = (str(name) for name in answer.sizes)
+    columns = {name: answer[name] for name in (dimension, *(str(name) for name in answer.data_vars))}
+    return {
+        **{name: array.values for name, array in columns.items()},
+        "columns": {
+            name: {
+                key: array.attrs.get(key, fallback) for key, fallback in (("units", "1"), ("long_name", name))
+            }
+            for name, array in columns.items()
+        },
+        "at": {str(name): float(value) for name, value in answer.coords.items() if value.ndim == 0},
+        "meanings": {
+            name: {str(flag.value): flag.name.lower() for flag in flags}
+            for name in columns
+            if name in VARIABLES and (flags := VARIABLES[name].flags) is not None
+        },
+        **answer.attrs,
+    }
+
+
+def refinement_document(refinement: Refinement) -> dict[str, Any]:
+    """Put a refinement into a document: what is known, how well, and what computing on costs."""
+    study = refinement.study
+    return {
+        "known": study is None,
+        "found": refinement.found,
+        "steps": refinement.steps,
+        "points": refinement.points,
+        "fine_points": refinement.fine_points,
+        "definition": None if study is None else study.document(),
+        "note": refinement.note,
+    }

@@ -1,0 +1,112 @@
+"""Robust designs, and follow-up studies around an optimum or a class boundary."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from service.answers import designs_document
+from service.comparisons import refinement_document
+from service.documents import Document
+from service.problems import documented
+from service.routes.queries import At, Dimension, RankingQuery, answered, pair, read_range, with_follow_ups
+from service.routes.queries import router as queries
+from service.state import TheService, TheStudy
+from studies.answers.design_question import MOST
+from studies.answers.refine import FINEST, TOLERANCE, Refinement, refine_boundary, refine_optimum
+from studies.answers.robust import robust_designs
+from studies.definition import parse_study
+from studies.plan import make_plan
+from worker.cost import seconds_per_point
+from worker.provenance import provenance
+
+router = APIRouter(prefix=queries.prefix, dependencies=queries.dependencies)
+
+
+class RobustQuery(RankingQuery):
+    """Parameters of a ranking by the worst case over base amplitudes."""
+
+    amplitudes: Annotated[str, AfterValidator(read_range)] = Field(
+        max_length=100,
+        description="Lowest and highest base amplitude over the nominal one.",
+        examples=["0.5,2"],
+    )
+    top: int = Field(10, ge=1, le=MOST, description="How many dampers.")
+
+
+class FollowUp(BaseModel):
+    """What both kinds of refinement take."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    tolerance: float = Field(TOLERANCE, ge=FINEST, allow_inf_nan=False, description="Step to be known to.")
+    with_: str | None = Field(
+        None, alias="with", max_length=2000, description="Ids of the follow-ups that are done, by commas."
+    )
+    dry_run: bool = Field(False, description="Say what is known and what would be computed; store nothing.")
+
+
+class RefineQuery(FollowUp, RankingQuery):
+    """Parameters of a refinement around the best design."""
+
+
+class BoundaryQuery(FollowUp, At):
+    """Parameters of a refinement around a change of response class."""
+
+    along: Dimension = Field(description="The dimension that is searched.")
+    frequency_ratio: float | None = Field(None, allow_inf_nan=False)
+
+
+@router.get(
+    "/robust-designs",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="Dampers in the order of their worst case while the base amplitude varies",
+    tags=["queries"],
+)
+def ask_robust(service: TheService, study: TheStudy, query: Annotated[RobustQuery, Query()]) -> Document:
+    """Rank rays in the (d/Z, γ_F) plane: force and clearance are fixed, the base amplitude is not."""
+    amplitudes = pair(query.amplitudes)
+    assert amplitudes is not None
+    answer = robust_designs(service.store.cube(study.id), amplitudes, top=query.top, **query.judging())
+    return answered(study, designs_document(answer))
+
+
+@router.post(
+    "/refine",
+    response_class=Document,
+    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 422, 503)},
+    summary="A follow-up study around the best design",
+    tags=["studies"],
+)
+def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Query()]) -> Document:
+    """Search between the best design and its neighbours; name the follow-ups that are done with `with`."""
+    cubes = with_follow_ups(service, study, query.with_)
+    found = refine_optimum(parse_study(study.definition), cubes, query.tolerance, **query.judging())
+    return _follow(service, study, found, query.dry_run)
+
+
+@router.post(
+    "/refine-boundary",
+    response_class=Document,
+    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 422, 503)},
+    summary="A follow-up study around a change of response class",
+    tags=["studies"],
+)
+def refine_class(service: TheService, study: TheStudy, query: Annotated[BoundaryQuery, Query()]) -> Document:
+    """Search along one dimension, the others fixed, for where the class of response changes."""
+    cubes = with_follow_ups(service, study, query.with_)
+    found = refine_boundary(parse_study(study.definition), cubes, query.along, query.at(), query.tolerance)
+    return _follow(service, study, found, query.dry_run)
+
+
+def _follow(service: TheService, study: TheStudy, found: Refinement, dry_run: bool) -> Document:
+    document = refinement_document(found)
+    if found.study is None or dry_run:
+        return answered(study, document)
+    plan = make_plan(found.study, seconds_per_point)
+    record, created = service.store.submit(found.study, plan, provenance() | {"refines": study.id})
+    service.dispatcher.wake()
+    follow_up = {key: value for key, value in record.document().items() if key != "definition"}
+    answer = {"study": study.id, "name": study.name, "state": study.state, **document, "follow_up": follow_up}
+    return Document(answer, 201 if created else 200, {"Location": f"/api/v1/studies/{record.id}"})

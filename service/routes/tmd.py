@@ -1,0 +1,68 @@
+"""Questions that compare: with a tuned mass damper, and error with run time."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query
+from pydantic import Field
+
+from service.comparisons import columns_document
+from service.documents import Document
+from service.problems import documented
+from service.routes.queries import At, answered
+from service.routes.queries import router as queries
+from service.state import TheService, TheStudy
+from studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
+from studies.answers.work_precision import work_precision
+from studies.tmd.tunings import CRITERIA
+
+router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
+
+_TUNINGS = "; ".join(f"{name}: {meaning}" for name, meaning in CRITERIA.items())
+
+
+class TmdQuery(At):
+    """Parameters of a comparison with a tuned mass damper."""
+
+    mass_ratio: float | None = Field(
+        None, gt=0, le=MOST_MASS, allow_inf_nan=False, description="μ; that of the design without it."
+    )
+    criterion: Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"] = Field(
+        "minimax", description=f"How it is tuned. {_TUNINGS}."
+    )
+    detuning: float = Field(
+        0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its frequency is off."
+    )
+    damping_detuning: float = Field(
+        0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its damping is off."
+    )
+
+
+@router.get(
+    "/tmd-comparison",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="One design beside a tuned mass damper",
+)
+def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Query()]) -> Document:
+    """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""
+    at = {name: value for name, value in query.at().items() if name != "mass_ratio"}
+    answer = tmd_comparison(
+        service.store.cube(study.id),
+        query.criterion,
+        query.mass_ratio,
+        query.detuning,
+        query.damping_detuning,
+        at,
+    )
+    return answered(study, columns_document(answer))
+
+
+@router.get(
+    "/work-precision",
+    response_class=Document,
+    responses=documented(404, 422, 503),
+    summary="Error against run time over the points",
+)
+def ask_precision(service: TheService, study: TheStudy) -> Document:
+    """Sort the points by run time, and say how exact those of each time are."""
+    return answered(study, columns_document(work_precision(service.store.cube(study.id))))
