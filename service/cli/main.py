@@ -13,6 +13,7 @@ from service.cli.run import resume, run
 from service.cli.serve import serve
 from service.cli.simulate import simulate
 from service.cli.studies import cancel, delete, show, studies
+from service.cli.tmd import precision, refine, robust, tmd
 from service.cli.verify import verify
 
 INTERRUPTED = 130
@@ -29,10 +30,14 @@ app = typer.Typer(
 for name, command, panel in (
     ("run", run, "Compute"),
     ("resume", resume, "Compute"),
+    ("refine", refine, "Compute"),
     ("simulate", simulate, "Compute"),
     ("map", map_, "Ask"),
     ("response", response, "Ask"),
     ("optimum", optimum, "Ask"),
+    ("tmd", tmd, "Ask"),
+    ("robust", robust, "Ask"),
+    ("precision", precision, "Ask"),
     ("export", export, "Ask"),
     ("studies", studies, "Keep"),
     ("show", show, "Keep"),

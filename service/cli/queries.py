@@ -40,6 +40,12 @@ Output = Annotated[
         "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
     ),
 ]
+Interpolate = Annotated[
+    bool,
+    typer.Option(
+        "--interpolate", help="Take values between grid points, where the class of response does not change."
+    ),
+]
 Metric = Annotated[str, typer.Option(help="Which result variable.")]
 FAVOURITES = (
     "clearance_ratio",
@@ -60,6 +66,7 @@ def map_(
     over: Annotated[str | None, typer.Option(help="A third dimension, to be reduced.")] = None,
     reduce: Annotated[str | None, typer.Option(help="How it is reduced: max (default), min or mean.")] = None,
     at: At = None,
+    interpolate: Interpolate = False,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
@@ -67,20 +74,20 @@ def map_(
     """Show a result over two dimensions, such as the amplitude at resonance over clearance and friction."""
     check_file(output)
     fixed = read_at(at)
-    record, cube = _open(study, data_dir)
+    record, cube = ask(study, data_dir)
     x, y = _choose_axes(cube, x, y, {*fixed, over})
     from studies.answers.resonance_map import resonance_map
 
     with working("Reading the cube"):
-        answer = resonance_map(cube, x, y, metric, over, reduce, fixed)
+        answer = resonance_map(cube, x, y, metric, over, reduce, fixed, interpolate)
     if output is not None:
         from service.figures.resonance_map import draw_map
 
-        _write(answer, lambda: draw_map(answer, metric), output)
+        write(answer, lambda: draw_map(answer, metric), output)
     if as_json:
         from service.answers import map_document
 
-        print_json(_answered(record, map_document(answer, metric)))
+        print_json(answered(record, map_document(answer, metric)))
     elif output is None:
         say(slice_sentence(answer, metric, label(record)))
         print_table(*map_table(answer, metric))
@@ -92,6 +99,7 @@ def response(
     study: StudyId,
     metric: Metric = "amplitude_ratio",
     at: At = None,
+    interpolate: Interpolate = False,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
@@ -99,19 +107,19 @@ def response(
     """Show a result over the frequency ratio at one design."""
     check_file(output)
     fixed = read_at(at)
-    record, cube = _open(study, data_dir)
+    record, cube = ask(study, data_dir)
     from studies.answers.frequency_response import frequency_response
 
     with working("Reading the cube"):
-        answer = frequency_response(cube, metric, fixed)
+        answer = frequency_response(cube, metric, fixed, interpolate)
     if output is not None:
         from service.figures.curves import draw_response
 
-        _write(answer, lambda: draw_response(answer, metric), output)
+        write(answer, lambda: draw_response(answer, metric), output)
     if as_json:
         from service.answers import response_document
 
-        print_json(_answered(record, response_document(answer, metric)))
+        print_json(answered(record, response_document(answer, metric)))
     elif output is None:
         say(slice_sentence(answer, metric, label(record)))
         print_table(*rows_table(answer))
@@ -121,8 +129,9 @@ def response(
 def optimum(
     study: StudyId,
     objective: Annotated[
-        str, typer.Option(help="What counts: resonance, peak, band_mean or band_rms.")
-    ] = "resonance",
+        str | None,
+        typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
+    ] = None,
     band: Annotated[
         str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")
     ] = None,
@@ -137,38 +146,62 @@ def optimum(
         list[str] | None,
         typer.Option(metavar="DIMENSION=LO,HI", help="Only designs in this range; may be repeated."),
     ] = None,
+    pareto: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B[,C]",
+            help="Instead, the designs that none beats at once in these, as amplitude,mass.",
+        ),
+    ] = None,
+    with_: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="ID", help="A follow-up study to rank together; may be repeated."),
+    ] = None,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
     """Rank the designs of a study, the best first."""
     check_file(output)
+    if pareto is not None and with_:
+        raise typer.BadParameter("found both --pareto and --with, allowed: one of the two")
     limits = None if band is None else read_range("--band", band)
     ranges = read_within(within)
-    record, cube = _open(study, data_dir)
+    record, cube = ask(study, data_dir)
     from studies.answers.design_question import MOST
+    from studies.answers.merged import merged_designs
     from studies.answers.optimal_designs import optimal_designs
+    from studies.answers.pareto import pareto_front, read_respects
 
+    question = (objective, limits, MOST, exclude_locked, max_impact_speed, ranges)
     with working("Judging the designs"):
         # More than are shown: the sentences count the designs that are as good, and look for one with impacts.
-        ranked = optimal_designs(cube, objective, limits, MOST, exclude_locked, max_impact_speed, ranges)
+        if pareto is not None:
+            ranked = pareto_front(cube, read_respects(pareto), *question)
+        elif with_:
+            follow_ups = [ask(other, data_dir) for other in with_]
+            cubes = {record.id: cube} | {other.id: its for other, its in follow_ups}
+            ranked = merged_designs(cubes, *question)
+        else:
+            ranked = optimal_designs(cube, *question)
         answer = ranked.isel(rank=slice(top))
     if output is not None:
         from service.figures.curves import draw_ranking
 
-        _write(answer, lambda: draw_ranking(answer), output)
+        write(answer, lambda: draw_ranking(answer), output)
     if as_json:
         from service.answers import designs_document
 
-        print_json(_answered(record, designs_document(answer)))
+        print_json(answered(record, designs_document(answer)))
     elif output is None:
-        for sentence in (*best_sentences(ranked), answer.attrs["note"]):
+        for sentence in (*([] if pareto else best_sentences(ranked)), answer.attrs["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
             print_table(*rows_table(answer))
 
 
-def _open(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
+def ask(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
+    """Find a study and open its cube."""
     store = open_store(data_dir)
     record = store.find(study)
     return record, store.cube(record.id)
@@ -181,15 +214,16 @@ def _choose_axes(cube: "xr.Dataset", x: str | None, y: str | None, taken: set[st
     return x or free.pop(0), y or free.pop(0)
 
 
-def _answered(record: "Record", answer: dict[str, object]) -> dict[str, object]:
+def answered(record: "Record", answer: dict[str, object]) -> dict[str, object]:
+    """Put the study in front of its answer."""
     return {"study": record.id, "name": record.name, "state": record.state, **answer}
 
 
-def _write(answer: "xr.Dataset", draw: "Callable[[], Figure]", output: Path) -> None:
+def write(answer: "xr.Dataset", draw: "Callable[[], Figure] | None", output: Path) -> None:
     """Write an answer: its numbers as CSV, else a figure in the format of the suffix."""
     with working(f"Writing {output}"):
         make_parent(output)
-        if output.suffix == ".csv":
+        if output.suffix == ".csv" or draw is None:
             answer.to_dataframe().to_csv(output)
         else:
             from service.figures.style import save

@@ -1,0 +1,228 @@
+"""Commands that compare and search further: tmd, robust, precision, refine."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.failures import FAILED
+from service.cli.options import (
+    AsJson,
+    At,
+    DataDir,
+    Scheduler,
+    StudyId,
+    Workers,
+    check_cluster,
+    check_file,
+    check_name,
+    read_at,
+    read_range,
+    read_within,
+)
+from service.cli.output import note, number, print_json, print_table, say, working
+from service.cli.queries import Output, answered, ask, write
+from service.cli.store import open_store
+from service.cli.words import completeness_sentence, rows_table
+from studies.variables import DIMENSIONS
+
+if TYPE_CHECKING:
+    from studies.answers.refine import Refinement
+    from studies.store.record import Record
+    from studies.store.store import Store
+
+Objective = Annotated[
+    str | None,
+    typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
+]
+Band = Annotated[str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")]
+ExcludeLocked = Annotated[
+    bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
+]
+MaxImpactSpeed = Annotated[
+    float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
+]
+Within = Annotated[
+    list[str] | None,
+    typer.Option(metavar="DIMENSION=LO,HI", help="Only designs in this range; may be repeated."),
+]
+Top = Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")]
+
+
+def tmd(
+    study: StudyId,
+    criterion: Annotated[
+        str, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
+    ] = "minimax",
+    mass_ratio: Annotated[
+        float | None, typer.Option(help="μ of the tuned mass damper; that of the design by default.")
+    ] = None,
+    detuning: Annotated[float, typer.Option(help="Share by which its frequency is off, 0.05 for 5 %.")] = 0.0,
+    damping_detuning: Annotated[float, typer.Option(help="Share by which its damping is off.")] = 0.0,
+    at: At = None,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare one design of a study with a tuned mass damper of the same mass, over frequency."""
+    check_file(output)
+    fixed = read_at(at)
+    record, cube = ask(study, data_dir)
+    from studies.answers.tmd_comparison import tmd_comparison
+
+    with working("Tuning"):
+        answer = tmd_comparison(cube, criterion, mass_ratio, detuning, damping_detuning, fixed)
+    if output is not None:
+        from service.figures.comparison import draw_comparison
+
+        write(answer, lambda: draw_comparison(answer), output)
+    if as_json:
+        from service.comparisons import columns_document
+
+        print_json(answered(record, columns_document(answer)))
+    elif output is None:
+        say(answer.attrs["note"])
+        better = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in answer.attrs["hybrid_better"])
+        say(f"The study's damper is better at r = {better}." if better else "It is nowhere better.")
+        print_table(*rows_table(answer))
+        if missing := completeness_sentence(answer):
+            say(missing)
+
+
+def robust(
+    study: StudyId,
+    amplitudes: Annotated[
+        str, typer.Option(metavar="LO,HI", help="Range of the base amplitude, over the nominal one.")
+    ] = "0.5,2",
+    objective: Objective = None,
+    band: Band = None,
+    top: Top = 10,
+    exclude_locked: ExcludeLocked = False,
+    max_impact_speed: MaxImpactSpeed = None,
+    within: Within = None,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Rank dampers of fixed force and clearance by their worst case while the base amplitude varies."""
+    check_file(output, (".csv",))
+    span = read_range("--amplitudes", amplitudes)
+    limits = None if band is None else read_range("--band", band)
+    ranges = read_within(within)
+    record, cube = ask(study, data_dir)
+    from studies.answers.robust import robust_designs
+
+    with working("Following the rays"):
+        answer = robust_designs(cube, span, objective, limits, top, exclude_locked, max_impact_speed, ranges)
+    if output is not None:
+        write(answer, None, output)
+    if as_json:
+        from service.answers import designs_document
+
+        print_json(answered(record, designs_document(answer)))
+    elif output is None:
+        say(answer.attrs["note"])
+        print_table(*rows_table(answer))
+
+
+def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
+    """Show the error of a study's points against their run time."""
+    record, cube = ask(study, data_dir)
+    from studies.answers.work_precision import work_precision
+
+    with working("Reading the cube"):
+        answer = work_precision(cube)
+    if as_json:
+        from service.comparisons import columns_document
+
+        print_json(answered(record, columns_document(answer)))
+    else:
+        names = ("run_time", *(str(name) for name in answer.data_vars))
+        rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
+        say(answer.attrs["note"])
+        print_table(("run_time [s]", *names[1:]), (tuple(number(value, 3) for value in row) for row in rows))
+
+
+def refine(
+    study: StudyId,
+    tolerance: Annotated[float, typer.Option(help="Step to which each parameter shall be known.")] = 1e-3,
+    boundary: Annotated[
+        str | None,
+        typer.Option(metavar="DIMENSION", help="Search a change of response class along this dimension."),
+    ] = None,
+    at: At = None,
+    objective: Objective = None,
+    band: Band = None,
+    exclude_locked: ExcludeLocked = False,
+    max_impact_speed: MaxImpactSpeed = None,
+    within: Within = None,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute follow-up studies around the best design, or a class boundary, until it is known to the tolerance."""
+    check_cluster(workers, scheduler)
+    check_name("--boundary", boundary, DIMENSIONS)
+    fixed = read_at(at)
+    limits = None if band is None else read_range("--band", band)
+    ranges = read_within(within)
+    if boundary is None and fixed:
+        raise typer.BadParameter(
+            "found --at without --boundary, allowed: --within for designs", param_hint="--at"
+        )
+    store = open_store(data_dir)
+    record = store.find(study)
+    from studies.answers.refine import refine_boundary, refine_optimum
+    from studies.definition import parse_study
+
+    asked = parse_study(record.definition)
+    ids = [record.id]
+    while True:
+        cubes = {name: store.cube(name) for name in ids}
+        with working("Judging"):
+            if boundary is not None:
+                found = refine_boundary(asked, cubes, boundary, fixed, tolerance)
+            else:
+                found = refine_optimum(
+                    asked, cubes, tolerance, objective, limits, exclude_locked, max_impact_speed, ranges
+                )
+        note(found.note)
+        if found.study is None:
+            break
+        follow_up = _compute(store, found, record, workers, scheduler)
+        if follow_up.id in ids:
+            raise typer.Exit(FAILED)
+        ids.append(follow_up.id)
+    if as_json:
+        from service.comparisons import refinement_document
+
+        print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
+    else:
+        say(found.note)
+        say(", ".join(f"{name} = {_cell(value)}" for name, value in found.found.items()))
+        if ids[1:]:
+            say(f"Follow-up studies: {', '.join(ids[1:])}.")
+
+
+def _cell(value: object) -> str:
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def _compute(
+    store: "Store", found: "Refinement", parent: "Record", workers: int | None, scheduler: str | None
+) -> "Record":
+    """Run a follow-up to its end; what is done of it is kept if it stops."""
+    from service.cli.run import compute
+    from studies.plan import make_plan
+    from worker.cost import seconds_per_point
+    from worker.provenance import provenance
+
+    assert found.study is not None
+    plan = make_plan(found.study, seconds_per_point)
+    record, _ = store.submit(found.study, plan, provenance() | {"refines": parent.id})
+    if record.state != "done":
+        record = compute(store, record, workers, scheduler)
+    if record.state != "done":
+        note(f"damperlab: the follow-up {record.id} is {record.state}; go on with the same command.")
+        raise typer.Exit(FAILED)
+    return record
