@@ -10,27 +10,22 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from studies.store.record import Record
 from studies.store.store import Store
 from tests.service.cli.commands import END_SECONDS, LINEAR, run, start
 
-LONG: dict[str, Any] = {
-    "name": "long",
-    "particle": False,
-    "axes": {
-        "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 80},
-        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 120},
-    },
-}
-"""Friction alone: dozens of blocks and many seconds of kernels."""
 
-
-@pytest.fixture
-def data_dir(tmp_path: Path) -> Path:
-    (tmp_path / "long.json").write_text(json.dumps(LONG))
-    return tmp_path
+def slow_study(name: str, frictions: int) -> dict[str, Any]:
+    """Responses that never become periodic, with a tolerance that none reaches: most take all of their 100,000 cycles."""
+    return {
+        "name": name,
+        "axes": {
+            "clearance_ratio": {"start": 20, "stop": 24, "num": 5},
+            "friction_ratio": {"start": 0.02, "stop": 0.3, "num": frictions},
+            "frequency_ratio": 1,
+        },
+        "steady": {"max_cycles": 100_000, "tolerance": 1e-8},
+    }
 
 
 def wait_for_block(store: Store, running: subprocess.Popen[str], blocks: int) -> Record:
@@ -46,58 +41,71 @@ def wait_for_block(store: Store, running: subprocess.Popen[str], blocks: int) ->
     raise AssertionError(f"no block was seen to be done while the study ran\n{out}\n{err}")
 
 
-def test_cancelled_elsewhere_then_interrupted_then_resumed_to_the_end(data_dir: Path) -> None:
-    store = Store.open(data_dir)
-    running = start("run", data_dir / "long.json", "--data-dir", data_dir, "--workers", "1")
+def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
+    study = tmp_path / "long.json"
+    study.write_text(json.dumps(slow_study("long", 40)))
+    running = start("run", study, "--data-dir", tmp_path, "--workers", "1")
+    store = Store.open(tmp_path)
     seen = wait_for_block(store, running, 0)
-    run("cancel", seen.id, "--data-dir", data_dir)
-    out, err = running.communicate(timeout=END_SECONDS)
+    assert "cancel it first" in run("delete", seen.id, "--yes", "--data-dir", tmp_path, status=1).stderr
+    run("cancel", seen.id, "--data-dir", tmp_path)
+    _, err = running.communicate(timeout=END_SECONDS)
     assert running.returncode == 1, err
     assert f"damperlab resume {seen.id}" in err
     cancelled = store.find(seen.id)
     assert cancelled.state == "cancelled"
     assert seen.blocks_done <= cancelled.blocks_done < cancelled.blocks_total
+    run("delete", seen.id, "--yes", "--data-dir", tmp_path)
+    assert store.page(1).records == ()
+    store.close()
 
-    running = start("resume", "long", "--data-dir", data_dir, "--workers", "1", "--json")
-    seen = wait_for_block(store, running, cancelled.blocks_done)
+
+def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> None:
+    study = tmp_path / "short.json"
+    study.write_text(json.dumps(slow_study("short", 4)))
+    running = start("run", study, "--data-dir", tmp_path, "--workers", "1", "--json")
+    store = Store.open(tmp_path)
+    seen = wait_for_block(store, running, 0)
     os.killpg(running.pid, signal.SIGINT)
     out, err = running.communicate(timeout=END_SECONDS)
     assert running.returncode == 1, err
     assert "Traceback" not in err
+    assert f"damperlab resume {seen.id}" in err
     record = json.loads(out)
     assert record["state"] == "cancelled"
-    assert record["blocks_done"] > cancelled.blocks_done
+    assert seen.blocks_done <= record["blocks_done"] < record["blocks_total"]
 
-    document = json.loads(run("resume", seen.id, "--data-dir", data_dir, "--json").stdout)
+    document = json.loads(run("resume", "short", "--data-dir", tmp_path, "--json").stdout)
     assert document["state"] == "done"
-    assert document["points_done"] == 80 * 120
+    assert document["points_done"] == document["points_total"] == 20
     assert document["points_failed"] == 0
     assert (store.cube(seen.id).status >= 0).all()
     store.close()
 
 
-def test_a_server_shows_what_run_stores_and_run_follows_what_a_server_computes(data_dir: Path) -> None:
-    server = start("serve", "--port", "0", "--data-dir", data_dir, "--workers", "1")
+def test_a_server_shows_what_run_stores_and_run_follows_what_a_server_computes(tmp_path: Path) -> None:
+    server = start("serve", "--port", "0", "--data-dir", tmp_path, "--workers", "1")
     try:
         url = _address(server)
-        study = json.dumps(LINEAR).encode()
-        linear = data_dir / "linear.json"
-        linear.write_bytes(study)
-        record = json.loads(run("run", linear, "--data-dir", data_dir, "--json").stdout)
+        slow = tmp_path / "slow.json"
+        slow.write_text(json.dumps(slow_study("slow", 8)))
+        linear = tmp_path / "linear.json"
+        linear.write_text(json.dumps(LINEAR))
+        record = json.loads(run("run", linear, "--data-dir", tmp_path, "--json").stdout)
         with urllib.request.urlopen(f"{url}/api/v1/studies/{record['id']}") as shown:
             assert json.load(shown) == record
 
         request = urllib.request.Request(
             f"{url}/api/v1/studies",
-            (data_dir / "long.json").read_bytes(),
+            slow.read_bytes(),
             {"Content-Type": "application/json"},
         )
         with urllib.request.urlopen(request) as answer:
             posted = json.load(answer)
-        store = Store.open(data_dir)
+        store = Store.open(tmp_path)
         seen = wait_for_block(store, server, 0)
         assert seen.id == posted["id"]
-        followed = run("run", data_dir / "long.json", "--data-dir", data_dir, "--json")
+        followed = run("run", slow, "--data-dir", tmp_path, "--json")
         assert "another process" in followed.stderr
         assert json.loads(followed.stdout)["state"] == "done"
         store.close()
