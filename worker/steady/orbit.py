@@ -135,7 +135,9 @@ def _norm(vector, size):
 
 
 @kernel
-def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, counts, log, monodromy):
+def find_orbit(
+    state, lag, scale, reach, base, free, loaded, friction, particle, work, counts, log, monodromy
+):
     """Periodic orbit near a state.
 
     Parameters
@@ -146,6 +148,8 @@ def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, 
         Period in half cycles of the mirrored map.
     scale : float
         Size of the motion.
+    reach : float
+        Longest step believed.
     monodromy : array, shape (SIZE, SIZE)
         Filled with the Jacobian of the orbit found.
 
@@ -165,6 +169,7 @@ def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, 
     coordinates(state, particle, point)
     here = state
     halves = 0
+    previous = inf
     for _ in range(_ITERATIONS):
         there, complete = around(
             here, lag, base, free, loaded, friction, particle, work, counts, log, monodromy
@@ -178,9 +183,10 @@ def find_orbit(state, lag, scale, base, free, loaded, friction, particle, work, 
         if not _newton_step(monodromy, end, here, size, friction, particle, step):
             return state, inf, halves
         distance = _norm(step, size)
-        if _norm(end, size) <= _CLOSED * scale:
-            return here, distance, halves
-        if not distance <= 0.5 * scale:
+        if _norm(end, size) <= _CLOSED * scale and (distance <= _CLOSED * scale or distance > 0.5 * previous):
+            return here, distance, halves  # no step makes it better
+        previous = distance
+        if not distance <= reach:
             return state, inf, halves
         for i in range(size):
             point[i] += step[i]

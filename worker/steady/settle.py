@@ -229,7 +229,19 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
             lag, error = _recurring(ring, half, before, span, scale, settings.periodic_tolerance)
             if lag > 0:
                 polished, distance, halves = find_orbit(
-                    state, lag, scale, base, free, loaded, friction, particle, work, counts, log, monodromy
+                    state,
+                    lag,
+                    scale,
+                    scale,
+                    base,
+                    free,
+                    loaded,
+                    friction,
+                    particle,
+                    work,
+                    counts,
+                    log,
+                    monodromy,
                 )
                 extra += halves
                 coordinates(polished, particle, orbit_point)
@@ -279,6 +291,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
                         state,
                         promising,
                         scale,
+                        inf if particle is None else 0.5 * scale,
                         base,
                         free,
                         loaded,
@@ -291,6 +304,11 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
                     )
                     extra += halves
                     if candidate_error < inf and spectral_radius(monodromy, size) < 1.0 - 1e-9:
+                        if particle is None:
+                            # v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance of any two motions never grows,
+                            # so a stable periodic one attracts them all
+                            state, lag, error = orbit, promising, candidate_error
+                            break
                         coordinates(orbit, particle, orbit_point)
                         far = 0.0
                         for i in range(SIZE):
