@@ -15,7 +15,8 @@ from starlette.responses import Response
 from service.documents import Document
 from studies.answers.faults import QueryFault
 from studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
-from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.chunks import BlockDamaged
+from studies.store.faults import KeyTaken, RevisionGone, StoreFault, StudyBusy, StudyNotFound
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -166,6 +167,12 @@ def _store(request: Request, error: Exception) -> Response:
             problem = Problem(404, "study-not-found", "There is no such study.", (error.fault,))
         case StudyBusy():
             problem = Problem(409, "study-busy", "The study is being worked on.", (error.fault,))
+        case KeyTaken():
+            problem = Problem(422, "key-taken", "The key stands for another definition.", (error.fault,))
+        case RevisionGone():
+            problem = Problem(410, "revision-gone", "The study is not what it was then.", (error.fault,))
+        case BlockDamaged():
+            problem = Problem(503, "block-damaged", "Stored results cannot be read.", (error.fault,))
         case _:
             # Not the request's fault: the disk is full, or its folder cannot be written.
             problem = Problem(503, "store-unavailable", "The service cannot use its data.", (error.fault,))

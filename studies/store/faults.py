@@ -31,3 +31,7 @@ class StudyBusy(StoreFault):
 
 class KeyTaken(StoreFault):
     """The key of a submission belongs to another definition."""
+
+
+class RevisionGone(StoreFault):
+    """The study's cube cannot be shown as it was at that revision."""

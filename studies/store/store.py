@@ -19,7 +19,7 @@ from studies.plan import Plan
 from studies.store.catalogue import Catalogue, open_catalogue
 from studies.store.chunks import Marks
 from studies.store.cube import block_grid, create_cube, open_cube
-from studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
+from studies.store.faults import KeyTaken, RevisionGone, StoreFault, StudyBusy, StudyNotFound
 from studies.store.record import STATES, BlockOutcome, Page, Record
 from studies.store.rows import (
     ALIVE,
@@ -426,7 +426,12 @@ class Store:
                 c.kernel_seconds,
             )
             change: dict[Any, Any] = dict(zip(names, sums, strict=True))
-            change |= {c.revision: c.revision + 1, c.state: "queued", c.finished: None}
+            change |= {
+                c.revision: row.revision + 1,
+                c.taken_back: row.revision + 1,
+                c.state: "queued",
+                c.finished: None,
+            }
             connection.execute(update(studies).where(c.number == row.number).values(change))
             _log(connection, study_id, f"{row.blocks_done - sums[0]} blocks taken back: {why}")
             return record_of(study_row(connection, study_id))
@@ -501,10 +506,21 @@ class Store:
         ------
         StudyNotFound
             If there is no such study.
+        RevisionGone
+            If there was no such revision, or blocks were taken back since.
         """
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
             path = self.folder(study_id, row.number)
+            if revision is not None and not row.taken_back <= revision <= row.revision:
+                raise RevisionGone(
+                    Fault(
+                        "revision",
+                        str(revision),
+                        f"{row.taken_back} to {row.revision}",
+                        "open the study anew: its blocks were computed again",
+                    )
+                )
             if revision is not None and revision != row.revision:
                 return path, marks_of(connection, row.number, revision)
             kept = self._marks.get(row.number)

@@ -41,6 +41,8 @@ studies = Table(
     Column("kernel_seconds", Float, nullable=False, default=0.0),
     # counts the changes of done_blocks: what was read at one revision holds until the next
     Column("revision", Integer, nullable=False, default=0),
+    # when blocks were last taken back: what was there before cannot be shown any more
+    Column("taken_back", Integer, nullable=False, default=0),
     # studies of one family differ in their grids alone; empty where no points may be taken or given
     Column("family", String(64), nullable=False, default=""),
     Column("reuse", Boolean, nullable=False, default=True),

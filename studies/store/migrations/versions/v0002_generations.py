@@ -12,6 +12,7 @@ def upgrade() -> None:
     for column in (
         sa.Column("points_reused", sa.BigInteger, nullable=False, server_default="0"),
         sa.Column("revision", sa.Integer, nullable=False, server_default="0"),
+        sa.Column("taken_back", sa.Integer, nullable=False, server_default="0"),
         sa.Column("family", sa.String(64), nullable=False, server_default=""),
         sa.Column("reuse", sa.Boolean, nullable=False, server_default=sa.true()),
     ):

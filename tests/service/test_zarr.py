@@ -1,0 +1,197 @@
+"""The cube over HTTP as Zarr clients read it: equal bits, honest errors, ranges and tags."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.definition import Study, parse_study
+from studies.plan import Plan, plan_with_chunk
+from studies.store.cube import stored_variables, write_region
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+
+STUDIES = "/api/v1/studies"
+
+
+def _study(points: int) -> Study:
+    axes = {"friction_ratio": [0.0, 0.1], "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": points}}
+    return parse_study({"name": "by hand", "damping_ratio": 0.01, "particle": False, "axes": axes})
+
+
+def _plan(study: Study, chunk: int) -> Plan:
+    return plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), lambda _, at: np.ones(len(at["mass_ratio"])))
+
+
+def _write(store: Store, study_id: str, study: Study, plan: Plan, index: int, generation: str) -> None:
+    block = plan.block(index)
+    values = {v.name: np.full(block.shape, 1 + index, v.dtype) for v in stored_variables(study)}
+    values["status"][...] = 0
+    found = write_region(store.cube_path(study_id), block, values, generation)
+    store.mark(
+        study_id, BlockOutcome(index, block.points, 0, 1.0, 1.0, generation=generation, checksum=found)
+    )
+
+
+@pytest.fixture(scope="module")
+def stopped(service: Any) -> Iterator[tuple[Store, str, Study, Plan]]:
+    """A study beside the service's own: blocks 0 to 2 of 8 are done, and somebody cancelled it."""
+    store = Store.open(service.log.parent / "data")
+    study = _study(40)
+    plan = _plan(study, 10)
+    record, _ = store.submit(study, plan, {})
+    assert store.claim(record.id, "the test", 600.0)
+    store.set_state(record.id, "cancelled")
+    for index in range(3):
+        _write(store, record.id, study, plan, index, "first")
+    yield store, record.id, study, plan
+    store.close()
+
+
+def test_xarray_reads_a_computed_study_bit_for_bit(service: Any, client: httpx.Client, curve: Any) -> None:
+    remote = xr.open_zarr(f"{service.url}{STUDIES}/{curve['id']}/zarr", chunks=None)
+    store = Store.open(service.log.parent / "data")
+    xr.testing.assert_identical(remote.load(), store.cube(curve["id"]).load())
+    store.close()
+
+
+def test_blocks_that_an_ended_study_lacks_read_as_not_computed(
+    service: Any, client: httpx.Client, stopped: tuple[Store, str, Study, Plan]
+) -> None:
+    store, study_id, _, _ = stopped
+    remote = xr.open_zarr(f"{service.url}{STUDIES}/{study_id}/zarr", chunks=None).load()
+    xr.testing.assert_identical(remote, store.cube(study_id).load())
+    assert (remote["status"] == -1).sum() == 50
+
+
+def test_blocks_that_are_still_coming_are_no_fill_values(
+    service: Any, client: httpx.Client, stopped: tuple[Store, str, Study, Plan]
+) -> None:
+    store, study_id, study, plan = stopped
+    store.set_state(study_id, "running")
+    try:
+        url = f"{STUDIES}/{study_id}/zarr"
+        answer = client.get(f"{url}/status/c.0.0.0.0.1.3")
+        assert (answer.status_code, answer.headers["cache-control"]) == (409, "no-store")
+        revision = store.find(study_id).revision
+        assert f"@{revision}/" in answer.json()["detail"]
+        remote = xr.open_zarr(f"{service.url}{url}", chunks=None)
+        assert (remote["status"].isel(friction_ratio=0, frequency_ratio=slice(30)) == 0).all()
+        with pytest.raises(Exception, match="409"):
+            remote["status"].load()
+        # at a revision the study stands still, whatever becomes done between two reads
+        pinned = xr.open_zarr(f"{service.url}{url}/@{revision}", chunks=None)
+        status = pinned["status"].load()
+        _write(store, study_id, study, plan, 4, "later")
+        cycles = pinned["cycles"].load()
+        np.testing.assert_array_equal(status == 0, cycles > 0)
+        assert (status == 0).sum() == 30
+    finally:
+        store.set_state(study_id, "cancelled")
+
+
+@pytest.mark.parametrize("how", ["lost", "flipped"])
+def test_damaged_blocks_are_errors(
+    service: Any, client: httpx.Client, stopped: tuple[Store, str, Study, Plan], how: str
+) -> None:
+    store, study_id, _, _ = stopped
+    file = Path(store.cube_path(study_id), "amplitude_ratio", "c.0.0.0.0.0.1~first")
+    content = file.read_bytes()
+    try:
+        if how == "lost":
+            file.unlink()
+        else:
+            file.write_bytes(content[:3] + bytes([content[3] ^ 1]) + content[4:])
+        answer = client.get(f"{STUDIES}/{study_id}/zarr/amplitude_ratio/c.0.0.0.0.0.1")
+        assert answer.status_code == 503
+        assert answer.json()["type"] == "urn:damperlab:problem:block-damaged"
+        assert "damperlab verify --repair" in answer.json()["errors"][0]["advice"]
+        with pytest.raises(Exception, match="503"):
+            xr.open_zarr(f"{service.url}{STUDIES}/{study_id}/zarr", chunks=None)["amplitude_ratio"].load()
+        question = client.get(f"{STUDIES}/{study_id}/frequency-response", params={"friction_ratio": 0})
+        assert question.status_code == 503
+    finally:
+        file.write_bytes(content)
+
+
+def test_ranges_and_tags(client: httpx.Client, stopped: tuple[Store, str, Study, Plan]) -> None:
+    _, study_id, _, _ = stopped
+    url = f"{STUDIES}/{study_id}/zarr/amplitude_ratio/c.0.0.0.0.0.0"
+    whole = client.get(url)
+    tag, size = whole.headers["etag"], len(whole.content)
+    assert "first" in tag
+    for asked, expected in (
+        ("bytes=0-3", whole.content[:4]),
+        ("bytes=5-", whole.content[5:]),
+        ("bytes=-4", whole.content[-4:]),
+        (f"bytes=2-{10 * size}", whole.content[2:]),
+    ):
+        answer = client.get(url, headers={"Range": asked})
+        assert (answer.status_code, answer.content) == (206, expected)
+        assert answer.headers["content-range"].endswith(f"/{size}")
+    assert client.get(url, headers={"Range": f"bytes={size}-"}).status_code == 416
+    assert client.get(url, headers={"Range": "bytes=0-1,3-4"}).content == whole.content
+    assert client.get(url, headers={"Range": "bytes=0-3", "If-Range": '"other"'}).content == whole.content
+    assert client.get(url, headers={"If-None-Match": f'"x", {tag}'}).status_code == 304
+    head = client.head(url)
+    assert (head.status_code, head.content, int(head.headers["content-length"])) == (200, b"", size)
+    metadata = client.get(f"{STUDIES}/{study_id}/zarr/zarr.json")
+    again = client.get(
+        f"{STUDIES}/{study_id}/zarr/zarr.json", headers={"If-None-Match": metadata.headers["etag"]}
+    )
+    assert again.status_code == 304
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "",
+        "nothing",
+        "%2e%2e/%2e%2e/catalogue.sqlite",
+        "status/%2e%2e/%2e%2e/catalogue.sqlite",
+        "status/c.0",
+        "status/c.0.0.0.0.0.99",
+        "status/c.0.0.0.0.0.-1",
+        "status/c.0.0.0.0.0.0~first",
+        "c/0",
+        "status",
+        "@1",
+        "%00",
+        "period/c.0.0.0.0.0.\u00b2",
+    ],
+)
+def test_nothing_else_is_there(
+    client: httpx.Client, stopped: tuple[Store, str, Study, Plan], key: str
+) -> None:
+    assert client.get(f"{STUDIES}/{stopped[1]}/zarr/{key}").status_code == 404
+
+
+def test_an_etag_changes_with_the_generation_and_old_revisions_are_gone(
+    client: httpx.Client, service: Any
+) -> None:
+    store = Store.open(service.log.parent / "data")
+    study = _study(20)
+    plan = _plan(study, 20)
+    study_id = store.submit(study, plan, {})[0].id
+    assert store.claim(study_id, "the test", 600.0)
+    store.set_state(study_id, "cancelled")
+    _write(store, study_id, study, plan, 0, "first")
+    url = f"{STUDIES}/{study_id}/zarr"
+    revision = store.find(study_id).revision
+    first = client.get(f"{url}/@{revision}/status/c.0.0.0.0.0.0")
+    store.release(study_id, "the test")
+    store.forget(study_id, [0], "for this test")
+    store.set_state(study_id, "cancelled")
+    _write(store, study_id, study, plan, 0, "second")
+    second = client.get(f"{url}/status/c.0.0.0.0.0.0", headers={"If-None-Match": first.headers["etag"]})
+    assert second.status_code == 200
+    assert second.headers["etag"] != first.headers["etag"]
+    assert client.get(f"{url}/@{revision}/status/c.0.0.0.0.0.0").status_code == 410
+    assert client.get(f"{url}/@99/zarr.json").status_code == 410
+    store.delete(study_id)
+    assert client.get(f"{url}/zarr.json").status_code == 404
+    store.close()
