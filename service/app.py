@@ -20,7 +20,7 @@ from service.access import AccessLog
 from service.cluster import SharedCluster
 from service.dispatch import Dispatcher
 from service.examples import complete
-from service.routes import export, health, home, queries, refine, simulate, studies, tmd, zarr
+from service.routes import accuracy, export, health, home, queries, refine, simulate, studies, tmd, zarr
 from service.settings import Settings
 from service.state import Service
 from studies.store.store import Store
@@ -70,13 +70,13 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    for route in (home, studies, queries, tmd, refine, export, zarr, simulate, health):
+    for route in (home, studies, queries, tmd, refine, export, zarr, simulate, accuracy, health):
         app.include_router(route.router)
     app.add_middleware(
         GZipMiddleware,
         compresslevel=5,
         # A cube is compressed already.
-        exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, zarr.CHUNK),
+        exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),
     )
     if settings.cors_origins:
         app.add_middleware(

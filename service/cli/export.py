@@ -17,18 +17,20 @@ class Format(StrEnum):
 
     netcdf = "netcdf"
     csv = "csv"
+    parquet = "parquet"
 
 
 def export(
     study: StudyId,
     file_format: Annotated[
-        Format, typer.Option("--format", help="netCDF-4, or one row of text for each point.")
+        Format, typer.Option("--format", help="netCDF-4, or one row for each point: text, or Parquet.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write.")],
     data_dir: DataDir = None,
 ) -> None:
     """Write a study's results to a file."""
     from studies.store.export import csv_lines, write_netcdf
+    from studies.store.parquet import parquet_pieces
 
     store = open_store(data_dir)
     record = store.find(study)
@@ -41,8 +43,11 @@ def export(
             # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
             partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
             try:
-                with partial.open("w", encoding="utf-8", newline="") as file:
-                    file.writelines(csv_lines(cube))
+                with partial.open("wb") as file:
+                    if file_format is Format.csv:
+                        file.writelines(line.encode() for line in csv_lines(cube))
+                    else:
+                        file.writelines(parquet_pieces(cube))
                 partial.replace(output)
             finally:
                 partial.unlink(missing_ok=True)

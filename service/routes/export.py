@@ -13,8 +13,10 @@ from starlette.responses import StreamingResponse
 from service.problems import documented
 from service.state import TheService, TheStudy
 from studies.store.export import csv_lines, write_netcdf
+from studies.store.parquet import parquet_pieces
 
 NETCDF = "application/x-netcdf"
+PARQUET = "application/vnd.apache.parquet"
 PIECE_BYTES = 1 << 20
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
@@ -25,15 +27,15 @@ class ExportQuery(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    format: Literal["netcdf", "csv"] = Field(
-        "netcdf", description="netCDF-4, or one row of text for each point."
+    format: Literal["netcdf", "csv", "parquet"] = Field(
+        "netcdf", description="netCDF-4, or a table with one row for each point: as text, or as Parquet."
     )
 
 
 @router.get(
     "/export",
     response_class=StreamingResponse,
-    responses={200: {"content": {NETCDF: {}, "text/csv": {}}}, **documented(404, 422, 503)},
+    responses={200: {"content": {NETCDF: {}, "text/csv": {}, PARQUET: {}}}, **documented(404, 422, 503)},
     summary="The cube as a file",
 )
 def export(service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]) -> StreamingResponse:
@@ -42,6 +44,8 @@ def export(service: TheService, study: TheStudy, query: Annotated[ExportQuery, Q
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
     if query.format == "csv":
         return _download(csv_lines(cube), "text/csv; charset=utf-8", f"{stem}-{study.id}.csv")
+    if query.format == "parquet":
+        return _download(parquet_pieces(cube), PARQUET, f"{stem}-{study.id}.parquet")
     # HDF5 is written with seeks, so a whole file comes first; beside the cubes, where there is room for it.
     with tempfile.TemporaryDirectory(dir=service.settings.data_dir, prefix="export-") as folder:
         path = Path(folder) / "cube.nc"

@@ -87,16 +87,32 @@ def csv_lines(cube: xr.Dataset) -> Iterator[str]:
     yield ",".join((*DIMENSIONS, *names)) + "\n"
     if not names:
         return
-    first = cube[names[0]]
     formats = ["%.17g"] * len(DIMENSIONS)
     formats += ["%.17g" if cube[name].dtype.kind == "f" else "%d" for name in names]
     line = ",".join(formats) + "\n"
-    for slab in rows(first.shape, _chunks(first), BUDGET):
-        index = dict(zip(DIMENSIONS, slab, strict=True))
-        piece = cube.isel(index)
-        axes = np.meshgrid(*(piece[name].values for name in DIMENSIONS), indexing="ij", copy=False)
-        columns = [*axes, *(piece[name].values for name in names)]
-        flat = [column.reshape(-1) for column in columns]
-        for start in range(0, flat[0].size, ROWS_AT_ONCE):
-            lists = [column[start : start + ROWS_AT_ONCE].tolist() for column in flat]
+    for piece in columns(cube):
+        for start in range(0, piece[names[0]].size, ROWS_AT_ONCE):
+            lists = [column[start : start + ROWS_AT_ONCE].tolist() for column in piece.values()]
             yield "".join(map(line.__mod__, zip(*lists, strict=True)))
+
+
+def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
+    """Give a cube as pieces of a table: one row a point in C order.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, or a part of one, with at least one variable.
+
+    Yields
+    ------
+    dict of ndarray, each (n,)
+        The six coordinates, then the variables.
+    """
+    names = [str(name) for name in cube.data_vars]
+    first = cube[names[0]]
+    for slab in rows(first.shape, _chunks(first), BUDGET):
+        piece = cube.isel(dict(zip(DIMENSIONS, slab, strict=True)))
+        axes = np.meshgrid(*(piece[name].values for name in DIMENSIONS), indexing="ij", copy=False)
+        flat = [*axes, *(piece[name].values for name in names)]
+        yield {name: column.reshape(-1) for name, column in zip((*DIMENSIONS, *names), flat, strict=True)}

@@ -1,17 +1,20 @@
 """Exports: every point once, every digit back, and nothing under the name until it is whole."""
 
 import csv
+import io
 import itertools
 import tracemalloc
 
 import h5netcdf
 import numpy as np
+import pyarrow.parquet
 import pytest
 import xarray as xr
 
 import studies.store.export
 from studies.store.cube import write_region
 from studies.store.export import csv_lines, write_netcdf
+from studies.store.parquet import parquet_pieces
 from studies.store.slabs import rows, slabs
 from studies.variables import DIMENSIONS
 
@@ -114,3 +117,22 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < in_memory / 2
+
+
+def test_parquet_brings_every_bit_back_in_many_pieces(cube, monkeypatch):
+    monkeypatch.setattr(studies.store.export, "BUDGET", 7)
+    pieces = list(parquet_pieces(cube))
+    assert len(pieces) > 5
+    file = pyarrow.parquet.ParquetFile(io.BytesIO(b"".join(pieces)))
+    assert file.num_row_groups == len(pieces) - 1
+    table = file.read()
+    assert table.column_names == [*DIMENSIONS, *cube.data_vars]
+    axes = np.meshgrid(*(cube[name].values for name in DIMENSIONS), indexing="ij")
+    for name, axis in zip(DIMENSIONS, axes, strict=True):
+        np.testing.assert_array_equal(table[name].to_numpy(), axis.ravel())
+    for name in cube.data_vars:
+        column = table[str(name)].to_numpy()
+        assert column.dtype == cube[name].dtype
+        assert column.tobytes() == cube[name].values.tobytes()
+        assert table.schema.field(str(name)).metadata[b"units"].decode() == cube[name].attrs["units"]
+    assert table.schema.metadata[b"digest"].decode() == cube.attrs["digest"]
