@@ -95,7 +95,7 @@ def create_app(settings: Settings) -> FastAPI:
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
-    store = await run_sync(Store.open, settings.data_dir)
+    store = await run_sync(Store.open, settings.data_dir, settings.catalogue)
     cluster = SharedCluster(settings.workers, settings.scheduler)
     dispatcher = Dispatcher(store, cluster, settings.studies_at_once)
     service = Service(settings, store, dispatcher, CapacityLimiter(core_count()))

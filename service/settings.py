@@ -36,6 +36,12 @@ class Settings(BaseSettings):
     data_dir: Path = Field(
         default_factory=default_data_dir, description="Folder of the cubes and the catalogue."
     )
+    catalogue: str | None = Field(
+        None,
+        description="postgresql://… for the catalogue; by default it is a SQLite file in the data folder.",
+        repr=False,
+    )
+    reuse: bool = Field(True, description="Take points that earlier studies hold from them.")
     host: str = Field(
         "127.0.0.1", description="Address to listen on. Loopback unless told otherwise: no login yet."
     )

@@ -4,15 +4,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from service.settings import Settings
     from studies.store.record import Record
     from studies.store.store import Store
 
 
-def data_folder(data_dir: Path | None) -> Path:
-    """Resolve --data-dir: the option, else DAMPERLAB_DATA_DIR, else the user's data folder; absolute."""
+def settings_of(data_dir: Path | None) -> "Settings":
+    """Read the settings: --data-dir, else DAMPERLAB_DATA_DIR, else the user's data folder; the rest as the service does."""
     from service.settings import Settings
 
-    return (Settings() if data_dir is None else Settings(data_dir=data_dir)).data_dir
+    return Settings() if data_dir is None else Settings(data_dir=data_dir)
+
+
+def data_folder(data_dir: Path | None) -> Path:
+    """Resolve --data-dir into an absolute path."""
+    return settings_of(data_dir).data_dir
 
 
 def open_store(data_dir: Path | None) -> "Store":
@@ -21,11 +27,12 @@ def open_store(data_dir: Path | None) -> "Store":
     Raises
     ------
     StoreFault
-        If the folder cannot be used.
+        If the folder or the catalogue cannot be used.
     """
     from studies.store.store import Store
 
-    return Store.open(data_folder(data_dir))
+    settings = settings_of(data_dir)
+    return Store.open(settings.data_dir, settings.catalogue)
 
 
 def label(record: "Record") -> str:

