@@ -5,10 +5,10 @@ Newton only when the same bound proves that it is monotone there; everything els
 (a grazing impact) are told from none down to the rounding of the function itself.
 """
 
-from math import inf
+from math import inf, sqrt
 
 from worker.jit import kernel
-from worker.solver.taylor import slope, value
+from worker.solver.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
@@ -71,15 +71,19 @@ def first_crossing(polynomial, sign, start, end, curvature):
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
+    # the bound handed in knows the size of the motion only; where the function itself is small its own is far sharper
+    curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
-    if d0 < 0.0:  # a first bracket just beyond the root of the tangent: short flights need no halving
-        guess = start - 1.5 * f0 / d0
-        if guess < high:
-            high = guess
-            if high <= low:
-                return low
-    finest = _FINEST * (end - start)
+    # a first bracket just beyond the root of tangent or parabola: short flights need no halving
+    if d0 < 0.0:
+        high = min(high, start - 1.5 * f0 / d0)
+    elif start == 0.0 and sign * polynomial[2] < 0.0:
+        falling = -2.0 * sign * polynomial[2]
+        high = min(high, 1.5 * (d0 + sqrt(d0 * d0 + 2.0 * falling * f0)) / falling)
+    if high <= low:
+        return low
+    finest = _FINEST * (high - low)
     for _ in range(_MAX_STEPS):
         middle = 0.5 * (low + high)
         radius = 0.5 * (high - low)
@@ -110,4 +114,5 @@ def first_crossing(polynomial, sign, start, end, curvature):
             high = min(end, low + 4.0 * radius)
         else:
             high = middle
-    return inf
+    # what is left cannot be resolved: the function is within rounding of zero there; its sign at the end decides
+    return end if sign * value(polynomial, end) < 0.0 else inf

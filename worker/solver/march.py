@@ -37,6 +37,8 @@ from worker.solver.scene import (
 from worker.solver.taylor import (
     TERMS,
     acceleration_into,
+    bend,
+    change,
     combine,
     expand_base,
     expand_stick,
@@ -252,10 +254,10 @@ def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, p
                 return False
         else:
             drift = _gap_rate(state, cosine, r) * span
-            bend = 0.5 * u2_most * span * span
-            if state.gap_order > 0 or state.gap + min(0.0, drift) - bend <= 0.0:
+            sag = 0.5 * u2_most * span * span
+            if state.gap_order > 0 or state.gap + min(0.0, drift) - sag <= 0.0:
                 return False
-            if state.gap + max(0.0, drift) + bend >= 2.0 * particle.clearance_ratio:
+            if state.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
                 return False
     return True
 
@@ -288,7 +290,7 @@ def _coast(state, offset, held, t, particle, relative, absolute):
     v = state.v
     w = 0.0
     if not held:
-        v = value(relative, t) - offset
+        v = state.v + change(relative, t)
         w = slope(relative, t)
     gap = state.gap
     p_rate = state.p_rate
@@ -296,14 +298,8 @@ def _coast(state, offset, held, t, particle, relative, absolute):
         if state.riding > 0.0:
             p_rate = slope(absolute, t)
         else:
-            # the displacement from the second power on: the gap's own change, no difference of large numbers
-            bend = value(absolute, t) - (absolute[0] + absolute[1] * t)
-            if t * (abs(absolute[1]) + abs(absolute[2]) * t) < 0.01 * abs(absolute[0]):
-                bend = 0.0
-                for i in range(TERMS - 1, 1, -1):
-                    bend = bend * t + absolute[i]
-                bend *= t * t
-            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - bend)
+            # the gap's own change, no difference of large displacements
+            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - bend(absolute, t))
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
 
 
@@ -347,22 +343,22 @@ def _next_event(
         elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + r2):
             order = state.slip_order
             rate_into(relative, order, scratch)
-            bend = w_bend(order, w_most, u2_most, base.two_zeta, medium.compliance, r)
-            found = first_crossing(scratch, state.slip, 0.0, t, bend)
+            most = w_bend(order, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            found = first_crossing(scratch, state.slip, 0.0, t, most)
             if found < inf:
                 t, kind = found, TURN
     if particle is not None:
         if state.riding > 0.0:
             acceleration_into(absolute, scratch)
-            bend = u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
-            found = first_crossing(scratch, state.wall, 0.0, t, bend)
+            most = u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            found = first_crossing(scratch, state.wall, 0.0, t, most)
             if found < inf:
                 t, kind = found, RELEASE
         else:
             order = state.gap_order
             rate = state.wall * (state.p_rate - absolute[1])
-            bend = 0.5 * u2_most * t * t
-            if order > 0 or state.gap + min(0.0, rate * t) - bend <= 0.0:
+            sag = 0.5 * u2_most * t * t
+            if order > 0 or state.gap + min(0.0, rate * t) - sag <= 0.0:
                 for i in range(TERMS):
                     scratch[i] = 0.0
                 for i in range(max(2 - order, 0), TERMS - order):
@@ -381,7 +377,7 @@ def _next_event(
                 )
                 if found < inf:
                     t, kind = found, NEAR_WALL
-            if state.gap + max(0.0, rate * t) + bend >= 2.0 * particle.clearance_ratio:
+            if state.gap + max(0.0, rate * t) + sag >= 2.0 * particle.clearance_ratio:
                 for i in range(2, TERMS):
                     scratch[i] = -state.wall * absolute[i]
                 scratch[1] = rate

@@ -6,7 +6,7 @@ from worker.jit import kernel
 from worker.solver.bounds import u_bend, w_bend
 from worker.solver.crossing import first_crossing
 from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
-from worker.solver.taylor import rate_into, slope, value
+from worker.solver.taylor import change, rate_into, slope, value
 from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 
@@ -102,12 +102,13 @@ def measure(
     meter[WORK_IN] += t * work
     meter[VISCOUS_LOSS] += t * base.two_zeta * loss
     meter[SQUARE] += t * square
-    x_end = value(relative, t)
+    moved = change(relative, t)
+    x_end = relative[0] + moved
     if friction is not None:
         if held:
             meter[STUCK] += t
         else:
-            meter[FRICTION_LOSS] += friction * abs(x_end - relative[0])  # w keeps its sign on a segment
+            meter[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
     u_start = absolute[0] - (0.0 if held else offset)
     u_end = x_end - offset + value(shaken, t)
     peak = max(meter[PEAK], abs(u_start), abs(u_end))

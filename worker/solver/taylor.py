@@ -109,6 +109,42 @@ def value(p, t):
 
 
 @kernel
+def change(p, t):
+    """Value of a polynomial at t less its value at 0, to the digits of the change itself."""
+    t2 = t * t
+    t4 = t2 * t2
+    a = p[1] * t + (p[2] + p[3] * t) * t2
+    b = (p[4] + p[5] * t) + (p[6] + p[7] * t) * t2
+    c = (p[8] + p[9] * t) + (p[10] + p[11] * t) * t2
+    d = (p[12] + p[13] * t) + (p[14] + p[15] * t) * t2
+    return (a + b * t4) + (c + d * t4) * (t4 * t4)
+
+
+@kernel
+def bend(p, t):
+    """Value of a polynomial at t less its tangent at 0, to the digits of the difference itself."""
+    t2 = t * t
+    t4 = t2 * t2
+    a = (p[2] + p[3] * t) * t2
+    b = (p[4] + p[5] * t) + (p[6] + p[7] * t) * t2
+    c = (p[8] + p[9] * t) + (p[10] + p[11] * t) * t2
+    d = (p[12] + p[13] * t) + (p[14] + p[15] * t) * t2
+    return (a + b * t4) + (c + d * t4) * (t4 * t4)
+
+
+@kernel
+def curvature_bound(p, t):
+    """Bound on the second derivative of a polynomial over [0, t]: Σ n (n − 1) |pₙ| tⁿ⁻²."""
+    t2 = t * t
+    t4 = t2 * t2
+    a = (2.0 * abs(p[2]) + 6.0 * abs(p[3]) * t) + (12.0 * abs(p[4]) + 20.0 * abs(p[5]) * t) * t2
+    b = (30.0 * abs(p[6]) + 42.0 * abs(p[7]) * t) + (56.0 * abs(p[8]) + 72.0 * abs(p[9]) * t) * t2
+    c = (90.0 * abs(p[10]) + 110.0 * abs(p[11]) * t) + (132.0 * abs(p[12]) + 156.0 * abs(p[13]) * t) * t2
+    d = 182.0 * abs(p[14]) + 210.0 * abs(p[15]) * t
+    return (a + b * t4) + (c + d * t4) * (t4 * t4)
+
+
+@kernel
 def slope(p, t):
     """First derivative of a polynomial at t."""
     t2 = t * t
