@@ -4,6 +4,7 @@ import sys
 
 import typer
 
+from service.cli.accuracy import accuracy
 from service.cli.doctor import doctor
 from service.cli.export import export
 from service.cli.failures import DONE, FAILED, report
@@ -45,6 +46,7 @@ for name, command, panel in (
     ("delete", delete, "Keep"),
     ("verify", verify, "Keep"),
     ("serve", serve, "Serve"),
+    ("accuracy", accuracy, "Serve"),
     ("doctor", doctor, "Serve"),
 ):
     app.command(name, rich_help_panel=panel)(command)

@@ -53,8 +53,20 @@ def studies(
         note(f"There are more: --cursor {page.cursor}")
 
 
-def show(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
+def show(
+    study: StudyId,
+    data_dir: DataDir = None,
+    accuracy: Annotated[
+        bool, typer.Option("--accuracy", help="The error of its points against their run time instead.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
     """Show one study: its state, progress and definition."""
+    if accuracy:
+        from service.cli.tmd import precision
+
+        precision(study, data_dir, as_json)
+        return
     record = open_store(data_dir).find(study)
     if as_json:
         print_json(record.document())
@@ -112,7 +124,8 @@ def summary(record: "Record") -> str:
         ("state", record.state),
         (
             "points",
-            f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed",
+            f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"
+            + (f", {record.points_reused} taken from earlier studies" if record.points_reused else ""),
         ),
         ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
         ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),

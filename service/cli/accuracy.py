@@ -1,0 +1,95 @@
+"""The command accuracy: error against run time, and extreme cases, measured here and now."""
+
+import json
+from math import nan
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from service.cli.options import AsJson, DataDir
+from service.cli.output import note, number, print_json, print_table, say, working
+from service.cli.store import data_folder
+
+
+def accuracy(
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            help="Folder of the report: accuracy.md, accuracy.json and a PNG.",
+        ),
+    ] = Path("accuracy"),
+    data_dir: DataDir = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Long runs of 10,000 cycles, not a million.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the solver: error against run time on six scenes, and a table of extreme cases."""
+    from service.documents import plain
+    from service.figures.accuracy import draw_work_precision
+    from service.figures.style import save
+    from service.reports import keep_report
+    from worker.accuracy.extremes import LONG_RUN_CYCLES
+    from worker.accuracy.report import FIGURE, in_markdown, make_report
+
+    if output.exists() and not output.is_dir():
+        raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")
+    output.mkdir(parents=True, exist_ok=True)
+    with working("Measuring (the first time, kernels are compiled)"):
+        report = plain(make_report(long_run_cycles=10_000 if quick else LONG_RUN_CYCLES))
+    (output / "accuracy.json").write_text(
+        json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
+    (output / "accuracy.md").write_text(in_markdown(report), encoding="utf-8")
+    save(draw_work_precision(report["diagrams"]), output / FIGURE)
+    keep_report(data_folder(data_dir), report)
+    note(
+        f"Wrote {output / 'accuracy.md'}, accuracy.json and {FIGURE}; the service answers with it at /api/v1/accuracy."
+    )
+    if as_json:
+        print_json(report)
+    else:
+        _print(report)
+    if not report["passed"]:
+        raise typer.Exit(1)
+
+
+def _print(report: dict[str, Any]) -> None:
+    """Print both tables in short."""
+    rows = []
+    for diagram in report["diagrams"]:
+        for curve in diagram["curves"]:
+            usable = [point for point in curve["points"] if point["error"] is not None]
+            if usable:
+                best = min(usable, key=lambda point: point["error"])
+                order = "" if curve["order"] is None else f"{curve['order']:.2f}"
+                rows.append(
+                    (
+                        diagram["scene"],
+                        curve["method"],
+                        number(best["error"], 2),
+                        number(best["microseconds"], 3),
+                        order,
+                    )
+                )
+    print_table(("scene", "method", "smallest error", "µs per cycle", "order"), rows)
+    say("")
+    print_table(
+        ("case", "status", "energy residual", "µs per cycle", "paper's method"),
+        (
+            (
+                row["name"],
+                row["status"] if row["passed"] or row["status"] != "arrived" else "FAILS",
+                number(row["energy_residual"] or nan, 2),
+                number(row["microseconds"], 3),
+                row["paper"],
+            )
+            for row in report["stability"]
+        ),
+    )
+    passed = sum(row["passed"] for row in report["stability"])
+    say(f"{passed} of {len(report['stability'])} extreme cases pass.")

@@ -1,0 +1,43 @@
+"""The accuracy report that a data directory keeps: the last one that was made."""
+
+import json
+import os
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+NAME = "accuracy.json"
+
+
+def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
+    """Keep a report in place of the one before; a reader sees either, never a half.
+
+    Parameters
+    ----------
+    data_dir : Path
+        Made where it is missing.
+    report : dict
+        JSON-able.
+
+    Returns
+    -------
+    Path
+        Where it is.
+    """
+    data_dir.mkdir(parents=True, exist_ok=True)
+    target = data_dir / NAME
+    with NamedTemporaryFile("w", encoding="utf-8", dir=data_dir, suffix=".json", delete=False) as file:
+        json.dump(report, file, ensure_ascii=False, allow_nan=False)
+        file.flush()
+        os.fsync(file.fileno())
+    Path(file.name).replace(target)
+    return target
+
+
+def last_report(data_dir: Path) -> dict[str, Any] | None:
+    """The report that was kept last; None where none was, or the file is no report."""
+    try:
+        report = json.loads((data_dir / NAME).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return report if isinstance(report, dict) else None

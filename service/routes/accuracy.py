@@ -1,0 +1,28 @@
+"""The last accuracy report."""
+
+from fastapi import APIRouter
+
+from service.documents import Document
+from service.problems import Problem, documented
+from service.reports import last_report
+from service.state import TheService
+
+router = APIRouter(prefix="/api/v1", tags=["accuracy"])
+
+
+@router.get(
+    "/accuracy",
+    response_class=Document,
+    responses=documented(404),
+    summary="Error against run time, and extreme cases, as last measured",
+)
+def ask_accuracy(service: TheService) -> Document:
+    """Give the report that `damperlab accuracy` made last with this data directory."""
+    report = last_report(service.settings.data_dir)
+    if report is None:
+        raise Problem(
+            404,
+            "no-report",
+            "No accuracy report has been made yet. Run `damperlab accuracy` with the data directory of this service.",
+        )
+    return Document(report)

@@ -1,0 +1,34 @@
+"""damperlab accuracy: the report in a folder, and kept for the service."""
+
+import json
+from pathlib import Path
+
+from tests.service.cli.commands import run
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
+    folder, data_dir = tmp_path / "report", tmp_path / "data"
+    ended = run("accuracy", "-o", folder, "--data-dir", data_dir, "--quick", "--json")
+    report = json.loads(ended.stdout)
+    assert report["passed"] is True
+    assert json.loads((folder / "accuracy.json").read_text(encoding="utf-8")) == report
+    assert json.loads((data_dir / "accuracy.json").read_text(encoding="utf-8")) == report
+    assert (folder / "work-precision.png").read_bytes().startswith(PNG)
+    words = (folder / "accuracy.md").read_text(encoding="utf-8")
+    assert "(work-precision.png)" in words
+    assert all(diagram["title"].capitalize() in words for diagram in report["diagrams"])
+
+
+def test_a_file_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("")
+    ended = run("accuracy", "-o", tmp_path / "taken", status=2)
+    assert "allowed: a folder" in ended.stderr
+
+
+def test_show_accuracy_is_the_work_precision_of_a_study(stored: tuple[Path, dict[str, str]]) -> None:
+    data_dir, record = stored
+    shown = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout
+    asked = run("precision", record["id"], "--data-dir", data_dir, "--json").stdout
+    assert json.loads(shown) == json.loads(asked)

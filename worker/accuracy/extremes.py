@@ -1,0 +1,165 @@
+"""Extreme cases: designs at the ends of the legal ranges, and ties constructed to the last bit."""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from worker.accuracy.march import march_from_rest
+from worker.simulate import Design, simulate
+from worker.solver.scene import ATTACHMENTS, Particle
+
+ZETA = 0.0038
+PAPER = Particle(10.0, 0.47, 0.1)
+LONG_RUN_CYCLES = 1_000_000
+_BISECTIONS = 80
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme case: a design and how long it is marched from rest.
+
+    Parameters
+    ----------
+    name : str
+        What is extreme about it.
+    design : Design
+        The point.
+    cycles : int
+        Excitation cycles.
+    residual_limit : float
+        Largest energy residual that the case may have.
+    """
+
+    name: str
+    design: Design
+    cycles: int = 200
+    residual_limit: float = 1e-9
+
+
+def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
+    """Every case of the stability report.
+
+    Parameters
+    ----------
+    long_run_cycles : int
+        Length of the long runs; fewer for a quick look.
+    """
+    hybrid = Particle(2.0, 0.47, 0.1)
+    quarter = pi / 4.0
+    cases = [
+        Extreme("ζ = 0, hybrid", Design(0.0, 1.0, 0.4, Particle(5.0, 0.47, 0.1))),
+        Extreme("ζ = 0, particle, r = 1", Design(0.0, 1.0, 0.0, PAPER)),
+        Extreme("ζ = 0.99, hybrid", Design(0.99, 1.0, 0.2, Particle(0.5, 0.47, 0.1))),
+        Extreme("e = 0, particle", Design(ZETA, 1.0, 0.0, PAPER._replace(restitution=0.0))),
+        Extreme("e = 0, hybrid", Design(ZETA, 1.0, 0.6, hybrid._replace(restitution=0.0))),
+        Extreme("e = 1, particle", Design(ZETA, 1.0, 0.0, PAPER._replace(restitution=1.0))),
+        Extreme("e = 1, hybrid", Design(ZETA, 1.0, 0.6, hybrid._replace(restitution=1.0))),
+        Extreme(
+            "e = 1, friction that stops the mass between impacts",
+            Design(ZETA, 0.5, 1.3, Particle(0.02, 1.0, 0.1)),
+        ),
+        Extreme("β = 1e-9", Design(ZETA, 1.0, 0.4, Particle(5.0, 0.47, 1e-9))),
+        Extreme("β = 1e3", Design(ZETA, 1.0, 0.4, Particle(5.0, 0.47, 1e3))),
+        Extreme("d/Z = 1e-6", Design(ZETA, 1.0, 0.4, Particle(1e-6, 0.47, 0.1))),
+        Extreme("d/Z = 1e6", Design(ZETA, 1.0, 0.4, Particle(1e6, 0.47, 0.1))),
+        Extreme("r = 1e-4, linear", Design(ZETA, 1e-4), 3),
+        Extreme("r = 1e-4, hybrid", Design(ZETA, 1e-4, 1e-9, Particle(0.5, 0.47, 0.1)), 3),
+        Extreme("r = 1e4, hybrid", Design(ZETA, 1e4, 0.4, Particle(1e-9, 0.47, 0.1))),
+        Extreme("γ_F = 0, particle", Design(ZETA, 1.0, 0.0, PAPER)),
+        Extreme("γ_F = 1e-300", Design(ZETA, 1.0, 1e-300, PAPER)),
+        Extreme("γ_F = π/4 − 1e-9, ζ = 0", Design(0.0, 1.0, quarter - 1e-9)),
+        Extreme("γ_F = π/4, ζ = 0", Design(0.0, 1.0, quarter)),
+        Extreme("γ_F = π/4 + 1e-9, ζ = 0", Design(0.0, 1.0, quarter + 1e-9)),
+        Extreme("γ_F = π/4 + 1e-9, hybrid", Design(0.0, 1.0, quarter + 1e-9, hybrid)),
+        Extreme("γ_F = 10", Design(ZETA, 1.0, 10.0)),
+        Extreme("γ_F = 10, particle", Design(ZETA, 1.0, 10.0, Particle(0.5, 0.47, 0.1))),
+        Extreme("γ_F = r², tie of stick", Design(0.5, 0.7, 0.7 * 0.7)),
+    ]
+    cases += _grazing()
+    cases += [
+        Extreme("impacts during stick", Design(ZETA, 0.9, 1.2, Particle(0.5, 0.47, 0.1))),
+        Extreme("impacts during stick, e = 0", Design(ZETA, 0.5, 0.2, Particle(0.5, 0.0, 0.1))),
+        Extreme("chatter and stick", Design(ZETA, 0.9, 0.8, Particle(0.3, 0.1, 0.1))),
+    ]
+    cases += _chatter_until_release()
+    cases += _turn_with_impact()
+    cases += [
+        Extreme("long run, friction", Design(ZETA, 1.0, 0.6), long_run_cycles, 1e-6),
+        Extreme("long run, particle", Design(ZETA, 1.0, 0.0, PAPER), long_run_cycles, 1e-6),
+        Extreme("long run, hybrid", Design(ZETA, 1.0, 0.4, Particle(5.0, 0.47, 0.1)), long_run_cycles, 1e-6),
+    ]
+    return cases
+
+
+def _grazing() -> list[Extreme]:
+    """The clearance is the largest displacement that the mass reaches within ten cycles, or next to it."""
+    cycles = 10
+    peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
+    return [
+        Extreme(
+            f"grazing impact, d/Z = peak{name}",
+            Design(ZETA, 1.0, 0.6, Particle(clearance, 0.47, 0.1)),
+            cycles,
+        )
+        for name, clearance in (
+            (" (1 − 1e-6)", peak * (1.0 - 1e-6)),
+            (" (1 − 1e-13)", peak * (1.0 - 1e-13)),
+            ("", peak),
+            (" (1 + 1e-13)", peak * (1.0 + 1e-13)),
+        )
+    ]
+
+
+def _chatter_until_release() -> list[Extreme]:
+    """A locked mass is a shaken box; bisect e for a chatter that ends when the wall lets go, and take both neighbours.
+
+    The particle meets the wall at the same instant whatever e; with larger e the chatter lasts longer, until it does not
+    end before the release any more and the count of attachments in the first half cycle changes.
+    """
+
+    def attachments(restitution: float) -> int:
+        design = Design(ZETA, 1.0, 10.0, Particle(0.4, restitution, 0.1))
+        _end, _outcome, counts, _ = march_from_rest(
+            design.damping_ratio, design.frequency_ratio, 10.0, design.particle, 1, None
+        )
+        return int(counts[ATTACHMENTS])
+
+    low, high = 0.0, 0.9
+    most = attachments(low)
+    if attachments(high) == most:
+        return []
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        if attachments(middle) == most:
+            low = middle
+        else:
+            high = middle
+    return [
+        Extreme(
+            f"chatter ending {side} release", Design(ZETA, 1.0, 10.0, Particle(0.4, restitution, 0.1)), 10
+        )
+        for side, restitution in (("just before", low), ("just after", high))
+    ]
+
+
+def _turn_with_impact() -> list[Extreme]:
+    """The clearance is where the mass turns for the first time: turn and impact fall together, up to rounding."""
+    history = simulate(Design(ZETA, 1.0, 0.6), 2, history=2).history
+    turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
+    if turns.size == 0:
+        return []
+    # A turn at which the displacement is larger than ever before, so that no impact comes earlier.
+    u = np.abs(history["u"])
+    first = next((int(i) for i in turns if u[i] >= 0.999 * u[: i + 1].max() and u[i] > 0.1), int(turns[0]))
+    clearance = float(u[first])
+    return [
+        Extreme(f"turn and impact at once{name}", Design(ZETA, 1.0, 0.6, Particle(value, 0.47, 0.1)), 10)
+        for name, value in (
+            ("", clearance),
+            (", one bit less", float(np.nextafter(clearance, 0.0))),
+            (", one bit more", float(np.nextafter(clearance, np.inf))),
+        )
+    ]

@@ -1,0 +1,76 @@
+"""Whole cycles from rest in one kernel call, so that a measured time holds no interpreter."""
+
+import numpy as np
+
+from worker.jit import kernel
+from worker.solver.march import half_cycle
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_base, make_medium
+from worker.steady.energy import energy_residual, stored_energy
+from worker.steady.settle import at_rest
+
+_SEGMENTS_PER_CYCLE = 20_000
+
+
+@kernel
+def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, meter):
+    """March a number of excitation cycles from rest.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio : float
+        ζ and r.
+    friction : float or None
+        γ_F.
+    particle : Particle or None
+        The particle.
+    cycles : int
+        Excitation cycles.
+    meter : float64 array, shape (METERS,), or None
+        Zeros, added to; None leaves energies and peaks out of the kernel.
+
+    Returns
+    -------
+    state : tuple of float
+        u, u', p, p' at the end; p = p' = 0 without a particle.
+    outcome : int
+        As of `worker.solver.march.half_cycle`.
+    counts : int64 array, shape (COUNTS,)
+        Events on the way.
+    measures : tuple of float
+        Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros where not metered.
+    """
+    base = make_base(damping_ratio, frequency_ratio)
+    free = make_medium(base, 1.0)
+    loaded = None
+    if particle is not None:
+        loaded = make_medium(base, 1.0 + particle.mass_ratio)
+    work = np.empty((4, TERMS))
+    counts = np.zeros(COUNTS, np.int64)
+    counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
+    state = at_rest(frequency_ratio, friction, particle)
+    stored = stored_energy(state, frequency_ratio, particle)
+    outcome = ARRIVED
+    largest = 0.0
+    total = 0.0
+    for half in range(2 * cycles):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+        if outcome != ARRIVED:
+            break
+        if meter is not None:
+            if half % 2 == 1:
+                largest = max(largest, meter[PEAK])
+                total += meter[PEAK]
+                meter[PEAK] = 0.0
+                meter[RELATIVE_PEAK] = 0.0
+    residual = 0.0
+    if meter is not None:
+        residual = energy_residual(meter, stored, stored_energy(state, frequency_ratio, particle))
+    p = 0.0
+    p_rate = 0.0
+    if particle is not None:
+        p = state.v - state.wall * (particle.clearance_ratio - state.gap)
+        p_rate = state.p_rate
+    end = (state.v, state.w + frequency_ratio, p, p_rate)
+    return end, outcome, counts, (residual, largest, total / cycles)

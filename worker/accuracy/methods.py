@@ -1,0 +1,93 @@
+"""Methods that march a scene, behind one interface: the event-driven solver, and the paper's Runge–Kutta."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from worker.accuracy.march import march_from_rest
+from worker.accuracy.scenes import State
+from worker.rk4 import march_rk4
+from worker.simulate import Design
+from worker.solver.scene import ARRIVED, COUNTS, METERS
+
+March = Callable[[Design, int, float], State | None]
+"""From a design, excitation cycles and the value of a setting to the end state; None where the method gives up."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to march a scene from rest.
+
+    Parameters
+    ----------
+    name : str
+        As a legend carries it.
+    setting : str
+        What is varied, such as steps per cycle; empty for a method that has nothing to vary.
+    values : sequence of float
+        Values of the setting, coarse to fine.
+    march : callable
+        See `March`.
+    """
+
+    name: str
+    setting: str
+    values: Sequence[float]
+    march: March
+
+
+def _friction(design: Design) -> float | None:
+    return design.friction_ratio if design.friction_ratio > 0.0 else None
+
+
+def _event_state(design: Design, cycles: int, _: float) -> State | None:
+    end, outcome, _counts, _measures = march_from_rest(
+        design.damping_ratio, design.frequency_ratio, _friction(design), design.particle, cycles, None
+    )
+    return end if outcome == ARRIVED else None
+
+
+def _event_all(design: Design, cycles: int, _: float) -> State | None:
+    end, outcome, _counts, _measures = march_from_rest(
+        design.damping_ratio,
+        design.frequency_ratio,
+        _friction(design),
+        design.particle,
+        cycles,
+        np.zeros(METERS),
+    )
+    return end if outcome == ARRIVED else None
+
+
+def paper_march(design: Design, cycles: int, steps: float) -> State | None:
+    """March by the paper's fixed-step method (`worker.rk4`); None where its state is not finite any more."""
+    counts = np.zeros(COUNTS, np.int64)
+    peaks = np.zeros((cycles, 2))
+    end = march_rk4(
+        design.damping_ratio,
+        design.frequency_ratio,
+        _friction(design),
+        design.particle,
+        int(steps),
+        cycles,
+        counts,
+        peaks,
+    )
+    state = tuple(float(value) for value in end)
+    if not np.isfinite(state).all():
+        return None
+    return (state[0], state[1], state[2], state[3])
+
+
+METHODS: tuple[Method, ...] = (
+    Method("event, state alone", "", (0.0,), _event_state),
+    Method("event, with energies and true peaks", "", (0.0,), _event_all),
+    Method(
+        "paper: RK4, impacts at step ends",
+        "steps per cycle",
+        (100, 200, 400, 800, 1600, 3200, 6400, 12_800, 25_600, 51_200),
+        paper_march,
+    ),
+)
+"""What the command compares. An event-driven march has no step: it is exact up to rounding, one point and no curve."""

@@ -1,0 +1,74 @@
+"""The scenes that methods are compared on, and their end states in extended precision."""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+from worker.simulate import Design
+from worker.solver.scene import Particle
+
+State = tuple[float, float, float, float]
+"""u, u', p, p' in absolute coordinates, over Z and Z·ω_n; p = p' = 0 without a particle."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A design point marched from rest for a number of excitation cycles.
+
+    Parameters
+    ----------
+    name, title : str
+        Short and for people.
+    design : Design
+        The point.
+    cycles : int
+        Where its end state is compared.
+    """
+
+    name: str
+    title: str
+    design: Design
+    cycles: int
+
+
+SCENES: tuple[Scene, ...] = (
+    Scene("linear", "structure alone", Design(0.0038, 1.0), 10),
+    Scene("friction", "friction", Design(0.0038, 1.0, 0.6), 10),
+    Scene("particle", "particle", Design(0.0038, 1.0, 0.0, Particle(10.0, 0.47, 0.1)), 10),
+    Scene("hybrid", "friction and particle", Design(0.0038, 1.0, 0.4, Particle(5.0, 0.47, 0.1)), 10),
+    Scene(
+        "hybrid-stick",
+        "friction and particle, with stick",
+        Design(0.0038, 0.9, 0.6, Particle(2.0, 0.47, 0.1)),
+        10,
+    ),
+    Scene("chatter", "chatter and attachment", Design(0.0038, 0.9, 0.6, Particle(0.5, 0.1, 0.1)), 10),
+)
+"""Where a contact with stiffness is computed, its scenes are added here."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The end state of a scene to 25 digits, rounded to doubles.
+
+    Parameters
+    ----------
+    state : tuple of float
+        u, u', p, p'.
+    amplification : float
+        Change of the end state per change of the start: below this times 1e-16 an error is the rounding of the inputs.
+    """
+
+    state: State
+    amplification: float
+
+
+@cache
+def references() -> dict[str, Reference]:
+    """References by the name of their scene, from `references.json` (whose `how` says how it was made)."""
+    document = json.loads((files("worker.accuracy") / "references.json").read_text(encoding="utf-8"))
+    return {
+        name: Reference(tuple(float(digits) for digits in one["state"].values()), one["amplification"])  # type: ignore[arg-type]
+        for name, one in document["scenes"].items()
+    }

@@ -1,0 +1,150 @@
+"""What the solver, and the paper's method, make of each extreme case."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from math import isfinite, nan
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from studies.variables import Status
+from worker.accuracy.extremes import Extreme
+from worker.accuracy.march import march_from_rest
+from worker.accuracy.methods import paper_march
+from worker.simulate import Design, simulate
+from worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS
+
+STEPS = 400
+"""Of the paper's method per cycle."""
+SAMPLED_CYCLES = 10
+"""Cycles from rest whose time history is searched for penetration and for momentum lost at impacts."""
+_SLOWEST_SAMPLED = 0.01
+"""Below this frequency ratio a cycle holds too many natural periods to keep samples of; one cycle is taken."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the stability report.
+
+    Parameters
+    ----------
+    name : str
+        The case.
+    cycles : int
+        Excitation cycles from rest.
+    status : str
+        "arrived", or the sentence of a failure.
+    impacts, turns, attachments : int
+        Events on the way.
+    energy_residual, residual_limit : float
+        |work in − losses − stored| over the largest of them, and what it may be.
+    penetration : float or None
+        Largest |u − p| beyond d/Z in the sampled cycles, over the sum of d/Z, the largest |u| and the base's 1, whose
+        rounding it holds; None without a particle.
+    momentum_error : float or None
+        Largest change of u' + β p' across an impact over the momenta before it; None without an impact.
+    microseconds : float
+        Per cycle, energies and peaks included.
+    paper : str
+        What the paper's method does there with 400 steps per cycle.
+    passed : bool
+        Arrived, within the limit, every value finite.
+    """
+
+    name: str
+    cycles: int
+    status: str
+    impacts: int
+    turns: int
+    attachments: int
+    energy_residual: float
+    residual_limit: float
+    penetration: float | None
+    momentum_error: float | None
+    microseconds: float
+    paper: str
+    passed: bool
+
+    def document(self) -> dict[str, Any]:
+        """JSON-able."""
+        return asdict(self)
+
+
+def stability_table(
+    cases: Iterable[Extreme], on_case: Callable[[str], None] = lambda name: None
+) -> list[Row]:
+    """Run every case."""
+    rows = []
+    for case in cases:
+        on_case(case.name)
+        rows.append(run_case(case))
+    return rows
+
+
+def run_case(case: Extreme) -> Row:
+    """March one case from rest and look at what came of it."""
+    design = case.design
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    arguments = (design.damping_ratio, design.frequency_ratio, friction, design.particle)
+    march_from_rest(*arguments, 1, np.zeros(METERS))  # compiles, or loads, the kernel of the scene
+    began = perf_counter()
+    state, outcome, counts, (residual, _largest, _mean) = march_from_rest(
+        *arguments, case.cycles, np.zeros(METERS)
+    )
+    seconds = perf_counter() - began
+    penetration, momentum = _sampled(design, case.cycles)
+    arrived = outcome == ARRIVED
+    good = arrived and all(isfinite(x) for x in (*state, residual)) and residual <= case.residual_limit
+    within = (penetration or 0.0) <= 1e-12 and (momentum or 0.0) <= 1e-12
+    return Row(
+        case.name,
+        case.cycles,
+        "arrived" if arrived else Status(int(outcome)).sentence,
+        int(counts[IMPACTS]),
+        int(counts[TURNS]),
+        int(counts[ATTACHMENTS]),
+        float(residual) if arrived else nan,
+        case.residual_limit,
+        penetration,
+        momentum,
+        seconds / case.cycles * 1e6,
+        _paper(design, case.cycles, state if arrived else None),
+        bool(good and within),
+    )
+
+
+def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
+    """Penetration and momentum error, from the time history of the first cycles."""
+    if design.particle is None:
+        return None, None
+    sampled = 1 if design.frequency_ratio < _SLOWEST_SAMPLED else min(cycles, SAMPLED_CYCLES)
+    history = simulate(design, sampled, history=sampled).history
+    if not history:
+        return None, None
+    beta, clearance = design.particle.mass_ratio, design.particle.clearance_ratio
+    beyond = np.abs(history["u"] - history["p"]) - clearance
+    penetration = float(np.max(beyond, initial=0.0) / (1.0 + clearance + np.abs(history["u"]).max()))
+    before = np.flatnonzero(history["impact"][:-1] == 1.0)
+    # The segment after an impact starts at its instant; where a half cycle ends there is no next row of the same time.
+    before = before[history["time"][before + 1] - history["time"][before] <= 1e-9]
+    if before.size == 0:
+        return penetration, None
+    u_rate, p_rate = history["u_rate"], history["p_rate"]
+    change = (u_rate[before + 1] - u_rate[before]) + beta * (p_rate[before + 1] - p_rate[before])
+    scale = np.abs(u_rate[before]) + beta * np.abs(p_rate[before]) + design.frequency_ratio * (1.0 + beta)
+    return penetration, float(np.max(np.abs(change) / scale))
+
+
+def _paper(design: Design, cycles: int, state: tuple[float, ...] | None) -> str:
+    """What the paper's method does, in a few words."""
+    found = paper_march(design, min(cycles, 10_000), STEPS)
+    if found is None:
+        return "not finite"
+    if state is None or cycles > 10_000:
+        return "finite"
+    difference = max(abs(a - b) for a, b in zip(found, state, strict=True))
+    scale = max(1e-300, *(abs(x) for x in state))
+    if max(abs(x) for x in found) > 1e6 * max(1.0, scale):
+        return "grows without bound"
+    return f"state off by {difference / scale:.1g}"
