@@ -15,7 +15,7 @@ from worker.steady.settle import Settings, settle
 from worker.warm import scenes, warm
 
 
-def solve_block(study: Study, block: Block) -> dict[str, np.ndarray]:
+def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Steady response of every point of a block.
 
     Parameters
@@ -24,6 +24,8 @@ def solve_block(study: Study, block: Block) -> dict[str, np.ndarray]:
         The study.
     block : Block
         Which part of its grid.
+    known : ndarray of bool, shape block.shape, optional
+        Points that the caller has already: they need no computing, and may be left empty.
 
     Returns
     -------
@@ -41,7 +43,7 @@ def solve_block(study: Study, block: Block) -> dict[str, np.ndarray]:
             values[name][linear] = column
         values["run_time"][linear] = (perf_counter() - began) / np.count_nonzero(linear)
     settings = Settings(study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance)
-    chosen = np.flatnonzero(~linear)
+    chosen = np.flatnonzero(~linear if known is None else ~(linear | known.reshape(-1)))
     if chosen.size:
         _prepare(study)
     for i, damping, frequency, friction, particle in kernel_arguments(points, study.particle, chosen):

@@ -13,6 +13,7 @@ from studies.plan import plan_with_chunk
 from studies.store.cube import write_region
 from studies.store.faults import StoreFault
 from studies.store.record import BlockOutcome, Record
+from studies.store.reuse import Overlaps
 from studies.store.store import Store
 from studies.store.sweep import sweep
 from worker.cost import seconds_per_point
@@ -132,6 +133,7 @@ class _Run:
         if self._record.blocks_done:
             require_solver(self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
+        overlaps = Overlaps(self._store, self._record)
         order = (int(index) for index in self._plan.order(pending))
         with client_factory() as client:
 
@@ -139,7 +141,14 @@ class _Run:
                 block = self._plan.block(index)
                 # a key is used once, so the files of no two attempts have the same name
                 generation = key.removeprefix("block-")
-                arguments = (cube_path, self._record.digest, block, code_hash(), generation)
+                arguments = (
+                    cube_path,
+                    self._record.digest,
+                    block,
+                    code_hash(),
+                    generation,
+                    overlaps.of(block),
+                )
                 return client.submit(run_block, *arguments, key=key, pure=False)
 
             window = Window(client, submit, order)

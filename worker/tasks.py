@@ -12,12 +12,15 @@ from studies.definition import Study, parse_study
 from studies.plan import Block
 from studies.store.cube import write_region
 from studies.store.record import BlockOutcome
+from studies.store.reuse import Source, known_points
 from studies.variables import VARIABLES, Status
 from worker.block import solve_block
 from worker.provenance import require_code
 
 
-def run_block(cube_path: str, digest: str, block: Block, code: str, generation: str) -> BlockOutcome:
+def run_block(
+    cube_path: str, digest: str, block: Block, code: str, generation: str, sources: tuple[Source, ...] = ()
+) -> BlockOutcome:
     """Solve one block and write its region; the value of the Dask task.
 
     The study's definition does not travel with the task: it may hold axes of a million values, and the worker
@@ -35,6 +38,8 @@ def run_block(cube_path: str, digest: str, block: Block, code: str, generation: 
         `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
     generation : str
         Names this attempt's files; no other attempt, of any run, has the same.
+    sources : tuple of Source
+        Where points of the block are known from earlier studies.
 
     Returns
     -------
@@ -52,7 +57,7 @@ def run_block(cube_path: str, digest: str, block: Block, code: str, generation: 
     began = time.perf_counter()
     study = _study(cube_path, digest)
     began_kernel = time.thread_time()
-    values = solve_block(study, block)
+    values, reused = _solve(study, block, sources)
     kernel_seconds = time.thread_time() - began_kernel
     checksum = write_region(cube_path, block, values, generation)
     return BlockOutcome(
@@ -63,7 +68,18 @@ def run_block(cube_path: str, digest: str, block: Block, code: str, generation: 
         kernel_seconds=kernel_seconds,
         generation=generation,
         checksum=checksum,
+        reused=reused,
     )
+
+
+def _solve(study: Study, block: Block, sources: tuple[Source, ...]) -> tuple[dict[str, np.ndarray], int]:
+    if not sources:
+        return solve_block(study, block), 0
+    known, stored = known_points(sources, study, block)
+    values = solve_block(study, block, known)
+    for name, column in stored.items():
+        values[name][known] = column[known]
+    return values, int(np.count_nonzero(known))
 
 
 def failed_values(block: Block) -> dict[str, np.ndarray]:

@@ -13,7 +13,7 @@ from service.cli.failures import FAILED
 from service.cli.options import AsJson, DataDir, Scheduler, StudyId, Workers, check_cluster
 from service.cli.output import duration, note, print_json, say, working
 from service.cli.progress import StudyProgress
-from service.cli.store import label, open_store
+from service.cli.store import label, open_store, settings_of
 from service.cli.studies import summary
 
 if TYPE_CHECKING:
@@ -40,6 +40,9 @@ def run(
         bool,
         typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing."),
     ] = False,
+    reuse: Annotated[
+        bool, typer.Option("--reuse/--no-reuse", help="Take points that earlier studies hold from them.")
+    ] = True,
     as_json: AsJson = False,
 ) -> None:
     """Compute a study and store it; what is there already is not computed again."""
@@ -51,7 +54,7 @@ def run(
         _print_size(asked, as_json)
         return
     store = open_store(data_dir)
-    record = _stored(store, asked) or _submit(store, asked)
+    record = _stored(store, asked) or _submit(store, asked, reuse and settings_of(data_dir).reuse)
     _finish(store, record, workers, scheduler, as_json)
 
 
@@ -78,14 +81,14 @@ def _stored(store: "Store", asked: "Study") -> "Record | None":
         return None
 
 
-def _submit(store: "Store", asked: "Study") -> "Record":
+def _submit(store: "Store", asked: "Study", reuse: bool) -> "Record":
     from studies.plan import make_plan
     from worker.cost import seconds_per_point
     from worker.provenance import provenance
 
     with working("Planning"):
         plan = make_plan(asked, seconds_per_point)
-        record, _ = store.submit(asked, plan, provenance())
+        record, _ = store.submit(asked, plan, provenance(), reuse=reuse)
     return record
 
 

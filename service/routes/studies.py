@@ -35,6 +35,19 @@ class SubmitQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     dry_run: bool = Field(False, description="Say what the study would cost, and store nothing.")
+    reuse: bool = Field(
+        True, description="Take points that earlier studies of the same solver and settings hold from them."
+    )
+
+
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        min_length=1,
+        max_length=200,
+        description="A name of this submission; with it, another definition under the same name is refused.",
+    ),
+]
 
 
 class ListQuery(BaseModel):
@@ -63,19 +76,29 @@ class ListQuery(BaseModel):
     openapi_extra={"requestBody": STUDY_BODY},
     summary="Submit a study",
 )
-async def submit(request: Request, service: TheService, query: Annotated[SubmitQuery, Query()]) -> Document:
+async def submit(
+    request: Request,
+    service: TheService,
+    query: Annotated[SubmitQuery, Query()],
+    idempotency_key: IdempotencyKey = None,
+) -> Document:
     """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there."""
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
-    return await run_sync(_submit, service, body, "json" if kind in JSON_TYPES else "yaml", query.dry_run)
+    return await run_sync(
+        _submit, service, body, "json" if kind in JSON_TYPES else "yaml", query, idempotency_key
+    )
 
 
-def _submit(service: Service, body: bytes, kind: Literal["json", "yaml"], dry_run: bool) -> Document:
+def _submit(
+    service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
+) -> Document:
     study = parse_study_text(body, kind)
     plan = make_plan(study, seconds_per_point)
-    if dry_run:
+    if query.dry_run:
         return Document(estimate_document(study, plan))
-    record, created = service.store.submit(study, plan, provenance())
+    reuse = query.reuse and service.settings.reuse
+    record, created = service.store.submit(study, plan, provenance(), reuse=reuse, key=key)
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
 
