@@ -11,7 +11,7 @@ from worker.physics.friction import breakaway, hold_force, slip_direction
 from worker.physics.impact import impact_loss, rebound
 from worker.solver.bounds import motion_bounds, u_bend, w_bend
 from worker.solver.crossing import first_crossing
-from worker.solver.measure import measure, measure_window, peaks_at_ends
+from worker.solver.measure import find_peaks, measure_segment, measure_window, peaks_at_ends
 from worker.solver.memory import address
 from worker.solver.record import record
 from worker.solver.scene import (
@@ -159,26 +159,39 @@ def half_cycle(
                     w_most,
                     u2_most,
                 )
+            crossed = _coast(state, offset, held, t, particle, relative, absolute)
             if meter is not None:
-                expand_base(sine, cosine, base.rows, shaken)
-                measure(
-                    meter,
-                    offset,
-                    held,
-                    t,
-                    base,
-                    medium,
-                    friction,
-                    relative,
-                    absolute,
-                    shaken,
-                    scratch,
-                    u2_most,
-                    w_most,
-                )
+                sine_end = base.sine[k + 1]
+                if whole and kind == NOTHING:
+                    measure_window(meter, state, crossed, offset, held, sine, cosine, base, medium, friction)
+                else:
+                    expand_base(sine, cosine, base.rows, shaken)
+                    sine_end = value(shaken, t)
+                    measure_segment(
+                        meter, crossed.v - state.v, offset, held, t, base, medium, friction, relative, shaken
+                    )
+                if not peaks_at_ends(meter, state, crossed, sine, sine_end, t, u2_most, friction, r):
+                    find_peaks(
+                        meter,
+                        state,
+                        crossed,
+                        sine,
+                        sine_end,
+                        offset,
+                        held,
+                        t,
+                        base,
+                        medium,
+                        friction,
+                        relative,
+                        absolute,
+                        scratch,
+                        w_most,
+                        u2_most,
+                    )
             if log is not None:
                 record(log, state, (k + 1) * base.window - left, t, kind)
-            state = _coast(state, offset, held, t, particle, relative, absolute)
+            state = crossed
             if kind == NOTHING:
                 break
             counts[SEGMENTS] += 1

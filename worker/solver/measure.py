@@ -6,13 +6,13 @@ from worker.jit import kernel
 from worker.solver.bounds import u_bend, w_bend
 from worker.solver.crossing import first_crossing
 from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
-from worker.solver.taylor import change, rate_into, slope, value
+from worker.solver.taylor import rate_into, slope, value
 from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 
 @kernel
 def peaks_at_ends(meter, start, end, sine_start, sine_end, span, u2_most, friction, frequency_ratio):
-    """Raise the peaks by the ends of a quiet window; False where a peak between them may be higher still."""
+    """Raise the peaks by the ends of a segment; False where a peak between them may be higher still."""
     u_start = start.v + sine_start
     u_end = end.v + sine_end
     at_ends = max(abs(u_start), abs(u_end))
@@ -76,10 +76,8 @@ def measure_window(meter, start, end, offset, held, sine, cosine, base, medium, 
 
 
 @kernel
-def measure(
-    meter, offset, held, t, base, medium, friction, relative, absolute, shaken, scratch, u2_most, w_most
-):
-    """Add one segment of length t, whose polynomials are given, to a meter."""
+def measure_segment(meter, moved, offset, held, t, base, medium, friction, relative, shaken):
+    """Add one segment of length t, whose polynomials are given and over which v changes by `moved`, to a meter."""
     r = base.frequency_ratio
     work = 0.0
     loss = 0.0
@@ -102,37 +100,57 @@ def measure(
     meter[WORK_IN] += t * work
     meter[VISCOUS_LOSS] += t * base.two_zeta * loss
     meter[SQUARE] += t * square
-    moved = change(relative, t)
-    x_end = relative[0] + moved
     if friction is not None:
         if held:
             meter[STUCK] += t
         else:
             meter[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
-    u_start = absolute[0] - (0.0 if held else offset)
-    u_end = x_end - offset + value(shaken, t)
-    peak = max(meter[PEAK], abs(u_start), abs(u_end))
-    if max(abs(u_start), abs(u_end)) + 0.125 * u2_most * t * t > peak and abs(absolute[1]) <= t * u2_most:
+
+
+@kernel
+def find_peaks(
+    meter,
+    start,
+    end,
+    sine,
+    sine_end,
+    offset,
+    held,
+    t,
+    base,
+    medium,
+    friction,
+    relative,
+    absolute,
+    scratch,
+    w_most,
+    u2_most,
+):
+    """Raise the peaks to the largest |u| and |v| of a segment, true extrema of its polynomials."""
+    r = base.frequency_ratio
+    u_ends = max(abs(start.v + sine), abs(end.v + sine_end))
+    peak = max(meter[PEAK], u_ends)
+    if u_ends + 0.125 * u2_most * t * t > peak and abs(absolute[1]) <= t * u2_most:
         rate_into(absolute, 0, scratch)
-        bend = u_bend(3, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
+        most = u_bend(3, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
         sign = 1.0 if absolute[1] > 0.0 else -1.0
         at = 0.0
         for _ in range(3):  # u' has at most three zeros on a window
-            at = first_crossing(scratch, sign, at, t, bend)
+            at = first_crossing(scratch, sign, at, t, most)
             if at == inf:
                 break
             peak = max(peak, abs(value(absolute, at) - offset))
             sign = -sign
     meter[PEAK] = peak
-    relative_peak = max(meter[RELATIVE_PEAK], abs(relative[0] - offset), abs(x_end - offset))
+    relative_peak = max(meter[RELATIVE_PEAK], abs(start.v), abs(end.v))
     if friction is None:  # with friction, |v| peaks only where a segment ends
         if abs(relative[1]) <= t * (u2_most + r * r):
             rate_into(relative, 0, scratch)
-            bend = w_bend(0, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            most = w_bend(0, w_most, u2_most, base.two_zeta, medium.compliance, r)
             sign = 1.0 if relative[1] > 0.0 else -1.0
             at = 0.0
             for _ in range(3):
-                at = first_crossing(scratch, sign, at, t, bend)
+                at = first_crossing(scratch, sign, at, t, most)
                 if at == inf:
                     break
                 relative_peak = max(relative_peak, abs(value(relative, at)))
