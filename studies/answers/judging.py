@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
-from studies.store.slabs import BUDGET, slabs
+from studies.store.slabs import slabs
 from studies.variables import DIMENSIONS, ResponseClass, Status
 
 REASONS: dict[str, str] = {
@@ -27,8 +27,8 @@ def judged(
     cube: xr.Dataset,
     question: DesignQuestion,
     tally: dict[str, int],
-    beside: tuple[str, ...] = (),
-    budget: int = BUDGET,
+    beside: tuple[str, ...],
+    budget: int,
 ) -> Iterator[dict[str, np.ndarray]]:
     """Judge every design that a question admits, as many at a time as fit in memory.
 

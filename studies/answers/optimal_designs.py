@@ -66,7 +66,7 @@ def optimal_designs(
     question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
     tally = new_tally()
     best = _Ranking(top)
-    for found in judged(cube, question, tally, budget=BUDGET):
+    for found in judged(cube, question, tally, (), BUDGET):
         best.take(found)
     answer = described(cube, question, best.found)
     ranked = answer.sizes["rank"]

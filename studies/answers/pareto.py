@@ -10,6 +10,7 @@ from studies.answers.faults import QueryFault
 from studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
 from studies.answers.selection import check_metric
 from studies.faults import Fault, counted, describe, listing, nearest
+from studies.store.slabs import BUDGET
 
 RESPECTS: dict[str, tuple[str, str]] = {
     "amplitude": ("value", "what the objective judges"),
@@ -60,7 +61,7 @@ def pareto_front(
     tally = new_tally()
     stored = tuple(name for name in columns if name in cube.data_vars)
     front: dict[str, np.ndarray] = {}
-    for found in judged(cube, question, tally, stored):
+    for found in judged(cube, question, tally, stored, BUDGET):
         found["alike"] = np.zeros(found["value"].size, np.int64)
         if front:
             found = {name: np.concatenate((front[name], found[name])) for name in found}

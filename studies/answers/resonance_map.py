@@ -24,8 +24,10 @@ from studies.answers.selection import (
     scalars,
 )
 from studies.faults import Fault, describe, listing
-from studies.store.slabs import BUDGET
 from studies.variables import Status
+
+BUDGET = 2**20
+"""Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""
 
 REDUCTIONS: tuple[str, ...] = ("max", "min", "mean")
 """What can be done over a further dimension."""

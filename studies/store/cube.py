@@ -36,6 +36,7 @@ from studies.store.chunks import (
     chunk_key,
     damaged,
 )
+from studies.store.decoded import KEPT, plainly_coded, read_outer
 from studies.store.durable import sync_paths, sync_tree
 from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Variable
 
@@ -222,7 +223,7 @@ def open_cube(path: Path, marks: Marks) -> xr.Dataset:
         if "flag_values" in attributes:
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_CheckedArray(path, name, array))
+        lazy = LazilyIndexedArray(_CheckedArray(path, name, array, marks))
         variables[name] = xr.Variable(DIMENSIONS, lazy, attributes, {"chunks": array.chunks})
     ordered = [name for name in (*DIMENSIONS, *VARIABLES) if name in variables]
     return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(plain.attrs))
@@ -231,10 +232,13 @@ def open_cube(path: Path, marks: Marks) -> xr.Dataset:
 class _CheckedArray(BackendArray):
     """A Zarr array whose damaged chunks are told by their block."""
 
-    def __init__(self, path: Path, name: str, array: zarr.Array[Any]) -> None:
+    def __init__(self, path: Path, name: str, array: zarr.Array[Any], marks: Marks) -> None:
         self._path = path
         self._name = name
         self._array = array
+        self._marks = marks
+        self._chunks = array.chunks
+        self._grid = block_grid(array.shape, array.chunks)
         self.shape = array.shape
         self.dtype = array.dtype
 
@@ -243,10 +247,27 @@ class _CheckedArray(BackendArray):
 
     def _read(self, key: tuple[Any, ...]) -> np.ndarray:
         try:
+            if plainly_coded(self._array):
+                return read_outer(self._array, key, self._chunk)
             return np.asarray(self._array.oindex[key])
         except (ValueError, RuntimeError) as error:
             # what the codecs raise for bytes that they cannot decode; they do not say whose
             raise damaged(self._path, None, self._name, str(error)) from error
+
+    def _chunk(self, place: tuple[int, ...]) -> np.ndarray | None:
+        """Give a decoded chunk; None where its block is not done."""
+        index = 0
+        for at, count in zip(place, self._grid, strict=True):
+            index = index * count + at
+        generation = self._marks.get(index)
+        if generation is None:
+            return None
+        file = f"{self._path}/{chunk_file(chunk_key(self._name, place), generation)}"
+        try:
+            return KEPT.get(file, self.dtype, self._chunks)
+        except FileNotFoundError as error:
+            found = "its file is lost, or replaced since the cube was opened"
+            raise damaged(self._path, index, self._name, found) from error
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import studies.answers.optimal_designs
-from studies.answers.faults import QueryFault
 from studies.answers.design_question import DESIGN
+from studies.answers.faults import QueryFault
 from studies.answers.optimal_designs import optimal_designs
 
 

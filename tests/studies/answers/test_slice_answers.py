@@ -28,10 +28,54 @@ def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
 
 def test_dimensions_that_were_not_asked_for_are_chosen_and_said(cube):
     answer = resonance_map(cube, "friction_ratio", "restitution")
-    assert answer["frequency_ratio"].item() == 1.0
     assert answer["clearance_ratio"].item() == 1.0
     assert "clearance_ratio = 1 (not asked for; one of 5 on the grid)" in answer.attrs["note"]
-    assert "mass_ratio = 0.1," in answer.attrs["note"]  # there was nothing to choose
+    assert "mass_ratio = 0.1," in answer.attrs["note"] + ","  # there was nothing to choose
+
+
+def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_says_so(cube):
+    answer = resonance_map(cube, "friction_ratio", "restitution")
+    worst = resonance_map(cube, "friction_ratio", "restitution", over="frequency_ratio", reduce="max")
+    for name in worst.data_vars:
+        np.testing.assert_array_equal(answer[name], worst[name])
+    assert "largest value over the study's 6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
+    alone = resonance_map(cube, "friction_ratio", "restitution", at={"frequency_ratio": 1.0})
+    assert "r = 1 alone; leave frequency_ratio out" in alone.attrs["note"]
+    single = resonance_map(cube.isel(frequency_ratio=[3]), "friction_ratio", "restitution")
+    assert "Only one frequency was computed, r = 1" in single.attrs["note"]
+    codes = resonance_map(cube, "friction_ratio", "restitution", "response_class")
+    assert codes["frequency_ratio"].item() == 1.0
+
+
+def test_a_partly_computed_band_says_how_much_of_each_point_is_there(cube, whole):
+    answer = resonance_map(cube, "clearance_ratio", "friction_ratio", at={"restitution": 0.5})
+    expected = (whole["status"].values[0, 1, 0] >= 0).mean(axis=-1).T
+    np.testing.assert_allclose(answer["computed_share"], expected, rtol=1e-15)
+    assert 0 < answer.attrs["complete"] < 1
+    assert "Not everything is computed" in answer.attrs["note"]
+
+
+def test_interpolation_is_linear_and_never_crosses_a_change_of_class(whole):
+    whole["status"][:] = 0
+    whole["response_class"][:] = 3
+    whole["amplitude_error"][:] = 0.01
+    plane = 3.0 * whole["clearance_ratio"] + 0.5 * whole["friction_ratio"]
+    whole["amplitude_ratio"][:] = plane.broadcast_like(whole["status"]).transpose(*whole["status"].dims)
+    at = {"clearance_ratio": 3.0, "friction_ratio": 0.1}
+    answer = frequency_response(whole, at=at, interpolate=True)
+    # bilinear weights of a bilinear function
+    np.testing.assert_allclose(answer["amplitude_ratio"], 9.05, rtol=1e-14)
+    assert answer["interpolated"].values.all()
+    assert (answer["clearance_ratio"], answer["friction_ratio"]) == (3.0, 0.1)
+    # the corners lie from 6 to 15.1; the error owns up to the farthest of them
+    np.testing.assert_allclose(answer["amplitude_error"], 0.01 + 6.05, rtol=1e-12)
+    whole["response_class"][{"clearance_ratio": 2, "friction_ratio": 1, "frequency_ratio": 3}] = 6
+    crossing = frequency_response(whole, at=at, interpolate=True)
+    assert crossing["interpolated"].values.tolist() == [1, 1, 1, 0, 1, 1]
+    nearest = frequency_response(whole, at=at)["amplitude_ratio"].values[3]
+    assert crossing["amplitude_ratio"].values[3] == nearest
+    on_grid = frequency_response(whole, at={"clearance_ratio": 5.0, "friction_ratio": 0.9}, interpolate=True)
+    assert not on_grid["interpolated"].values.any()
 
 
 def test_any_two_dimensions_make_a_map(cube, whole):
@@ -120,6 +164,8 @@ def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
         ({"at": {"gap": 1.0}}, "gap", "one of"),
         ({"at": {"clearance_ratio": 1.0}}, "clearance_ratio", "no other argument"),
         ({"at": {"restitution": float("nan")}}, "restitution", "finite"),
+        ({"interpolate": True, "metric": "response_class"}, "interpolate", "codes"),
+        ({"interpolate": True, "over": "restitution"}, "interpolate", "leave `over` out"),
     ],
 )
 def test_a_map_that_cannot_be_drawn_is_refused_with_what_can(cube, question, field, words):

@@ -1,0 +1,94 @@
+"""The comparison with a tuned mass damper: what is known in closed form comes out of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from studies.answers.faults import QueryFault
+from studies.answers.tmd_comparison import tmd_comparison
+from tests.oracles import transmissibility, tuned_mass
+
+
+def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
+    at = {"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2}
+    answer = tmd_comparison(cube, "hinf", at=at)
+    r = whole["frequency_ratio"].values
+    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
+    assert answer.attrs["tmd_tuning"] == pytest.approx(tuning, rel=1e-13)
+    assert answer.attrs["tmd_damping_over_structure"] == pytest.approx(damping * tuning, rel=1e-12)
+    np.testing.assert_allclose(
+        answer["tmd"], tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, 0.0038), rtol=1e-11
+    )
+    np.testing.assert_allclose(
+        answer["no_damper"], [transmissibility.absolute_amplitude(0.0038, x) for x in r], rtol=1e-12
+    )
+    curve = whole["amplitude_ratio"].sel(at, method="nearest").values.ravel()
+    np.testing.assert_array_equal(answer["hybrid"], curve)
+    assert answer.attrs["hybrid_peak"] == np.nanmax(curve)
+    # both humps of this absorber lie in the band 0.7 to 1.25
+    peak = tuned_mass.peak(0.1, tuning, damping, 0.0038)
+    assert answer.attrs["tmd_peak"] == pytest.approx(peak, rel=1e-11)
+    assert answer.attrs["ratio"] == pytest.approx(np.nanmax(curve) / peak, rel=1e-11)
+    error = whole["amplitude_error"].sel(at, method="nearest").values.ravel()
+    better = curve + error < answer["tmd"].values
+    inside = [any(low <= x <= high for low, high in answer.attrs["hybrid_better"]) for x in r]
+    np.testing.assert_array_equal(inside, better)
+
+
+def test_minimax_is_no_higher_than_any_other_tuning_and_detuning_is_worse(cube):
+    peaks = {
+        name: tmd_comparison(cube, name).attrs["tmd_peak_everywhere"]
+        for name in ("minimax", "hinf", "den_hartog", "den_hartog_table4", "h2")
+    }
+    assert min(peaks, key=lambda name: peaks[name]) == "minimax"
+    assert tmd_comparison(cube, detuning=0.05).attrs["tmd_peak_everywhere"] > 1.2 * peaks["minimax"]
+    off = tmd_comparison(cube, "hinf", detuning=-0.1, damping_detuning=0.5).attrs
+    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
+    assert (off["tmd_tuning"], off["tmd_damping_ratio"]) == pytest.approx(
+        (0.9 * tuning, 1.5 * damping), rel=1e-11
+    )
+
+
+def test_masses_are_equal_unless_told_otherwise_and_then_it_is_said(cube):
+    assert tmd_comparison(cube).attrs["tmd_mass_ratio"] == 0.1
+    other = tmd_comparison(cube, mass_ratio=0.05)
+    assert other.attrs["tmd_mass_ratio"] == 0.05
+    assert "The masses differ: the design's ratio is 0.1" in other.attrs["note"]
+
+
+def test_one_frequency_is_said_to_be_one(cube):
+    assert "at r = 1 only" in tmd_comparison(cube.isel(frequency_ratio=[3])).attrs["note"]
+
+
+def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
+    whole["amplitude_ratio"][:] = np.nan
+    whole["status"][:] = -1
+    answer = tmd_comparison(whole, "hinf")
+    assert math.isnan(answer.attrs["ratio"])
+    assert answer.attrs["complete"] == 0
+    assert "Nothing of the design's curve is computed" in answer.attrs["note"]
+
+
+@pytest.mark.parametrize(
+    ("question", "field", "words"),
+    [
+        ({"criterion": "best"}, "criterion", "minimax"),
+        ({"mass_ratio": 0.0}, "mass_ratio", "above 0"),
+        ({"detuning": -1.0}, "detuning", "above -1"),
+        ({"damping_detuning": float("nan")}, "damping_detuning", "share"),
+        ({"at": {"gap": 1.0}}, "gap", "one of"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(cube, question, field, words):
+    with pytest.raises(QueryFault, match=words) as caught:
+        tmd_comparison(cube, **question)
+    assert caught.value.fault.field == field
+
+
+def test_a_study_without_a_particle_must_be_given_a_mass(whole):
+    bare = whole.assign_coords(mass_ratio=[0.0])
+    with pytest.raises(QueryFault, match="name the mass") as caught:
+        tmd_comparison(bare)
+    assert caught.value.fault.field == "mass_ratio"
+    assert tmd_comparison(bare, mass_ratio=0.1).attrs["tmd_mass_ratio"] == 0.1

@@ -1,0 +1,184 @@
+"""Pareto fronts, flatness, robust rays and work against precision: each beside a plain computation of the whole."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.answers.design_question import DESIGN
+from studies.answers.faults import QueryFault
+from studies.answers.flatness import LOSS
+from studies.answers.optimal_designs import optimal_designs
+from studies.answers.pareto import pareto_front
+from studies.answers.robust import robust_designs
+from studies.answers.work_precision import work_precision
+from studies.variables import DIMENSIONS
+
+
+def _rows(whole, band):
+    """Every design that has a value everywhere in the band: coordinates and what it is judged by."""
+    r = whole["frequency_ratio"].values
+    counting = (r >= band[0]) & (r <= band[1])
+    rows = []
+    for index in np.ndindex(whole["status"].shape[:-1]):
+        get = {name: whole[name].values[index][counting] for name in whole.data_vars}
+        if not np.isin(get["status"], (0, 1)).all():
+            continue
+        width = np.ptp(r[counting])
+        rows.append(
+            (
+                tuple(float(whole[name].values[i]) for name, i in zip(DESIGN, index, strict=True)),
+                get["amplitude_ratio"].max(),
+                get["impact_speed_max"].max(),
+                -np.trapezoid(get["dissipation_friction"], r[counting]) / width,
+            )
+        )
+    return rows
+
+
+@pytest.mark.parametrize("budget", [30, 2**18])
+@pytest.mark.parametrize(
+    ("respects", "columns"),
+    [
+        (["amplitude", "impact_speed"], (1, 2)),
+        (["amplitude", "impact_speed", "-dissipation_friction"], (1, 2, 3)),
+    ],
+)
+def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, respects, columns):
+    monkeypatch.setattr("studies.answers.pareto.BUDGET", budget)
+    rows = _rows(whole, (0.8, 1.2))
+    points = np.array([[row[c] for c in columns] for row in rows])
+    beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
+    expected = {row[0] for row, lost in zip(rows, beaten, strict=True) if not lost}
+    assert 2 < len(expected) < len(rows)
+    answer = pareto_front(cube, respects, "peak", (0.8, 1.2))
+    found = {tuple(answer[name].values[i].item() for name in DESIGN) for i in range(answer.sizes["rank"])}
+    assert found == expected
+    assert (np.diff(answer["amplitude"]) >= 0).all()
+    np.testing.assert_array_equal(answer["amplitude"], answer["value"])
+
+
+def test_designs_that_are_equal_in_every_respect_stand_once_and_are_counted(whole):
+    whole["amplitude_ratio"][:] = 1.0
+    whole["status"][:] = 0
+    answer = pareto_front(whole, ["amplitude", "mass"])
+    assert answer.sizes["rank"] == 1
+    assert answer["alike"].item() == whole["status"].size / whole.sizes["frequency_ratio"] - 1
+
+
+@pytest.mark.parametrize("respects", [["amplitude"], ["amplitude", "-amplitude"], ["amplitude", "beauty"]])
+def test_a_front_in_no_two_respects_is_refused(cube, respects):
+    with pytest.raises(QueryFault) as caught:
+        pareto_front(cube, respects)
+    assert caught.value.fault.field == "pareto"
+
+
+def test_flatness_ends_where_the_loss_is_exceeded(whole):
+    whole["status"][:] = 0
+    bowl = (
+        1
+        + 0.02 * (whole["clearance_ratio"] - 5) ** 2
+        + abs(whole["friction_ratio"] - 0.2)
+        + 0.0 * whole["status"]
+    )
+    whole["amplitude_ratio"] = bowl.transpose(*DIMENSIONS)
+    answer = optimal_designs(whole)
+    assert answer.attrs["objective"] == "peak"
+    flat = {entry["dimension"]: entry for entry in answer.attrs["flatness"]}
+    # clearance 2 costs 0.18 and 10 costs 0.5, friction a step costs 0.2: more than a tenth
+    assert LOSS == 0.1
+    assert flat["clearance_ratio"] == {
+        "dimension": "clearance_ratio", "value": 5.0, "low": 5.0, "high": 5.0, "below": 2.0, "above": 10.0,
+    }  # fmt: skip
+    assert (flat["restitution"]["low"], flat["restitution"]["below"]) == (0.2, None)
+    assert "mass_ratio" not in flat
+    assert "restitution from 0.2 (end of the axis) to 0.8 (end of the axis)" in answer.attrs["note"]
+
+
+def _logarithmic():
+    """A plane of equal logarithmic steps, two to the doubling, and every value known."""
+    d, g = 2.0 ** np.arange(0, 4.5, 0.5), 0.1 * 2.0 ** np.arange(0, 4.5, 0.5)
+    r = np.array([0.9, 1.0, 1.1])
+    rng = np.random.default_rng(3)
+    shape = (1, 1, 1, d.size, g.size, r.size)
+    coordinates = {"damping_ratio": [0.0038], "restitution": [0.5], "mass_ratio": [0.1]}
+    coordinates |= {"clearance_ratio": d, "friction_ratio": g, "frequency_ratio": r}
+    variables = {
+        "amplitude_ratio": rng.uniform(1, 9, shape),
+        "amplitude_error": rng.uniform(0, 0.1, shape),
+        "response_class": np.full(shape, 3, np.int8),
+        "status": np.zeros(shape, np.int8),
+    }
+    return xr.Dataset({name: (DIMENSIONS, array) for name, array in variables.items()}, coordinates)
+
+
+def test_the_robust_ranking_is_the_worst_along_each_diagonal():
+    cube = _logarithmic()
+    peak = cube["amplitude_ratio"].values[0, 0, 0].max(axis=-1)
+    # half to twice the amplitude is two grid steps either way, and at a times the amplitude both ratios are 1/a
+    expected = {
+        (i, j): max(peak[i - k, j - k] for k in range(-2, 3)) for i in range(2, 7) for j in range(2, 7)
+    }
+    answer = robust_designs(cube, (0.5, 2.0), top=100)
+    assert answer.sizes["rank"] == len(expected)
+    assert answer.attrs["left_grid"] == 81 - 25
+    np.testing.assert_allclose(answer["value"], sorted(expected.values()), rtol=1e-15)
+    for rank in range(answer.sizes["rank"]):
+        row = answer.isel(rank=rank)
+        i = int(np.abs(cube["clearance_ratio"].values - row["clearance_ratio"].item()).argmin())
+        j = int(np.abs(cube["friction_ratio"].values - row["friction_ratio"].item()).argmin())
+        assert row["value"] == expected[i, j]
+        assert row["nominal"] == peak[i, j]
+        used = cube.sel(
+            clearance_ratio=row["clearance_ratio_used"].item(),
+            friction_ratio=row["friction_ratio_used"].item(),
+        )
+        assert used["amplitude_ratio"].max() == row["value"]
+        assert row["clearance_ratio_used"] * row["amplitude"] == pytest.approx(
+            row["clearance_ratio"].item(), rel=1e-9
+        )
+    # the ray lies on the grid but for rounding in the powers of two
+    assert answer["distance"].max() < 1e-9
+
+
+def test_no_friction_stays_no_friction_and_a_coarse_grid_owns_up():
+    cube = _logarithmic().isel(clearance_ratio=slice(0, None, 2))
+    cube = cube.assign_coords(friction_ratio=[0.0, *cube["friction_ratio"].values[1:]])
+    answer = robust_designs(cube, (0.5, 2.0), ranges={"friction_ratio": (0.0, 0.0)}, top=9)
+    assert (answer["friction_ratio_used"] == 0).all()
+    assert answer.sizes["rank"] == 3
+    # amplitudes go in the half steps of the friction axis, so every other one lies between clearances: √2 off
+    assert answer["distance"].max() == pytest.approx(np.sqrt(2) - 1, rel=1e-9)
+
+
+@pytest.mark.parametrize("amplitudes", [(0.0, 1.0), (2.0, 1.0), (0.01, 100.0), (float("nan"), 1.0)])
+def test_rays_that_leave_the_grid_everywhere_are_refused(amplitudes):
+    with pytest.raises(QueryFault) as caught:
+        robust_designs(_logarithmic(), amplitudes)
+    assert caught.value.fault.field == "amplitudes"
+
+
+def test_work_precision_counts_every_point_that_has_a_value(cube, whole):
+    answer = work_precision(cube)
+    status = whole["status"].values
+    good = np.isin(status, (0, 1))
+    assert answer["points"].sum() == good.sum()
+    assert answer.attrs["points_failed"] == (status > 1).sum()
+    time = whole["run_time"].values[good]
+    assert answer.attrs["seconds"] == pytest.approx(time.sum(), rel=1e-12)
+    relative = (whole["amplitude_error"].values / whole["amplitude_ratio"].values)[good]
+    width = 10 ** (1 / 4)
+    for row in range(answer.sizes["run_time"]):
+        here = answer.isel(run_time=row)
+        centre = here["run_time"].item()
+        inside = (time >= centre / width**0.5) & (time < centre * width**0.5)
+        assert here["points"] == inside.sum()
+        median = np.quantile(relative[inside], 0.5, method="inverted_cdf")
+        # the upper edge of the bin that holds it, eight bins a decade
+        assert median <= here["error_median"] * (1 + 1e-9) <= median * 10 ** (1 / 8) * (1 + 1e-8)
+
+
+def test_work_precision_of_nothing_is_empty(whole):
+    whole["status"][:] = -1
+    answer = work_precision(whole)
+    assert answer.sizes["run_time"] == 0
+    assert "No point is computed yet" in answer.attrs["note"]
