@@ -9,11 +9,15 @@ from service.cluster import SharedCluster
 from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from studies.store.record import Record
 from studies.store.store import Store
+from studies.store.sweep import collect_garbage
 from worker.cluster import ClusterUnusable
+from worker.lease import owner_is_dead
 from worker.runner import run_study
 
 LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""
+CLEAN_SECONDS = 3600.0
+"""Between two looks for files that nobody needs."""
 AGAIN_SECONDS = 15.0
 """How long a study that the cluster let down waits before it is tried again."""
 STOP_SECONDS = 60.0
@@ -131,11 +135,15 @@ class Dispatcher:
         self.cluster.close()
 
     def _keep_going(self) -> None:
+        clean_at = time.monotonic() + CLEAN_SECONDS
         while not self._closing.is_set():
             try:
+                if time.monotonic() >= clean_at:
+                    collect_garbage(self._store)
+                    clean_at = time.monotonic() + CLEAN_SECONDS
                 self._start_runs()
-            except StoreFault as error:
-                _log.warning("the catalogue cannot be read: %s", error)
+            except (StoreFault, OSError) as error:
+                _log.warning("the store cannot be used: %s", error)
             self._wake.wait(LOOK_SECONDS)
             self._wake.clear()
 
@@ -167,7 +175,8 @@ class Dispatcher:
                 found += [
                     (record.created, record.id)
                     for record in page.records
-                    if record.owner is None and self._not_before.get(record.id, 0.0) <= now
+                    if (record.owner is None or owner_is_dead(record.owner))
+                    and self._not_before.get(record.id, 0.0) <= now
                 ]
                 cursor = page.cursor
                 if cursor is None:
@@ -189,7 +198,8 @@ class Dispatcher:
             if self._closing.is_set():
                 # Stopped by the shutdown and not by a user: the next start goes on with it.
                 self._store.set_state(study_id, "queued", only_from=("cancelled",))
-            elif record.state == "failed" and self.cluster.state == "lost":
+            elif record.state == "failed" and (self.cluster.state == "lost" or self._store.trouble()):
+                # It goes on by itself when the cluster is back, or there is room on the disk.
                 self._put_off(study_id, record.message or "the cluster is lost")
                 self._store.set_state(study_id, "queued", only_from=("failed",))
         except ClusterUnusable as error:
@@ -198,6 +208,9 @@ class Dispatcher:
             self._store.set_state(study_id, "queued", only_from=("failed",))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
+        except StoreFault as error:
+            # The catalogue cannot be written: its state stays, and the study is taken up again from there.
+            self._put_off(study_id, str(error))
         except Exception as error:
             # A defect, or a cluster that does not come up: this study is put down, and the others go on.
             _log.exception("study %s failed", study_id)

@@ -104,8 +104,12 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
     finally:
         lease._released.set()
         thread.join()
-        store.release(study_id, lease.owner)
         _held.discard(lease.owner)
+        try:
+            store.release(study_id, lease.owner)
+        except StoreFault as error:
+            # Of an owner that lives no more the next one takes the claim over.
+            logger.warning("the claim on study %s could not be released: %s", study_id, error)
 
 
 def _take_over(lease: Lease) -> bool:

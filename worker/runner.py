@@ -135,6 +135,7 @@ class _Run:
         cube_path = self._store.cube_path(self._study_id)
         overlaps = Overlaps(self._store, self._record)
         order = (int(index) for index in self._plan.order(pending))
+        self._require_room()
         with client_factory() as client:
 
             def submit(index: int, key: str) -> Future:
@@ -194,6 +195,7 @@ class _Run:
 
     def _pump(self, window: Window, cube_path: str) -> None:
         while not self._stopping:
+            self._require_room()
             window.fill()
             if window.empty:
                 return
@@ -203,6 +205,11 @@ class _Run:
         for ended in window.drain(GRACE_SECONDS):
             self._keep(ended, cube_path)
             self._report()
+
+    def _require_room(self) -> None:
+        trouble = self._store.trouble()
+        if trouble is not None:
+            raise Interrupted(trouble)
 
     def _keep(self, ended: BlockOutcome | Failure, cube_path: str) -> None:
         if self._lease.lost.is_set():

@@ -40,6 +40,9 @@ CLAIM_SECONDS = 60.0
 PAGE_LIMIT = 1000
 """Most records on one page."""
 
+RESERVE_BYTES = 16 * 2**20
+"""Room on the disk that no block is begun without."""
+
 _AT_ONCE = 500  # values in one statement
 _MARKS_KEPT = 16  # studies whose marks are remembered
 
@@ -552,6 +555,22 @@ class Store:
             if not path.exists():
                 with self.catalogue.writing() as connection:
                     connection.execute(delete(studies).where(studies.c.number == row.number))
+
+    def trouble(self) -> str | None:
+        """Say why no more can be written, in words; None while there is room.
+
+        Some room is kept free, so that the catalogue can still say what happened when the cubes have filled the disk.
+        """
+        try:
+            free = shutil.disk_usage(self.data_dir).free
+        except OSError as error:
+            return f"the data directory cannot be used ({error})"
+        if free < RESERVE_BYTES:
+            return (
+                f"the disk of {self.data_dir} is full: {free / 1e6:.3g} MB are free, "
+                f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
+            )
+        return None
 
     def _disk_fault(self, path: Path, error: OSError) -> StoreFault:
         return StoreFault(

@@ -14,6 +14,8 @@ from studies.store.store import Store
 from studies.store.sweep import collect_garbage, sweep
 from studies.store.verify import repair, verify
 
+METRICS = ["amplitude_ratio", "cycles", "run_time"]
+
 
 def write(store: Store, study_id: str, block, values, generation: str) -> None:
     """One attempt at a block, marked."""
@@ -27,7 +29,7 @@ def write(store: Store, study_id: str, block, values, generation: str) -> None:
 @pytest.fixture
 def written(store, make_study, make_plan_of, values_of):
     """A whole study, every block of a generation of its own."""
-    study = make_study()
+    study = make_study(metrics=METRICS)
     plan = make_plan_of(study)
     record, _ = store.submit(study, plan, {})
     for index in range(plan.count):
@@ -76,11 +78,11 @@ def test_every_damage_is_found_told_on_reading_and_mended(
     left = repair(store, written, list(verify(store, written)))
     assert (left.state, left.blocks_done) == ("queued", left.blocks_total - 1)
     np.testing.assert_array_equal(store.pending(written.id), [4])
-    block = make_plan_of(make_study()).block(4)
+    block = make_plan_of(make_study(metrics=METRICS)).block(4)
     lost = store.cube(written.id).load()
     assert (lost["status"].values == -1).sum() == block.points
     assert np.isnan(lost["amplitude_ratio"].values[block.slices]).all()
-    write(store, written.id, block, values_of(make_study(), block), "second")
+    write(store, written.id, block, values_of(make_study(metrics=METRICS), block), "second")
     assert list(verify(store, store.find(written.id))) == []
     assert store.cube(written.id).load().identical(before)
 
@@ -107,9 +109,9 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
 def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(
     store, written, make_study, make_plan_of, values_of
 ):
-    block = make_plan_of(make_study()).block(2)
+    block = make_plan_of(make_study(metrics=METRICS)).block(2)
     before = store.cube(written.id).load()
-    other = values_of(make_study(), block) | {"run_time": np.full(block.shape, 9.0)}
+    other = values_of(make_study(metrics=METRICS), block) | {"run_time": np.full(block.shape, 9.0)}
     # an attempt whose runner lost its claim ends after its block was done by somebody else
     write(store, written.id, block, other, "late")
     assert store.cube(written.id).load().identical(before)
@@ -123,9 +125,9 @@ def test_an_opened_cube_never_shows_a_block_that_was_replaced(
     store, written, make_study, make_plan_of, values_of
 ):
     opened = store.cube(written.id)
-    block = make_plan_of(make_study()).block(0)
+    block = make_plan_of(make_study(metrics=METRICS)).block(0)
     store.forget(written.id, [0], "by hand")
-    newer = values_of(make_study(), block) | {"amplitude_ratio": np.full(block.shape, 77.0)}
+    newer = values_of(make_study(metrics=METRICS), block) | {"amplitude_ratio": np.full(block.shape, 77.0)}
     write(store, written.id, block, newer, "newer")
     # the older files stay until they are swept, and with them what was opened before
     assert (opened["amplitude_ratio"].values[block.slices] == 0).all()
@@ -143,7 +145,7 @@ def test_blocks_are_not_taken_back_from_under_a_runner(store, written):
 
 
 def test_an_older_revision_shows_what_was_done_then(store, make_study, make_plan_of, values_of):
-    study = make_study()
+    study = make_study(metrics=METRICS)
     plan = make_plan_of(study)
     record, _ = store.submit(study, plan, {})
     revisions = [record.revision]
@@ -156,7 +158,7 @@ def test_an_older_revision_shows_what_was_done_then(store, make_study, make_plan
 
 
 def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_plan_of):
-    other = make_study(damping_ratio=0.2)
+    other = make_study(damping_ratio=0.2, metrics=METRICS)
     record, _ = store.submit(other, make_plan_of(other), {})
     claimed = Path(store.cube_path(record.id), "status", "c.0.0.0.0.0.0~attempt")
     claimed.write_bytes(b"of a runner that is at work")

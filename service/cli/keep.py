@@ -1,0 +1,95 @@
+"""Commands that keep the store: backup, restore, gc."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.options import AsJson, DataDir
+from service.cli.output import note, print_json, working
+from service.cli.store import open_store
+
+if TYPE_CHECKING:
+    from studies.store.store import Store
+
+_UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+
+
+def backup(
+    folder: Annotated[Path, typer.Argument(help="A folder that is not there yet.")],
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Copy every study with what it has so far, also while studies run; the copy is a data directory of its own."""
+    from studies.store.store import Store
+
+    source = open_store(data_dir)
+    _refuse_used(folder)
+    # under its name only when it is whole
+    partial = folder.with_name(f"{folder.name}.partial")
+    _refuse_used(partial)
+    _copy(source, Store.open(partial), as_json, f"Backed up to {folder}")
+    partial.rename(folder)
+
+
+def restore(
+    folder: Annotated[Path, typer.Argument(help="What `damperlab backup` made.")],
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Copy a backup into a data directory without studies, and into the catalogue that the settings name."""
+    from studies.store.store import Store
+
+    if not (folder / "catalogue.sqlite").is_file():
+        raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
+    _copy(Store.open(folder), open_store(data_dir), as_json, f"Restored {folder}")
+
+
+def gc(
+    data_dir: DataDir = None,
+    older_than: Annotated[
+        str, typer.Option(metavar="TIME", help="Leave alone what is younger: 90s, 30min, 12h, 7d.")
+    ] = "1h",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would go; remove nothing.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Remove files that no study needs: what killed processes, interrupted deletes and exports have left."""
+    from studies.store.sweep import collect_garbage
+
+    seconds = _seconds(older_than)
+    store = open_store(data_dir)
+    with working("Looking at every file"):
+        swept = collect_garbage(store, seconds, dry_run=dry_run)
+    verb = "Would remove" if dry_run else "Removed"
+    note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
+    if as_json:
+        print_json({"paths": swept.paths, "bytes": swept.bytes, "dry_run": dry_run})
+
+
+def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
+    from studies.store.backup import copy_store
+
+    try:
+        with working("Copying"):
+            copied = copy_store(source, target)
+    finally:
+        target.close()
+    note(f"{done}: {copied.studies} studies, {copied.blocks} blocks, {copied.bytes} bytes.")
+    if as_json:
+        print_json({"studies": copied.studies, "blocks": copied.blocks, "bytes": copied.bytes})
+
+
+def _refuse_used(folder: Path) -> None:
+    if folder.exists():
+        raise typer.BadParameter(f"found {str(folder)!r}, which is there; allowed: a folder that is not")
+
+
+def _seconds(text: str) -> float:
+    found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
+    if found is None:
+        raise typer.BadParameter(
+            f"found {text!r}, allowed: a number and a unit, as in 90s, 30min, 12h, 7d",
+            param_hint="--older-than",
+        )
+    return float(found[1]) * _UNITS[found[2]]

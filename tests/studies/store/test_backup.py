@@ -1,0 +1,122 @@
+"""Backups: whole, consistent while studies change, a data directory of their own, and nothing half-way."""
+
+import threading
+from pathlib import Path
+
+import pytest
+
+from studies.store.backup import copy_store
+from studies.store.chunks import BlockDamaged
+from studies.store.cube import write_region
+from studies.store.faults import StoreFault
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+from studies.store.sweep import collect_garbage
+from studies.store.verify import verify
+
+METRICS = ["amplitude_ratio", "period"]
+
+
+def write(store: Store, study, plan, values, index: int, generation: str = "g") -> None:
+    block = plan.block(index)
+    study_id = study.digest[:12]
+    found = write_region(store.cube_path(study_id), block, values(study, block), generation)
+    store.mark(study_id, BlockOutcome(index, block.points, 0, 0.5, 0.4, None, generation, found))
+
+
+@pytest.fixture
+def filled(store, make_study, make_plan_of, values_of):
+    """Three studies: done, deleted, and running with a claim and four of twelve blocks."""
+    for number, blocks in enumerate((12, 1, 4)):
+        study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
+        plan = make_plan_of(study)
+        store.submit(study, plan, {"kernels": "k"}, key=f"key {number}")
+        for index in range(blocks):
+            write(store, study, plan, values_of, index)
+    store.set_state(store.find("study 0").id, "done")
+    store.delete(store.find("study 1").id)
+    running = store.find("study 2").id
+    store.claim(running, "runner 7")
+    store.set_state(running, "running")
+    Path(store.cube_path(running), "status", "c.0.0.0.0.0.0~half").write_bytes(b"an attempt under way")
+    return store
+
+
+def test_a_backup_of_a_backup_is_what_was_there(filled, tmp_path):
+    first, second = Store.open(tmp_path / "first"), Store.open(tmp_path / "second")
+    assert copy_store(filled, first) == copy_store(first, second)
+    for store in (first, second):
+        assert [record.name for record in store.page().records] == ["study 2", "study 0"]
+        for name in ("study 0", "study 2"):
+            was, now = filled.find(name), store.find(name)
+            assert list(verify(store, now)) == []
+            assert store.cube(now.id).load().identical(filled.cube(was.id).load())
+            assert store.events(now.id) == filled.events(was.id)
+            assert now.provenance == was.provenance
+        copied = store.find("study 2")
+        assert (copied.state, copied.owner, copied.blocks_done) == ("queued", None, 4)
+        assert collect_garbage(store, -1.0).paths == 0  # what is no study's did not come along
+    first.close()
+    second.close()
+
+
+def test_a_backup_goes_on_living(filled, tmp_path, make_study, make_plan_of, values_of):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
+    for index in copy.pending(study.digest[:12]):
+        write(copy, study, make_plan_of(study), values_of, int(index), "later")
+    assert copy.find("study 2").points_done == study.points
+    new = make_study("new", damping_ratio=0.4)
+    assert copy.submit(new, make_plan_of(new), {})[1]
+    copy.close()
+
+
+def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(
+    filled, tmp_path, make_study, make_plan_of, values_of
+):
+    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
+    plan = make_plan_of(study)
+    filled.release(study.digest[:12], "runner 7")
+    stop = threading.Event()
+
+    def churn() -> None:
+        turn = 0
+        while not stop.is_set():
+            turn += 1
+            for index in (5, 6, 7):
+                write(filled, study, plan, values_of, index, f"turn{turn}")
+            filled.forget(study.digest[:12], [5, 6, 7], "churn")
+
+    thread = threading.Thread(target=churn)
+    thread.start()
+    try:
+        for number in range(3):
+            copy = Store.open(tmp_path / f"copy {number}")
+            copy_store(filled, copy)
+            for record in copy.page().records:
+                assert list(verify(copy, record)) == []
+                assert (copy.cube(record.id)["status"] == 0).sum() == record.points_done
+            copy.close()
+    finally:
+        stop.set()
+        thread.join()
+
+
+def test_a_store_with_studies_is_not_written_over(filled, store, tmp_path, make_study, make_plan_of):
+    used = Store.open(tmp_path / "used")
+    used.submit(make_study(), make_plan_of(make_study()), {})
+    with pytest.raises(StoreFault, match="without studies"):
+        copy_store(filled, used)
+    assert len(used.page().records) == 1
+    used.close()
+
+
+def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(filled, tmp_path):
+    lost = next(Path(filled.cube_path(filled.find("study 0").id), "period").glob("c.*"))
+    lost.unlink()
+    copy = Store.open(tmp_path / "copy")
+    with pytest.raises(BlockDamaged, match="damperlab verify"):
+        copy_store(filled, copy)
+    assert copy.page().records == ()
+    copy.close()
