@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev demo test lint bench lock clean
+.PHONY: help install install-dev demo test lint bench faults lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -43,6 +43,10 @@ lint: install-dev ## style, types, layers
 
 bench: install-dev ## run time of the kernels beside the paper's RK4, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
+
+faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; then as many with PostgreSQL
+	$(BIN)/python -m tests.faults.campaign --kills 200
+	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql
 
 lock: ## renew the lock files (needs uv); names and hashes only
 	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes \

@@ -8,6 +8,7 @@ from service.cli.accuracy import accuracy
 from service.cli.doctor import doctor
 from service.cli.export import export
 from service.cli.failures import DONE, FAILED, report
+from service.cli.keep import backup, gc, restore
 from service.cli.output import note
 from service.cli.queries import map_, optimum, response
 from service.cli.run import resume, run
@@ -45,6 +46,9 @@ for name, command, panel in (
     ("cancel", cancel, "Keep"),
     ("delete", delete, "Keep"),
     ("verify", verify, "Keep"),
+    ("backup", backup, "Keep"),
+    ("restore", restore, "Keep"),
+    ("gc", gc, "Keep"),
     ("serve", serve, "Serve"),
     ("accuracy", accuracy, "Serve"),
     ("doctor", doctor, "Serve"),
