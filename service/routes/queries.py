@@ -10,7 +10,7 @@ from starlette.requests import Request
 
 from service.answers import designs_document, map_document, response_document
 from service.documents import Document
-from service.problems import documented
+from service.problems import Problem, documented
 from service.state import Service, TheService, TheStudy
 from studies.answers.design_question import MOST
 from studies.answers.frequency_response import frequency_response
@@ -165,7 +165,7 @@ class DesignsQuery(RankingQuery):
 @router.get(
     "/resonance-map",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="One metric over two dimensions",
 )
 def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Query()]) -> Document:
@@ -184,7 +184,7 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
 @router.get(
     "/frequency-response",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="One metric over the frequency ratio",
 )
 def ask_response(service: TheService, study: TheStudy, query: Annotated[ResponseQuery, Query()]) -> Document:
@@ -196,7 +196,7 @@ def ask_response(service: TheService, study: TheStudy, query: Annotated[Response
 @router.get(
     "/optimal-designs",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="Designs in the order of their response",
 )
 def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
@@ -240,5 +240,17 @@ def _check_size(cube: xr.Dataset, query: MapQuery) -> None:
 
 
 def answered(study: Record, answer: dict[str, Any]) -> Document:
-    """Put the study in front of its answer."""
+    """Put the study in front of its answer.
+
+    Raises
+    ------
+    Problem
+        409 if the study stopped before anything of the answer was computed: nobody will compute it unless asked.
+    """
+    if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
+        resume = f"POST /api/v1/studies/{study.id}/resume computes what is missing"
+        if answer["complete"] == 0:
+            detail = f"The study is {study.state}, and nothing of what was asked for is computed. {resume}."
+            raise Problem(409, f"study-{study.state}", detail)
+        answer = answer | {"note": f"{answer['note']} The study is {study.state}: {resume}."}
     return Document({"study": study.id, "name": study.name, "state": study.state, **answer})

@@ -60,7 +60,7 @@ class BoundaryQuery(FollowUp, At):
 @router.get(
     "/robust-designs",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="Dampers in the order of their worst case while the base amplitude varies",
     tags=["queries"],
 )
@@ -75,7 +75,7 @@ def ask_robust(service: TheService, study: TheStudy, query: Annotated[RobustQuer
 @router.post(
     "/refine",
     response_class=Document,
-    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 422, 503)},
+    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 409, 422, 503)},
     summary="A follow-up study around the best design",
     tags=["studies"],
 )
@@ -89,7 +89,7 @@ def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Q
 @router.post(
     "/refine-boundary",
     response_class=Document,
-    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 422, 503)},
+    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 409, 422, 503)},
     summary="A follow-up study around a change of response class",
     tags=["studies"],
 )

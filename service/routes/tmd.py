@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from service.comparisons import columns_document
 from service.documents import Document
@@ -18,6 +18,12 @@ from studies.tmd.tunings import CRITERIA
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 
 _TUNINGS = "; ".join(f"{name}: {meaning}" for name, meaning in CRITERIA.items())
+
+
+class Nothing(BaseModel):
+    """No parameters: a name that nobody reads would change nothing without a word."""
+
+    model_config = ConfigDict(extra="forbid")
 
 
 class TmdQuery(At):
@@ -40,7 +46,7 @@ class TmdQuery(At):
 @router.get(
     "/tmd-comparison",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="One design beside a tuned mass damper",
 )
 def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Query()]) -> Document:
@@ -60,9 +66,9 @@ def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Que
 @router.get(
     "/work-precision",
     response_class=Document,
-    responses=documented(404, 422, 503),
+    responses=documented(404, 409, 422, 503),
     summary="Error against run time over the points",
 )
-def ask_precision(service: TheService, study: TheStudy) -> Document:
+def ask_precision(service: TheService, study: TheStudy, query: Annotated[Nothing, Query()]) -> Document:
     """Sort the points by run time, and say how exact those of each time are."""
     return answered(study, columns_document(work_precision(service.store.cube(study.id))))

@@ -88,14 +88,19 @@ def refine_optimum(
         advice = "wait for the study, resume it, or ask for less"
         raise QueryFault(Fault("refine", "no design that qualifies", "a study with a best design", advice))
     parent = next(iter(cubes.values()))
-    home = cubes[str(best["study"].values[0])]
     frequencies = DesignQuestion.ask(
         parent, objective, band, 1, exclude_locked, max_impact_speed, ranges or {}
     ).frequencies
     centre = {name: float(best[name].values[0]) for name in DESIGN}
     found = centre | {name: float(best[name].values[0]) for name in (FREQUENCY, "value", "error")}
+    # the design may stand in several studies, and the nearest neighbours in the last of them
+    homes = [cube for cube in cubes.values() if all((cube[name] == centre[name]).any() for name in DESIGN)]
     sides = {
-        name: _neighbours(home[name].values, parent[name].values, centre[name])
+        name: _neighbours(
+            np.unique(np.concatenate([cube[name].values for cube in homes])),
+            parent[name].values,
+            centre[name],
+        )
         for name in DESIGN
         if parent[name].size > 1
     }
@@ -195,9 +200,8 @@ def _check_tolerance(tolerance: float) -> None:
         )
 
 
-def _neighbours(axis: np.ndarray, whole: np.ndarray, centre: float) -> tuple[float, float]:
-    """Give the values next to `centre`; where it ends a follow-up's axis, as far beyond as the study goes."""
-    ranked = np.sort(axis)
+def _neighbours(ranked: np.ndarray, whole: np.ndarray, centre: float) -> tuple[float, float]:
+    """Give the values next to `centre`; where it is the last one, as far beyond as the study goes."""
     here = int(np.abs(ranked - centre).argmin())
     low = float(ranked[here - 1]) if here > 0 else None
     high = float(ranked[here + 1]) if here < ranked.size - 1 else None

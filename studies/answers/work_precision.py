@@ -25,7 +25,7 @@ def work_precision(cube: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Dimension `run_time`, the centres of the bins that hold points [s], four a decade. Variables: `points`;
+        Dimension `run_time`, the centres of the bins that hold points [s], four a decade. Variables: `number` of points;
         `error_low`, `error_median`, `error_high` (10, 50 and 90 per cent of the points have an error of at
         most this, relative to the amplitude ratio, to the width of an error bin, eight a decade; 0 where it is
         below 1e-18), and `max_cycles_share`, of the points that reached the cycle limit. Attributes:
@@ -77,7 +77,7 @@ def _answer(histogram: np.ndarray, limited: np.ndarray, attributes: dict[str, ob
     running = histogram[held].cumsum(axis=1)
     relative = {"units": "1"}
     variables: dict[str, tuple[str, np.ndarray, dict[str, str]]] = {
-        "points": ("run_time", number, {"units": "1", "long_name": "points of about this run time"})
+        "number": ("run_time", number, {"units": "1", "long_name": "points of about this run time"})
     }
     for name, share in zip(("error_low", "error_median", "error_high"), QUANTILES, strict=True):
         place = (running >= share * number[:, None]).argmax(axis=1)

@@ -69,16 +69,28 @@ def test_ranking_is_in_the_order_of_the_response(client: httpx.Client, helpers: 
 
 
 def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers: Any) -> None:
-    """A study that was cancelled before it began has a cube without a single value."""
+    """A study that waits has a cube without a single value; once it is cancelled, only resuming it helps."""
     blockers = [
         client.post(STUDIES, json=helpers.long_study("block", 0.05 + 0.01 * n)).json() for n in range(2)
     ]
     study = {"name": "never", "particle": False, "damping_ratio": 0.04, "axes": {"frequency_ratio": [1, 2]}}
     record = client.post(STUDIES, json=study).json()
     try:
-        assert client.post(f"{STUDIES}/{record['id']}/cancel").json()["state"] == "cancelled"
         answer = client.get(f"{STUDIES}/{record['id']}/frequency-response").raise_for_status().json()
         assert (answer["values"], answer["complete"]) == ([None, None], 0.0)
+        assert client.post(f"{STUDIES}/{record['id']}/cancel").json()["state"] == "cancelled"
+        for question in (
+            "frequency-response",
+            "resonance-map?x=frequency_ratio&y=friction_ratio",
+            "optimal-designs",
+            "optimal-designs?pareto=amplitude,mass",
+            "tmd-comparison?mass_ratio=0.1",
+            "work-precision",
+        ):
+            refused = client.get(f"{STUDIES}/{record['id']}/{question}")
+            assert refused.status_code == 409, question
+            assert refused.headers["content-type"] == "application/problem+json"
+            assert f"POST /api/v1/studies/{record['id']}/resume" in refused.json()["detail"]
     finally:
         for blocker in blockers:
             client.post(f"{STUDIES}/{blocker['id']}/cancel")
@@ -103,6 +115,24 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
         ("optimal-designs?band=nan,nan", "band"),
         ("optimal-designs?top=0", "top"),
         ("optimal-designs?objective=peak&band=7,8", "band"),
+        ("optimal-designs?pareto=amplitude", "pareto"),
+        ("optimal-designs?pareto=amplitude,beauty", "pareto"),
+        ("optimal-designs?pareto=amplitude,mass&with=abc", "with"),
+        (
+            "resonance-map?x=friction_ratio&y=damping_ratio&interpolate=true&over=frequency_ratio",
+            "interpolate",
+        ),
+        ("tmd-comparison?clearance=3&mass_ratio=0.1", "clearance"),
+        ("tmd-comparison", "mass_ratio"),
+        ("tmd-comparison?mass_ratio=0", "mass_ratio"),
+        ("tmd-comparison?mass_ratio=0.1&criterion=best", "criterion"),
+        ("tmd-comparison?mass_ratio=0.1&detuning=-2", "detuning"),
+        ("robust-designs", "amplitudes"),
+        ("robust-designs?amplitudes=2,1", "amplitudes"),
+        ("robust-designs?amplitudes=0,1", "amplitudes"),
+        ("robust-designs?amplitudes=0.5,2&friction=1,2", "friction"),
+        ("robust-designs?amplitudes=0.5,2&friction_ratio=7,8", "friction_ratio"),
+        ("work-precision?metric=status", "metric"),
         ("export?format=docx", "format"),
     ],
 )

@@ -161,7 +161,7 @@ def test_work_precision_counts_every_point_that_has_a_value(cube, whole):
     answer = work_precision(cube)
     status = whole["status"].values
     good = np.isin(status, (0, 1))
-    assert answer["points"].sum() == good.sum()
+    assert answer["number"].sum() == good.sum()
     assert answer.attrs["points_failed"] == (status > 1).sum()
     time = whole["run_time"].values[good]
     assert answer.attrs["seconds"] == pytest.approx(time.sum(), rel=1e-12)
@@ -171,7 +171,7 @@ def test_work_precision_counts_every_point_that_has_a_value(cube, whole):
         here = answer.isel(run_time=row)
         centre = here["run_time"].item()
         inside = (time >= centre / width**0.5) & (time < centre * width**0.5)
-        assert here["points"] == inside.sum()
+        assert here["number"] == inside.sum()
         median = np.quantile(relative[inside], 0.5, method="inverted_cdf")
         # the upper edge of the bin that holds it, eight bins a decade
         assert median <= here["error_median"] * (1 + 1e-9) <= median * 10 ** (1 / 8) * (1 + 1e-8)

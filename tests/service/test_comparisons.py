@@ -1,0 +1,119 @@
+"""The tuned mass damper, follow-ups and work against precision over HTTP, on studies that the service computes."""
+
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from tests.oracles import transmissibility, tuned_mass
+
+STUDIES = "/api/v1/studies"
+
+FRICTION: dict[str, Any] = {
+    "name": "friction alone",
+    "particle": False,
+    "damping_ratio": 0.02,
+    "axes": {
+        "friction_ratio": {"start": 0.05, "stop": 1.05, "num": 11},
+        "frequency_ratio": {"start": 0.8, "stop": 1.3, "num": 6},
+    },
+}
+
+
+@pytest.fixture
+def friction(service: Any, helpers: Any) -> dict[str, Any]:
+    """The record of a finished study of friction alone."""
+    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+        record: dict[str, Any] = client.post(STUDIES, json=FRICTION).raise_for_status().json()
+        record = helpers.wait_for(client, record["id"], helpers.ended)
+    assert record["state"] == "done"
+    return record
+
+
+def test_a_tuned_mass_damper_stands_beside_the_structure(client: httpx.Client, curve: dict[str, Any]) -> None:
+    params = {"mass_ratio": "0.1", "criterion": "hinf"}
+    answer = client.get(f"{STUDIES}/{curve['id']}/tmd-comparison", params=params).raise_for_status().json()
+    r = np.array(answer["frequency_ratio"])
+    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
+    np.testing.assert_allclose(
+        answer["tmd"], tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, 0.0038), rtol=1e-11
+    )
+    bare = [transmissibility.absolute_amplitude(0.0038, x) for x in r]
+    np.testing.assert_allclose(answer["hybrid"], bare, rtol=1e-12)
+    # both humps lie in the band 0.5 to 1.5
+    peak = tuned_mass.peak(0.1, tuning, damping, 0.0038)
+    assert answer["tmd_peak"] == pytest.approx(peak, rel=1e-11)
+    assert answer["ratio"] == pytest.approx(max(bare) / peak, rel=1e-11)
+    assert answer["columns"]["tmd"]["units"] == "1"
+    assert "The masses differ" in answer["note"]
+
+
+def test_a_ranking_without_an_objective_is_over_the_band(
+    client: httpx.Client, friction: dict[str, Any]
+) -> None:
+    answer = client.get(f"{STUDIES}/{friction['id']}/optimal-designs").raise_for_status().json()
+    assert (answer["objective"], answer["frequencies"]) == ("peak", 6)
+    assert [entry["dimension"] for entry in answer["flatness"]] == ["friction_ratio"]
+
+
+def test_a_follow_up_is_queued_run_and_ranked_with_its_study(
+    client: httpx.Client, friction: dict[str, Any], helpers: Any
+) -> None:
+    address = f"{STUDIES}/{friction['id']}/refine"
+    planned = client.post(address, params={"dry_run": "true"}).raise_for_status().json()
+    assert not planned["known"]
+    answer = client.post(address)
+    assert answer.status_code == 201
+    follow_up = answer.json()["follow_up"]
+    assert answer.headers["location"] == f"{STUDIES}/{follow_up['id']}"
+    assert follow_up["points_total"] == planned["points"] == answer.json()["points"]
+    assert client.post(address).status_code == 200
+    assert helpers.wait_for(client, follow_up["id"], helpers.ended)["state"] == "done"
+    merged = (
+        client.get(f"{STUDIES}/{friction['id']}/optimal-designs", params={"with": follow_up["id"]})
+        .raise_for_status()
+        .json()
+    )
+    alone = client.get(f"{STUDIES}/{friction['id']}/optimal-designs").raise_for_status().json()
+    assert merged["designs"][0]["value"] <= alone["designs"][0]["value"]
+    assert {design["study"] for design in merged["designs"]} <= {friction["id"], follow_up["id"]}
+    further = (
+        client.post(address, params={"with": follow_up["id"], "dry_run": "true"}).raise_for_status().json()
+    )
+    assert further["steps"]["friction_ratio"] < planned["steps"]["friction_ratio"]
+
+
+def test_a_class_boundary_is_planned_and_a_line_without_one_is_refused(
+    client: httpx.Client, friction: dict[str, Any], curve: dict[str, Any]
+) -> None:
+    params = {"along": "friction_ratio", "frequency_ratio": "0.9", "friction_ratio": "0.8", "dry_run": "true"}
+    answer = (
+        client.post(f"{STUDIES}/{friction['id']}/refine-boundary", params=params).raise_for_status().json()
+    )
+    low, high = answer["found"]["low"], answer["found"]["high"]
+    # locked where the friction bears the largest inertia force, r²
+    assert low < 0.81 < high
+    assert answer["found"]["above"] == "locked"
+    refused = client.post(f"{STUDIES}/{curve['id']}/refine-boundary", params={"along": "frequency_ratio"})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "boundary"
+
+
+def test_work_and_precision_of_every_point(client: httpx.Client, friction: dict[str, Any]) -> None:
+    answer = client.get(f"{STUDIES}/{friction['id']}/work-precision").raise_for_status().json()
+    assert answer["points"] == 66
+    assert 0 < sum(answer["number"]) <= 66 - answer["points_failed"]
+    assert len(answer["run_time"]) == len(answer["error_median"])
+    assert answer["columns"]["run_time"]["units"] == "s"
+
+
+def test_robust_friction_holds_over_a_range_of_amplitudes(
+    client: httpx.Client, friction: dict[str, Any]
+) -> None:
+    params = {"amplitudes": "0.8,1.25", "top": "3"}
+    answer = client.get(f"{STUDIES}/{friction['id']}/robust-designs", params=params).raise_for_status().json()
+    values = [design["value"] for design in answer["designs"]]
+    assert values == sorted(values)
+    assert all(design["best_case"] <= design["value"] for design in answer["designs"])
+    assert answer["amplitudes"][0] == pytest.approx(0.8)
