@@ -1,0 +1,24 @@
+"""Design points for property tests: legal, of every scene, with the special values that break solvers."""
+
+from hypothesis import strategies as st
+
+from worker.simulate import Design
+from worker.solver.scene import Particle
+
+CYCLES = 8
+
+damping_ratios = st.one_of(st.sampled_from([0.0038, 0.5]), st.floats(1e-3, 0.95))
+frequency_ratios = st.one_of(st.sampled_from([0.5, 0.9, 1.0, 2.0]), st.floats(0.2, 4.0))
+friction_ratios = st.one_of(st.sampled_from([0.4, 0.6, 0.7853981633974483, 1.0]), st.floats(1e-3, 2.0))
+particles = st.builds(
+    Particle,
+    st.one_of(st.sampled_from([1.0, 2.0]), st.floats(0.02, 20.0)),
+    st.one_of(st.sampled_from([0.0, 0.47]), st.floats(0.0, 0.9)),
+    st.one_of(st.sampled_from([0.1, 1.0]), st.floats(1e-3, 3.0)),
+)
+alone = st.builds(Design, damping_ratios, frequency_ratios)
+rubbing = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios)
+rattling = st.builds(Design, damping_ratios, frequency_ratios, st.just(0.0), particles)
+hybrid = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios, particles)
+any_design = st.one_of(alone, rubbing, rattling, hybrid)
+with_particle = st.one_of(rattling, hybrid)

@@ -1,0 +1,87 @@
+"""What must not change a result: the unit of length, a march taken up again, the cycles after the end."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from studies.definition import parse_study
+from studies.plan import Block
+from tests.properties.designs import CYCLES, any_design
+from worker.block import solve_block
+from worker.simulate import Design, simulate
+from worker.solver.march import half_cycle
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, State
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_base, make_medium
+from worker.steady.settle import at_rest
+
+FEW = settings(max_examples=30, deadline=None)
+
+
+def march(design: Design, state: State, halves: int) -> State:
+    """March with everything that a march needs made anew."""
+    friction = design.friction_ratio or None
+    base = make_base(design.damping_ratio, design.frequency_ratio)
+    free = make_medium(base, 1.0)
+    particle = design.particle
+    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    counts = np.zeros(COUNTS, np.int64)
+    counts[BUDGET] = 10**6
+    work = np.empty((4, TERMS))
+    for _ in range(halves):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        assert outcome == ARRIVED
+    return State(*state)
+
+
+@FEW
+@given(any_design, st.integers(1, 2 * CYCLES - 1))
+def test_a_march_taken_up_again_ends_the_same(design: Design, halves: int) -> None:
+    """All that a march remembers is its state: to the last bit, wherever it is cut."""
+    rest = at_rest(design.frequency_ratio, design.friction_ratio or None, design.particle)
+    whole = march(design, rest, 2 * CYCLES)
+    first = march(design, rest, halves)
+    assert march(design, first, 2 * CYCLES - halves) == whole
+
+
+@FEW
+@given(any_design, st.integers(1, CYCLES))
+def test_what_comes_later_does_not_change_what_was(design: Design, cycles: int) -> None:
+    short = simulate(design, cycles, history=cycles).history
+    long = simulate(design, CYCLES, history=CYCLES).history
+    for name, column in short.items():
+        assert np.array_equal(column, long[name][: column.size], equal_nan=True), name
+
+
+@FEW
+@given(st.integers(-8, 8), st.integers(-8, 8), st.floats(0.1, 5.0), st.floats(0.0, 2.0), st.floats(0.5, 20.0))
+def test_the_unit_of_length_and_of_mass_do_not_matter(
+    length: int, mass: int, stretch: float, friction: float, clearance: float
+) -> None:
+    """Lengths × 2^k with forces × 2^(k + l), masses × 2^l: the same ratios to the last bit, so the same cube."""
+
+    def study(length_unit: float, mass_unit: float) -> dict[str, object]:
+        amplitude = 1.5e-3 * stretch * length_unit
+        return {
+            "physical": {
+                "mass_kg": 1.6 * mass_unit,
+                "natural_frequency_hz": 2.5,
+                "base_amplitude_m": amplitude,
+                "clearance_m": clearance * 1.5e-3 * length_unit,
+                "friction_force_n": friction * length_unit * mass_unit,
+                "particle_mass_kg": 0.16 * mass_unit,
+            },
+            "axes": {"restitution": 0.47, "frequency_ratio": 1.0},
+            "damping_ratio": 0.0038,
+            "steady": {"max_cycles": 10},
+        }
+
+    one = parse_study(study(1.0, 1.0))
+    other = parse_study(study(2.0**length, 2.0**mass))
+    for name, values in one.coordinates.items():
+        assert np.array_equal(values, other.coordinates[name]), name
+    block = Block(0, (0,) * 6, (1,) * 6)
+    found, again = solve_block(one, block), solve_block(other, block)
+    for name, values in found.items():
+        if name != "run_time":
+            assert values.tobytes() == again[name].tobytes(), name
