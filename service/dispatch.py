@@ -18,7 +18,7 @@ LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""
 CLEAN_SECONDS = 3600.0
 """Between two looks for files that nobody needs."""
-AGAIN_SECONDS = 15.0
+AGAIN_SECONDS = 5.0
 """How long a study that the cluster let down waits before it is tried again."""
 STOP_SECONDS = 60.0
 """How long a shutdown waits for runners; each gives its running blocks a shorter grace of its own."""
