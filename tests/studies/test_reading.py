@@ -132,7 +132,9 @@ def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
 
 def test_named_studies_carry_their_names_and_parse_back() -> None:
     studies = named_studies()
-    assert set(studies) == {"figure-7", "figure-8", "figure-9", "figure-11", "figure-14", "table-3"}
+    paper = {"figure-7", "figure-8", "figure-9", "figure-11", "figure-14", "table-3"}
+    beyond = {"design-map", "figure-11-band", "robust"}
+    assert set(studies) == paper | beyond
     for name, study in studies.items():
         assert study.name == name
         assert read_study(name) == study
