@@ -1,0 +1,57 @@
+"""verify, backup, restore, gc: as users run them, on a copy of a study that `damperlab run` has computed."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies.store.store import Store
+from studies.store.verify import verify
+from tests.service.cli.commands import run
+
+
+@pytest.fixture
+def store(stored: tuple[Path, dict[str, Any]], tmp_path: Path) -> Iterator[Store]:
+    shutil.copytree(stored[0], tmp_path / "data")
+    opened = Store.open(tmp_path / "data")
+    yield opened
+    opened.close()
+
+
+def test_damage_is_found_and_repaired(store: Store) -> None:
+    (record,) = store.page().records
+    before = store.cube(record.id).load()
+    file = next(Path(store.cube_path(record.id), "amplitude_ratio").glob("c.*"))
+    file.write_bytes(file.read_bytes()[:-1])
+    # never a curve of fill values
+    assert "verify --repair" in run("response", record.id, "--data-dir", store.data_dir, status=1).stderr
+    assert "block 0" in run("verify", "--data-dir", store.data_dir, status=1).stderr
+    answer = run("verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json")
+    (mended,) = json.loads(answer.stdout)["studies"]
+    assert (mended["repaired"], [damage["block"] for damage in mended["damaged"]]) == (True, [0])
+    after = store.cube(record.id).load()
+    assert after.drop_vars("run_time").equals(before.drop_vars("run_time"))
+    assert list(verify(store, store.find(record.id))) == []
+
+
+def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
+    run("backup", tmp_path / "safe", "--data-dir", store.data_dir)
+    assert "which is there" in run("backup", tmp_path / "safe", "--data-dir", store.data_dir, status=2).stderr
+    restored = run("restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
+    assert json.loads(restored.stdout)["studies"] == 1
+    new = Store.open(tmp_path / "new")
+    (record,) = new.page().records
+    assert new.cube(record.id).load().identical(store.cube(record.id).load())
+    new.close()
+
+
+def test_gc_removes_what_is_old_enough(store: Store) -> None:
+    orphan = store.data_dir / "cubes" / "000000000000-7.zarr"
+    orphan.mkdir()
+    young = run("gc", "--json", "--data-dir", store.data_dir)
+    assert (json.loads(young.stdout)["paths"], orphan.exists()) == (0, True)
+    swept = run("gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
+    assert (json.loads(swept.stdout)["paths"], orphan.exists()) == (1, False)
