@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev demo test lint bench faults lock clean
+.PHONY: help install install-dev install-bench demo test lint bench faults lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -41,7 +41,13 @@ lint: install-dev ## style, types, layers
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: install-dev ## run time of the kernels beside the paper's RK4, and the share of time spent in kernels
+install-bench: $(VENV)/.installed-bench
+
+$(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
+	@touch $@
+
+bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
 
 faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; then as many with PostgreSQL
@@ -53,6 +59,8 @@ lock: ## renew the lock files (needs uv); names and hashes only
 	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
 	uv pip compile pyproject.toml --extra build --extra postgresql --extra dev -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
+	uv pip compile pyproject.toml --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
+	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
 
 clean: ## what the commands above made, and nothing else
 	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
