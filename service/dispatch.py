@@ -187,7 +187,16 @@ class Dispatcher:
         try:
             with self.cluster.borrow():
                 self.trouble = None
-            record = run_study(self._store, study_id, self.cluster.borrow, lambda progress: None, stop)
+            record = run_study(
+                self._store,
+                study_id,
+                self.cluster.borrow,
+                lambda progress: None,
+                stop,
+                # Stopped by a shutdown and not by a user: the next start goes on with it.
+                stopped_as=lambda: "queued" if self._closing.is_set() else "cancelled",
+                outage_as="queued",
+            )
             _log.info(
                 "study %s is %s: %d of %d points",
                 study_id,
@@ -195,17 +204,11 @@ class Dispatcher:
                 record.points_done,
                 record.points_total,
             )
-            if self._closing.is_set():
-                # Stopped by the shutdown and not by a user: the next start goes on with it.
-                self._store.set_state(study_id, "queued", only_from=("cancelled",))
-            elif record.state == "failed" and (self.cluster.state == "lost" or self._store.trouble()):
-                # It goes on by itself when the cluster is back, or there is room on the disk.
+            if record.state == "queued" and not self._closing.is_set():
                 self._put_off(study_id, record.message or "the cluster is lost")
-                self._store.set_state(study_id, "queued", only_from=("failed",))
         except ClusterUnusable as error:
             # Nothing is wrong with the study: a scheduler may be starting, or come back.
             self._put_off(study_id, str(error))
-            self._store.set_state(study_id, "queued", only_from=("failed",))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
         except StoreFault as error:

@@ -16,12 +16,13 @@ from studies.store.record import BlockOutcome, Record
 from studies.store.reuse import Overlaps
 from studies.store.store import Store
 from studies.store.sweep import sweep
+from worker.cluster import ClusterUnusable
 from worker.cost import seconds_per_point
 from worker.lease import Lease, hold
 from worker.progress import Meter, Progress
 from worker.provenance import WrongCode, code_hash, require_solver
 from worker.tasks import failed_values, run_block
-from worker.window import Failure, Interrupted, Window
+from worker.window import Failure, Interrupted, Outage, Window
 
 GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
@@ -37,6 +38,9 @@ def run_study(
     client_factory: Callable[[], AbstractContextManager[Client]],
     on_progress: Callable[[Progress], None],
     stop: Event,
+    *,
+    stopped_as: Callable[[], str] = lambda: "cancelled",
+    outage_as: str = "failed",
 ) -> Record:
     """Compute what a study lacks, and no more.
 
@@ -58,6 +62,10 @@ def run_study(
         Called in this thread as the study starts, about twice a second while it moves, and at its end.
     stop : Event
         Set it from elsewhere to stop: no block begins, and those that run may finish within `GRACE_SECONDS`.
+    stopped_as : callable
+        Says, when it has stopped, in which state the study is left: "queued" for somebody who will go on with it.
+    outage_as : str
+        The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
 
     Returns
     -------
@@ -78,13 +86,19 @@ def run_study(
         run = _Run(store, lease, on_progress, stop)
         try:
             run.compute(client_factory)
-            run.end()
+            run.end(stopped_as)
+        # One step each: a process that is killed between two would leave the first one's state for good.
+        except Outage as error:
+            run.put_down(outage_as, f"{error}; {run.left()}")
         except (Interrupted, StoreFault) as error:
-            run.put_down("failed", f"{error}; {run.left()}")
+            run.put_down(outage_as if store.trouble() else "failed", f"{error}; {run.left()}")
         except WrongCode as error:
             run.put_down("failed", str(error))
         except KeyboardInterrupt:
             run.put_down("cancelled", None)
+            raise
+        except ClusterUnusable as error:
+            run.put_down(outage_as, str(error))
             raise
         except Exception as error:
             run.put_down("failed", str(error))
@@ -158,7 +172,7 @@ class _Run:
             finally:
                 window.close()
 
-    def end(self) -> None:
+    def end(self, stopped_as: Callable[[], str]) -> None:
         """Put the study into the state that its blocks say."""
         record = self._store.find(self._study_id)
         self._report(at_once=True)
@@ -166,7 +180,7 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if record.blocks_done < record.blocks_total:
-            self.put_down("cancelled", None)
+            self.put_down(stopped_as(), None)
             return
         message = None
         if self._failures:
@@ -209,7 +223,7 @@ class _Run:
     def _require_room(self) -> None:
         trouble = self._store.trouble()
         if trouble is not None:
-            raise Interrupted(trouble)
+            raise Outage(trouble)
 
     def _keep(self, ended: BlockOutcome | Failure, cube_path: str) -> None:
         if self._lease.lost.is_set():

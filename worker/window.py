@@ -33,6 +33,10 @@ class Interrupted(RuntimeError):
     """The study cannot go on, for a reason outside its points; what is done is kept and it can be resumed."""
 
 
+class Outage(Interrupted):
+    """What keeps a study from going on passes by itself: the cluster is away, or the disk is full."""
+
+
 @dataclass(frozen=True)
 class Failure:
     """A block that failed as often as it may.
@@ -182,11 +186,11 @@ class Window:
 
     def _judge(self, future: Future, attempt: _Attempt) -> BlockOutcome | Failure | None:
         if future.cancelled():
-            raise Interrupted("the connection to the Dask scheduler was lost")
+            raise Outage("the connection to the Dask scheduler was lost")
         try:
             outcome: BlockOutcome = future.result(timeout=ANSWER_SECONDS)
         except CancelledError as error:
-            raise Interrupted("the connection to the Dask scheduler was lost") from error
+            raise Outage("the connection to the Dask scheduler was lost") from error
         except WrongCode as error:
             raise Interrupted(str(error)) from error
         except KilledWorker:
@@ -218,11 +222,11 @@ class Window:
         if self.threads:
             self._peopled = now
         elif now - self._peopled > WORKERLESS_SECONDS:
-            raise Interrupted(f"the cluster has had no worker for {WORKERLESS_SECONDS:g} s")
+            raise Outage(f"the cluster has had no worker for {WORKERLESS_SECONDS:g} s")
 
     def _count_threads(self) -> int:
         try:
             threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS)
         except (OSError, TimeoutError) as error:
-            raise Interrupted("the connection to the Dask scheduler was lost") from error
+            raise Outage("the connection to the Dask scheduler was lost") from error
         return sum(threads.values())
