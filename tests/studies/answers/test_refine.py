@@ -1,0 +1,176 @@
+"""Refinement with the real solver: follow-ups run block by block, and the merged optimum beside a fine grid's."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.answers.faults import QueryFault
+from studies.answers.merged import merged_designs
+from studies.answers.optimal_designs import optimal_designs
+from studies.answers.refine import refine_boundary, refine_optimum
+from studies.definition import Study, parse_study
+from studies.plan import make_plan
+from studies.store.cube import write_region
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+from worker.block import solve_block
+from worker.cost import seconds_per_point
+
+FRICTION = {
+    "name": "friction alone",
+    "particle": False,
+    "damping_ratio": 0.02,
+    "axes": {
+        "friction_ratio": {"start": 0.05, "stop": 1.05, "num": 11},
+        "frequency_ratio": {"start": 0.8, "stop": 1.3, "num": 11},
+    },
+}
+"""The worst over this band has its minimum inside: more friction helps at resonance and locks the rest."""
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    return Store.open(Path(tmp_path_factory.mktemp("refine")))
+
+
+def solved(store: Store, study: Study) -> tuple[str, xr.Dataset]:
+    """Submit a study, compute every block here, and open its cube."""
+    plan = make_plan(study, seconds_per_point)
+    record, created = store.submit(study, plan, {})
+    if created:
+        for index in range(plan.count):
+            block = plan.block(index)
+            write_region(store.cube_path(record.id), block, solve_block(study, block))
+            store.mark(record.id, BlockOutcome(index, block.points, 0, 0.0, 0.0))
+    return record.id, store.cube(record.id)
+
+
+def with_axis(axis: object) -> Study:
+    return parse_study({**FRICTION, "axes": {**FRICTION["axes"], "friction_ratio": axis}})
+
+
+def test_the_optimum_is_that_of_a_grid_ten_times_finer_within_its_stated_flatness(store):
+    _, coarse = solved(store, parse_study(FRICTION))
+    _, fine = solved(store, with_axis({"start": 0.05, "stop": 1.05, "num": 101}))
+    best, truth = optimal_designs(coarse, top=1), optimal_designs(fine, top=1)
+    assert truth.attrs["objective"] == "peak"
+    (flat,) = best.attrs["flatness"]
+    low = flat["low"] if flat["below"] is None else flat["below"]
+    high = flat["high"] if flat["above"] is None else flat["above"]
+    assert low <= truth["friction_ratio"].item() <= high
+    assert truth["value"].item() <= best["value"].item()
+    # every fine grid point between `low` and `high` is really no more than a tenth worse
+    peak = fine["amplitude_ratio"].max("frequency_ratio").values.ravel()
+    axis = fine["friction_ratio"].values
+    inside = (axis >= flat["low"] - 1e-12) & (axis <= flat["high"] + 1e-12)
+    assert peak[inside].max() <= 1.1 * best["value"].item() * (1 + 1e-9)
+
+
+def test_refinement_reaches_the_optimum_of_a_fine_grid_with_fewer_points(store):
+    study = parse_study(FRICTION)
+    name, cube = solved(store, study)
+    cubes = {name: cube}
+    for _ in range(8):
+        step = refine_optimum(study, cubes)
+        if step.study is None:
+            break
+        assert step.points == step.study.points
+        other, more = solved(store, step.study)
+        assert other not in cubes
+        cubes[other] = more
+    assert step.study is None
+    assert 0 < step.steps["friction_ratio"] <= 1e-3 * (1 + 1e-9)
+    # every round cuts the step by eight, from a tenth to below a thousandth
+    assert len(cubes) - 1 == 3
+    _, fine = solved(store, with_axis({"start": 0.05, "stop": 1.05, "num": 1001}))
+    truth = optimal_designs(fine, top=1)
+    # both grids have steps of a thousandth, set off against each other
+    assert step.found["friction_ratio"] == pytest.approx(truth["friction_ratio"].item(), abs=2e-3)
+    slope = np.abs(np.diff(fine["amplitude_ratio"].max("frequency_ratio").values.ravel()))
+    assert abs(step.found["value"] - truth["value"].item()) <= slope.max()
+    spent = sum(other["status"].size for other in cubes.values())
+    assert step.fine_points == fine["status"].size == 1001 * 11
+    assert spent < step.fine_points / 10  # 11 + 3 rounds of at most 17, of 1001
+    assert f"{step.fine_points - spent:,} fewer" in step.note
+    merged = merged_designs(cubes, top=3)
+    assert merged["value"].values[0] == step.found["value"] <= optimal_designs(cube)["value"].values[0]
+    assert merged.attrs["studies"] == list(cubes)
+    assert len({merged["friction_ratio"].values[i] for i in range(3)}) == 3
+
+
+def test_a_class_boundary_is_found_where_friction_locks_the_mass(store):
+    study = parse_study(FRICTION)
+    name, cube = solved(store, study)
+    cubes = {name: cube}
+    for _ in range(5):
+        step = refine_boundary(
+            study, cubes, "friction_ratio", {"frequency_ratio": 0.9, "friction_ratio": 0.8}
+        )
+        if step.study is None:
+            break
+        other, more = solved(store, step.study)
+        cubes[other] = more
+    assert step.study is None
+    assert step.found["above"] == "locked"
+    # the mass moves with the base wherever the friction bears the largest inertia force, r²
+    assert step.found["low"] - 1e-12 <= 0.81 <= step.found["high"] + 1e-3
+    assert step.found["high"] - step.found["low"] <= 1e-3 * (1 + 1e-9)
+    assert "fewer than the 1,001 of a grid as fine" in step.note or "a grid as fine has 1,001" in step.note
+
+
+def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():
+    study = parse_study(
+        {
+            "name": "hybrid",
+            "damping_ratio": 0.01,
+            "axes": {
+                "clearance_ratio": [1, 2, 5, 10],
+                "friction_ratio": [0, 0.3, 0.6],
+                "mass_ratio": 0.1,
+                "restitution": 0.5,
+                "frequency_ratio": [0.9, 1.0, 1.1],
+            },
+            "metrics": ["amplitude_ratio", "amplitude_error"],
+            "steady": {"max_cycles": 77},
+        }
+    )
+    shape = study.shape
+    values = np.abs(study.coordinates["clearance_ratio"][:, None] - 5) + np.abs([-0.3, 0.0, 0.3])
+    cube = xr.Dataset(
+        {
+            "amplitude_ratio": (
+                tuple(study.coordinates),
+                np.broadcast_to(values[None, None, None, :, :, None], shape),
+            ),
+            "status": (tuple(study.coordinates), np.zeros(shape, np.int8)),
+        },
+        study.coordinates,
+    )
+    step = refine_optimum(study, {"a": cube}, band=(0.95, 1.2))
+    assert step.study is not None
+    ours = step.study.coordinates
+    np.testing.assert_allclose(ours["clearance_ratio"], [2, 2.75, 3.5, 4.25, 5, 6.25, 7.5, 8.75, 10])
+    np.testing.assert_allclose(ours["friction_ratio"], np.linspace(0, 0.6, 9))
+    assert ours["frequency_ratio"].tolist() == [1.0, 1.1]
+    assert (step.study.steady, step.study.metrics) == (study.steady, study.metrics)
+    assert step.points == 9 * 9 * 2
+
+
+def test_what_cannot_be_refined_is_refused(store):
+    study = parse_study(FRICTION)
+    name, cube = solved(store, study)
+    empty = cube.copy(deep=True).load()
+    empty["status"][:] = -1
+    for error_field, call in (
+        ("tolerance", lambda: refine_optimum(study, {name: cube}, 0.0)),
+        ("refine", lambda: refine_optimum(study, {name: empty})),
+        ("boundary", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
+        ("boundary", lambda: refine_boundary(study, {name: cube}, "restitution", {})),
+        ("boundary", lambda: refine_boundary(study, {name: empty}, "friction_ratio", {})),
+        ("with", lambda: merged_designs({"a": cube, "b": cube.isel(frequency_ratio=slice(3))})),
+    ):
+        with pytest.raises(QueryFault) as caught:
+            call()
+        assert caught.value.fault.field == error_field
