@@ -48,7 +48,7 @@ def test_help_names_every_command() -> None:
         (["optimum", "x", "--band", "1.1,0.9"], "lo not above hi"),
         (["optimum", "x", "--band", "1"], "lo,hi"),
         (["studies", "--state", "lost"], "queued, running, done, cancelled, failed"),
-        (["export", "x", "--format", "parquet", "-o", "x"], "netcdf"),
+        (["export", "x", "--format", "xlsx", "-o", "x"], "netcdf"),
         (["simulate", "--restitution", "1.5"], "restitution"),
         (["simulate", "--friction-ratio", "nan"], "friction_ratio"),
         (["simulate", "--method", "rk4"], "cycles"),
