@@ -8,16 +8,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.choices import Contact, DwellContact
+from studies.definition import parse_contact
 from studies.faults import Fault, StudyFaults, describe, unknown_key
 from studies.guard import guard
 from studies.quantity import DEFAULTS, RATIOS, read_count
 from studies.variables import DIMENSIONS, ResponseClass, Status
+from worker.lower import contact_time_of
 from worker.simulate import Design, Simulation, simulate
 from worker.solver.scene import Particle
 from worker.steady.settle import Settings as Steadiness
 
 OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
-KEYS = (*DIMENSIONS, "particle", "cycles", "history", "samples", "method")
+KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method")
 
 STEADY_CYCLES = 4000
 """Excitation cycles after which a response that is not steady is given as it is."""
@@ -58,7 +61,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     Parameters
     ----------
     document : object
-        As read from JSON: the ratios by name, ``particle``, ``cycles``, ``history``, ``samples``, ``method``.
+        As read from JSON: the ratios by name, ``particle``, ``contact``, ``cycles``, ``history``, ``samples``, ``method``.
     cycles_limit : int
         Most excitation cycles, for r ≥ 1; of a slower excitation, whose cycles cost more, natural periods.
     samples_limit : int
@@ -100,6 +103,15 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     method = document.get("method", "event")
     if method not in ("event", "rk4"):
         faults.append(Fault("method", describe(method), "event, rk4", "choose one of these"))
+    contact: Contact | None = None
+    if "contact" in document:
+        try:
+            contact = parse_contact(document["contact"])
+        except StudyFaults as caught:
+            faults.extend(caught.faults)
+        if method == "rk4" and isinstance(contact, DwellContact):
+            allowed = "contact instant with method rk4"
+            faults.append(Fault("contact", contact.model, allowed, "write method event"))
     cycles = document.get("cycles")
     if cycles is not None:
         cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
@@ -115,7 +127,12 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         raise StudyFaults(faults)
     particle = None
     if has_particle:
-        particle = Particle(ratios["clearance_ratio"], ratios["restitution"], ratios["mass_ratio"])
+        particle = Particle(
+            ratios["clearance_ratio"],
+            ratios["restitution"],
+            ratios["mass_ratio"],
+            contact_time_of(contact),
+        )
     design = Design(ratios["damping_ratio"], ratios["frequency_ratio"], ratios["friction_ratio"], particle)
     return Asked(design, cycles, history, samples, method)
 

@@ -1,7 +1,7 @@
 """What the schema of a study has but this version cannot compute yet: the one place that knows."""
 
 RESERVED: dict[str, tuple[str, ...]] = {
-    "contact": ("dwell", "compliant"),
+    "contact": ("compliant",),
     "solver": ("rk4",),
     "start": ("ensemble", "continuation"),
 }

@@ -12,6 +12,7 @@ from pydantic import (
 
 from studies.available import RESERVED
 from studies.faults import Fault, StudyFaults, describe
+from studies.presets import CONTACT_TIMES
 from studies.quantity import Quantity, read_count
 from studies.reads import Reads
 
@@ -29,8 +30,28 @@ def whole(lowest: int, highest: int, meaning: str) -> Reads:
 
 
 CONTACT_TIME = Quantity(
-    "contact_time", "contact time, in units of 1/ω_n", 1e-9, 1e3, "give the time in units of 1/ω_n"
-)
+    "contact_time", "contact time, in units of 1/ω_n", 1e-9, 1e3,
+    "give the time in units of 1/ω_n",
+)  # fmt: skip
+
+
+def _read_contact_time(raw: object) -> float:
+    """Read a contact time: a number, or the name of one in `studies.presets`."""
+    if isinstance(raw, str) and raw in CONTACT_TIMES:
+        return CONTACT_TIMES[raw].contact_time
+    if isinstance(raw, str):
+        allowed = f"{CONTACT_TIME.allowed}, or one of {', '.join(CONTACT_TIMES)}"
+        raise StudyFaults([Fault("", describe(raw), allowed, "write a number, or one of these names")])
+    return CONTACT_TIME.read(raw)
+
+
+def _contact_time() -> Reads:
+    """Return the annotation of a contact time."""
+    number = {"type": "number", "minimum": CONTACT_TIME.lowest, "maximum": CONTACT_TIME.highest}
+    named = {"type": "string", "enum": list(CONTACT_TIMES)}
+    return Reads(_read_contact_time, {"anyOf": [number, named], "description": CONTACT_TIME.meaning})
+
+
 # A standard error falls only as N^-½; rounding alone leaves a periodic response about 1e-14 from its period.
 TOLERANCE = Quantity(
     "tolerance", "relative standard error at which a modulated response is accepted", 1e-8, 0.5,
@@ -56,17 +77,17 @@ class InstantContact(Choice):
 
 
 class DwellContact(Choice):
-    """The particle moves with the wall for a contact time, then leaves; reserved for a later version."""
+    """The particle moves with the wall for a contact time, then leaves with e times its approach speed."""
 
     model: Literal["dwell"]
-    contact_time: Annotated[float, real(CONTACT_TIME)]
+    contact_time: Annotated[float, _contact_time()]
 
 
 class CompliantContact(Choice):
     """A unilateral spring and dashpot wall with the given contact time; reserved for a later version."""
 
     model: Literal["compliant"]
-    contact_time: Annotated[float, real(CONTACT_TIME)]
+    contact_time: Annotated[float, _contact_time()]
 
 
 class Steady(Choice):

@@ -23,7 +23,7 @@ from studies.axes import (
     Restitution,
     axis_values,
 )
-from studies.choices import Choice, Contact, EventSolver, InstantContact, Solver, Start, Steady
+from studies.choices import Choice, Contact, DwellContact, EventSolver, InstantContact, Solver, Start, Steady
 from studies.consistency import OF_PARTICLE, faults_between, with_defaults
 from studies.digest import study_digest
 from studies.examples import EXAMPLES
@@ -227,12 +227,33 @@ def parse_study(document: object) -> Study:
         raise StudyFaults(faults_of(error, KEYS)) from None
 
 
+class _ContactAlone(Choice):
+    """The one field that a request for a single design point shares with a study."""
+
+    contact: Contact = InstantContact()
+
+
+def parse_contact(raw: object) -> Contact:
+    """Read a contact model as a study's ``contact``.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault, under the field ``contact``.
+    """
+    try:
+        return _ContactAlone.model_validate({"contact": raw}).contact
+    except ValidationError as error:
+        raise StudyFaults(faults_of(error, KEYS)) from None
+
+
 KEYS: dict[str, tuple[str, ...]] = {
     "": tuple(Study.model_fields),
     "axes": tuple(Axes.model_fields),
     "physical": tuple(Physical.model_fields),
     "steady": tuple(Steady.model_fields),
     "contact.instant": tuple(InstantContact.model_fields),
+    "contact.dwell": tuple(DwellContact.model_fields),
     "solver.event": tuple(EventSolver.model_fields),
 }
 """The keys that each mapping of a study may have."""

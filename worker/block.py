@@ -46,7 +46,8 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     chosen = np.flatnonzero(~linear if known is None else ~(linear | known.reshape(-1)))
     if chosen.size:
         _prepare(study)
-    for i, damping, frequency, friction, particle in kernel_arguments(points, study.particle, chosen):
+    arguments = kernel_arguments(points, study.particle, chosen, study.contact)
+    for i, damping, frequency, friction, particle in arguments:
         began = perf_counter()
         response = settle(damping, frequency, friction, particle, settings)
         values["run_time"][i] = perf_counter() - began

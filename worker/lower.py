@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.choices import Contact, DwellContact
 from studies.definition import Study
 from studies.plan import Block
 from studies.variables import DIMENSIONS
@@ -34,10 +35,19 @@ def has_particle(points: dict[str, NDArray[np.float64]], particle: bool) -> NDAr
     return (points["mass_ratio"] > 0.0) & particle
 
 
+def contact_time_of(contact: Contact | None) -> float | None:
+    """Contact time of the contact model; None where impacts take no time."""
+    return contact.contact_time if isinstance(contact, DwellContact) else None
+
+
 def kernel_arguments(
-    points: dict[str, NDArray[np.float64]], particle: bool, chosen: NDArray[np.intp]
+    points: dict[str, NDArray[np.float64]],
+    particle: bool,
+    chosen: NDArray[np.intp],
+    contact: Contact | None = None,
 ) -> Iterator[tuple[int, float, float, float | None, Particle | None]]:
-    """Index, ζ, r, friction and particle of the chosen points, absent = None."""
+    """Index, ζ, r, friction and particle of the chosen points, absent = None; without `contact` impacts take no time."""
+    contact_time = contact_time_of(contact)
     rubs = has_friction(points)
     rattles = has_particle(points, particle)
     for i in chosen:
@@ -50,6 +60,7 @@ def kernel_arguments(
                 float(points["clearance_ratio"][i]),
                 float(points["restitution"][i]),
                 float(points["mass_ratio"][i]),
+                contact_time,
             )
             if rattles[i]
             else None,

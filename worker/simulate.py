@@ -29,6 +29,7 @@ from worker.solver.scene import (
     TURNS,
     VISCOUS_LOSS,
     Particle,
+    with_floats,
 )
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
@@ -53,7 +54,7 @@ class Design:
     friction_ratio : float
         γ_F ≥ 0.
     particle : Particle, optional
-        d/Z > 0, e in [0, 1], β ≥ 0; None for a scene without a particle.
+        d/Z > 0, e in [0, 1], β ≥ 0 and its contact; None for a scene without a particle.
     """
 
     damping_ratio: float
@@ -66,7 +67,7 @@ class Design:
         for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
             object.__setattr__(self, name, float(getattr(self, name)))
         if self.particle is not None:
-            object.__setattr__(self, "particle", Particle(*map(float, self.particle)))
+            object.__setattr__(self, "particle", with_floats(self.particle))
 
 
 @dataclass(frozen=True)
@@ -245,6 +246,7 @@ def _measures(
     time = 2.0 * pi * cycles / r
     losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
+    meter[PEAK], meter[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
     residual = energy_residual(meter, stored, stored_energy(state, r, particle))
     return {
         "amplitude_ratio": float(peaks[:, 0].mean()),

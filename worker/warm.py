@@ -19,19 +19,28 @@ except ImportError:  # not a POSIX system: every process compiles for itself
 
 _SHORT = Settings(1, 0.5, 1e-2)
 _PARTICLE = Particle(1.0, 0.5, 0.1)
+_CONTACT_TIME = 0.1
 
 
-def scenes(study: Study) -> list[tuple[bool, bool]]:
-    """Kernels that a study needs, as (friction, particle) pairs; none for its linear points."""
+Scene = tuple[bool, bool, str]
+"""Whether there is friction, whether there is a particle, and the model of its contact ("" without one)."""
+
+
+def scenes(study: Study) -> list[Scene]:
+    """Kernels that a study needs; none for its linear points."""
     rubs = {bool(value > 0.0) for value in study.coordinates["friction_ratio"][[0, -1]]}
     rattles = {bool(value > 0.0) and study.particle for value in study.coordinates["mass_ratio"][[0, -1]]}
-    return sorted((f, p) for f in rubs for p in rattles if f or p)
+    return sorted((f, p, study.contact.model if p else "") for f in rubs for p in rattles if f or p)
 
 
-def warm(scene: tuple[bool, bool]) -> None:
-    """Compile (or load) the kernel of a scene, (friction, particle), while no other process does the same."""
-    with _alone(f"{'friction' if scene[0] else 'free'}-{'particle' if scene[1] else 'alone'}"):
-        settle(0.1, 1.0, 0.5 if scene[0] else None, _PARTICLE if scene[1] else None, _SHORT)
+def warm(scene: Scene) -> None:
+    """Compile (or load) the kernel of a scene while no other process does the same."""
+    rubs, rattles, model = scene
+    particle = _PARTICLE._replace(contact_time=_CONTACT_TIME if model == "dwell" else None)
+    with _alone(
+        f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
+    ):
+        settle(0.1, 1.0, 0.5 if rubs else None, particle if rattles else None, _SHORT)
 
 
 @contextmanager

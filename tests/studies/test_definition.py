@@ -75,7 +75,7 @@ def test_every_fault_is_reported_at_once() -> None:
                 "damping_ratio": 0.1,
             },
             "particle": 1,
-            "contact": {"model": "dwell"},
+            "contact": {"model": "compliant"},
             "metrics": ["amplitude"],
             "steady": {"max_cycles": 0, "tolerance": True},
             "solver": {"method": "rk4"},
@@ -289,3 +289,15 @@ def test_damaged_studies_only_ever_raise_study_faults(base: dict[str, Any], data
             here[key] = data.draw(near_values | json_values)
             break
     parses_or_is_refused(document)
+
+
+def test_contact_time_is_a_number_or_a_name_of_the_paper() -> None:
+    def contact(written: object) -> dict[str, object]:
+        return {**MINIMAL, "contact": {"model": "dwell", "contact_time": written}}
+
+    named = parse_study(contact("paper_hard_printed"))
+    assert named.digest == parse_study(contact(2.0 * math.pi * 2.5 * 0.046)).digest
+    for wrong in ("paper_hard", 0.0, -1.0, True, math.nan):
+        assert set(faults(contact(wrong))) == {"contact.contact_time"}
+    assert "paper_hard_real" in faults(contact("paper_hard"))["contact.contact_time"]
+    assert set(faults({**MINIMAL, "contact": {"model": "dwell"}})) == {"contact.contact_time"}

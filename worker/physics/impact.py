@@ -1,4 +1,4 @@
-"""Impact between the primary mass and the particle, instantaneous contact: equations (5) to (8)."""
+"""Impact between the primary mass and the particle: equations (5) to (8), at once or joined for a time and parted."""
 
 from worker.jit import kernel
 
@@ -31,6 +31,32 @@ def rebound(u_rate, p_rate, restitution, mass_ratio):
     """
     exchanged = (1.0 + restitution) / (1.0 + mass_ratio) * (u_rate - p_rate)
     return -mass_ratio * exchanged, p_rate + exchanged
+
+
+@kernel
+def part(leaving_speed, mass_ratio):
+    """Changes of velocity of two joined bodies that part with a relative speed, momentum conserved.
+
+    Parameters
+    ----------
+    leaving_speed : float
+        Particle velocity minus primary velocity afterwards [Z ω_n].
+    mass_ratio : float
+        β.
+
+    Returns
+    -------
+    jump, p_jump : float
+        Of the primary mass and of the particle.
+    """
+    p_jump = leaving_speed / (1.0 + mass_ratio)
+    return -mass_ratio * p_jump, p_jump
+
+
+@kernel
+def kept_energy(approach_speed, restitution, mass_ratio):
+    """Energy of an impact that comes back when the bodies part, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
+    return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 
 @kernel

@@ -52,7 +52,8 @@ def u_bend(order, held, w_most, u2_most, two_zeta, compliance, frequency_ratio):
 def w_bend(dropped, w_most, u2_most, two_zeta, compliance, frequency_ratio):
     """Bound on the second derivative of w/t^dropped (0, 1 or 2) over the same span: 2/(dropped + 2)! of that of w."""
     r = frequency_ratio
-    bend = u_bend(3 + dropped, False, w_most, u2_most, two_zeta, compliance, r) + r ** (3 + dropped)
     if dropped == 0:
-        return bend
-    return bend / 3.0 if dropped == 1 else bend / 12.0
+        return u_bend(3, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r
+    if dropped == 1:
+        return (u_bend(4, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r * r) / 3.0
+    return (u_bend(5, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r * r * r) / 12.0

@@ -8,9 +8,17 @@ from math import inf
 
 from worker.jit import kernel
 from worker.physics.friction import breakaway, hold_force, slip_direction
-from worker.physics.impact import impact_loss, rebound
+from worker.physics.impact import impact_loss, part, rebound
 from worker.solver.bounds import motion_bounds, u_bend, w_bend
 from worker.solver.crossing import first_crossing
+from worker.solver.dwell import (
+    approach_speed,
+    dwell_on,
+    is_brief,
+    is_dwelling,
+    no_dwell,
+    time_left,
+)
 from worker.solver.measure import find_peaks, measure_segment, measure_window, peaks_at_ends
 from worker.solver.memory import address
 from worker.solver.record import record
@@ -22,6 +30,7 @@ from worker.solver.scene import (
     IDLE,
     IMPACT_LOSS,
     IMPACTS,
+    LET_GO,
     NEAR_WALL,
     NOTHING,
     OUT_OF_EVENTS,
@@ -32,6 +41,7 @@ from worker.solver.scene import (
     STALLED,
     TURN,
     TURNS,
+    Dwell,
     State,
 )
 from worker.solver.taylor import (
@@ -122,18 +132,53 @@ def half_cycle(
                 if state.riding > 0.0:
                     medium = loaded
             _x_most, w_most, u2_most = _most(state, offset, held, left, base, medium)
-            quiet = _is_quiet(
-                state, offset, held, sine, cosine, left, base, medium, friction, particle, w_most, u2_most
-            )
-            if quiet and whole and log is None:
+            quiet = False
+            if whole:
+                # most windows: cross by matrix first, and let both ends together prove that nothing happened between
                 crossed = _glide(state, offset, held, base, medium, k, particle)
-                if meter is None:
-                    state = crossed
-                    break
-                if peaks_at_ends(meter, state, crossed, sine, base.sine[k + 1], left, u2_most, friction, r):
-                    measure_window(meter, state, crossed, offset, held, sine, cosine, base, medium, friction)
-                    state = crossed
-                    break
+                quiet = _was_quiet(
+                    state,
+                    crossed,
+                    offset,
+                    held,
+                    sine,
+                    base.sine[k + 1],
+                    base,
+                    medium,
+                    friction,
+                    particle,
+                    state.dwell,
+                    w_most,
+                    u2_most,
+                )
+                if quiet and log is None:
+                    if meter is None:
+                        state = crossed
+                        break
+                    if peaks_at_ends(
+                        meter, state, crossed, sine, base.sine[k + 1], left, u2_most, friction, r
+                    ):
+                        measure_window(
+                            meter, state, crossed, offset, held, sine, cosine, base, medium, friction
+                        )
+                        state = crossed
+                        break
+            else:
+                quiet = _is_quiet(
+                    state,
+                    offset,
+                    held,
+                    sine,
+                    cosine,
+                    left,
+                    base,
+                    medium,
+                    friction,
+                    particle,
+                    state.dwell,
+                    w_most,
+                    u2_most,
+                )
             if held:
                 expand_stick(state.v, sine, cosine, base.rows, relative, absolute)
             else:
@@ -153,6 +198,7 @@ def half_cycle(
                     medium,
                     friction,
                     particle,
+                    state.dwell,
                     relative,
                     absolute,
                     scratch,
@@ -223,6 +269,7 @@ def half_cycle(
             state.riding,
             state.slip_order,
             state.gap_order,
+            state.dwell,
         ),
         ARRIVED,
     )
@@ -245,7 +292,54 @@ def _most(state, offset, held, span, base, medium):
 
 
 @kernel
-def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, particle, w_most, u2_most):
+def _was_quiet(
+    start, end, offset, held, sine, sine_end, base, medium, friction, particle, dwell, w_most, u2_most
+):
+    """Whether a window crossed by its matrix held no event: none of the functions whose zeros are events can have one.
+
+    Between its ends a function is at least the smaller of the two less span²/8 times its curvature.
+    """
+    r = base.frequency_ratio
+    r2 = r * r
+    share = 0.125 * base.window * base.window
+    if start.slip_order + start.gap_order > 0:
+        return False
+    if friction is not None:
+        if held:
+            inertia = 1.0 / medium.compliance
+            force = abs(hold_force(start.v, r2 * sine, inertia))
+            force_end = abs(hold_force(start.v, r2 * sine_end, inertia))
+            if max(force, force_end) + share * inertia * r2 * r2 >= friction:
+                return False
+        else:
+            most = share * w_bend(0, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            if min(start.slip * start.w, start.slip * end.w) <= most:
+                return False
+    if particle is not None:
+        if is_dwelling(dwell):
+            return time_left(dwell) > base.window
+        if start.riding > 0.0:
+            most = share * u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
+            push = -r2 * sine
+            push_end = -r2 * sine_end
+            if not held:
+                push = -medium.compliance * (base.two_zeta * start.w + start.v + offset)
+                push_end = -medium.compliance * (base.two_zeta * end.w + end.v + offset)
+            if min(start.wall * push, start.wall * push_end) <= most:
+                return False
+        else:
+            most = share * u2_most
+            if min(start.gap, end.gap) <= most:
+                return False
+            if max(start.gap, end.gap) + most >= 2.0 * particle.clearance_ratio:
+                return False
+    return True
+
+
+@kernel
+def _is_quiet(
+    state, offset, held, sine, cosine, span, base, medium, friction, particle, dwell, w_most, u2_most
+):
     """Whether bounds alone prove that no event lies in the span; False means that one must look."""
     r = base.frequency_ratio
     r2 = r * r
@@ -257,6 +351,8 @@ def _is_quiet(state, offset, held, sine, cosine, span, base, medium, friction, p
         elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + r2):
             return False
     if particle is not None:
+        if is_dwelling(dwell):
+            return time_left(dwell) > span
         if state.riding > 0.0:
             jerk_most = r2 * r
             acceleration = -r2 * sine
@@ -294,7 +390,8 @@ def _glide(state, offset, held, base, medium, k, particle):
         else:
             moved = (v - state.v) + (base.sine[k + 1] - base.sine[k])
             gap = state.gap + state.wall * (state.p_rate * base.window - moved)
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
+    dwell = dwell_on(state.dwell, base.window)
+    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0, dwell)
 
 
 @kernel
@@ -313,7 +410,7 @@ def _coast(state, offset, held, t, particle, relative, absolute):
         else:
             # the gap's own change, no difference of large displacements
             gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - bend(absolute, t))
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0)
+    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0, dwell_on(state.dwell, t))
 
 
 @kernel
@@ -327,6 +424,7 @@ def _next_event(
     medium,
     friction,
     particle,
+    dwell,
     relative,
     absolute,
     scratch,
@@ -361,7 +459,10 @@ def _next_event(
             if found < inf:
                 t, kind = found, TURN
     if particle is not None:
-        if state.riding > 0.0:
+        if is_dwelling(dwell):
+            if time_left(dwell) <= t:
+                t, kind = time_left(dwell), LET_GO
+        elif state.riding > 0.0:
             acceleration_into(absolute, scratch)
             most = u_bend(4, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
             found = first_crossing(scratch, state.wall, 0.0, t, most)
@@ -415,13 +516,30 @@ def _pass_event(state, kind, sine, cosine, base, friction, particle, counts, met
                     inertia = 1.0 + particle.mass_ratio
             force = hold_force(state.v, base.frequency_ratio**2 * sine, inertia)
             slip = 1.0 if force > 0.0 else -1.0
-            return State(state.v, 0.0, slip, state.wall, state.gap, state.p_rate, state.riding, 1, 0)
+            return State(
+                state.v, 0.0, slip, state.wall, state.gap, state.p_rate, state.riding, 1, 0, state.dwell
+            )
     if particle is not None:
         if kind == RELEASE:
             return _release(state, sine, cosine, base, friction)
         if kind in (NEAR_WALL, FAR_WALL):
             wall = state.wall if kind == NEAR_WALL else -state.wall
-            return _impact(state, wall, sine, cosine, base, friction, particle, counts, meter)
+            return _impact(
+                state,
+                wall,
+                sine,
+                cosine,
+                base,
+                friction,
+                particle,
+                particle.contact_time,
+                counts,
+                meter,
+            )
+        if kind == LET_GO:
+            return _let_go(
+                state, sine, cosine, base, friction, particle, particle.contact_time, counts, meter
+            )
     return state
 
 
@@ -438,7 +556,8 @@ def _release(state, sine, cosine, base, friction):
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
     scale = r * r + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > 1e-9 * scale else 3
-    return State(state.v, state.w, state.slip, state.wall, 0.0, state.w + r * cosine, 0.0, 0, order)
+    p_rate = state.w + r * cosine
+    return State(state.v, state.w, state.slip, state.wall, 0.0, p_rate, 0.0, 0, order, state.dwell)
 
 
 @kernel
@@ -447,6 +566,7 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
 
     With the particle in contact the free alternative is tried first: where the wall would then run away from the particle
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
+    A particle that dwells on its wall has no such choice.
     """
     acceleration = base.frequency_ratio**2 * sine
     r2 = base.frequency_ratio**2
@@ -458,7 +578,7 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
         if state.riding > 0.0:
             p_rate = base.frequency_ratio * cosine
             free_acceleration = -acceleration if slip == 0.0 else -(state.v + slip * friction)
-            if state.wall * free_acceleration >= 0.0:
+            if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
                 inertia = 1.0 + particle.mass_ratio
                 force = hold_force(state.v, acceleration, inertia)
@@ -466,21 +586,105 @@ def _come_to_rest(state, sine, cosine, base, friction, particle):
             else:
                 gap_order = 2
     slip_order = 0 if slip == 0.0 else 1
-    return State(state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order)
+    return State(
+        state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order, state.dwell
+    )
 
 
 @kernel
-def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
-    """An impact on the given wall, and what follows: a flight, or riding on the wall when the chatter is over."""
-    base_rate = base.frequency_ratio * cosine
-    u_rate = state.w + base_rate
+def _impact(state, wall, sine, cosine, base, friction, particle, contact_time, counts, meter):
+    """An impact on the given wall, and what follows at once: a flight, riding on the wall, or being held there."""
+    u_rate = state.w + base.frequency_ratio * cosine
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     counts[IMPACTS] += 1
-    jump, p_rate = rebound(u_rate, u_rate - wall * approach, particle.restitution, particle.mass_ratio)
-    w = state.w + jump
     if meter is not None:
         meter[SPEED] = max(meter[SPEED], approach)
         meter[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
+    before = u_rate - wall * approach
+    if contact_time is not None:
+        jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
+        dwell = Dwell(contact_time, approach)
+        return _join(state, wall, state.w + jump, p_rate, sine, base, friction, particle, dwell)
+    jump, p_rate = rebound(u_rate, before, particle.restitution, particle.mass_ratio)
+    leaving = particle.restitution * approach
+    return _leave(
+        state,
+        wall,
+        state.w + jump,
+        p_rate,
+        leaving,
+        u_rate,
+        sine,
+        cosine,
+        base,
+        friction,
+        particle,
+        contact_time,
+        counts,
+        meter,
+    )
+
+
+@kernel
+def _let_go(state, sine, cosine, base, friction, particle, contact_time, counts, meter):
+    """The contact time is over: the particle leaves with e times its approach speed, or rides on."""
+    if contact_time is None:
+        return state
+    u_rate = state.w + base.frequency_ratio * cosine
+    leaving = particle.restitution * approach_speed(state.dwell)
+    jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
+    if friction is not None:
+        if state.w + jump == 0.0:  # without a push friction judges anew, as for a particle that rides
+            riding = State(
+                state.v,
+                0.0,
+                0.0,
+                state.wall,
+                0.0,
+                u_rate,
+                1.0,
+                0,
+                0,
+                no_dwell(state.dwell),
+            )
+            return _come_to_rest(riding, sine, cosine, base, friction, particle)
+    return _leave(
+        state,
+        state.wall,
+        state.w + jump,
+        u_rate + p_jump,
+        leaving,
+        u_rate,
+        sine,
+        cosine,
+        base,
+        friction,
+        particle,
+        contact_time,
+        counts,
+        meter,
+    )
+
+
+@kernel
+def _leave(
+    state,
+    wall,
+    w,
+    p_rate,
+    leaving,
+    u_rate_before,
+    sine,
+    cosine,
+    base,
+    friction,
+    particle,
+    contact_time,
+    counts,
+    meter,
+):
+    """The particle leaves a wall with a relative speed: a flight, or riding on the wall when the chatter is over."""
+    base_rate = base.frequency_ratio * cosine
     slip = state.slip
     held = False
     offset = 0.0
@@ -491,29 +695,38 @@ def _impact(state, wall, sine, cosine, base, friction, particle, counts, meter):
         offset = slip * friction
     acceleration = base.frequency_ratio**2 * sine
     u_acceleration = -acceleration if held else -(base.two_zeta * w + state.v + offset)
-    leaving = particle.restitution * approach
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
-    rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(base_rate))
+    rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(base_rate))
     # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _FEWEST_LOSS)
     if leaving == 0.0 and closing == 0.0:
         # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
         closing = rounding
         leaving = 0.0
-    if closing > 0.0 and (impulse_left <= _CHATTER_LEFT * base.window * closing or leaving <= rounding):
+    short = impulse_left <= _CHATTER_LEFT * base.window * closing
+    # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
+    short = short and is_brief(contact_time, _CHATTER_LEFT * base.window)
+    dwell = no_dwell(state.dwell)
+    if closing > 0.0 and (short or leaving <= rounding):
         counts[ATTACHMENTS] += 1
-        u_rate = w + base_rate
-        jump, p_rate = rebound(u_rate, p_rate, 0.0, particle.mass_ratio)
+        jump, p_rate = rebound(w + base_rate, p_rate, 0.0, particle.mass_ratio)
         if meter is not None:
             meter[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
-        w = w + jump
-        if friction is not None:
-            if w != 0.0:
-                slip = 1.0 if w > 0.0 else -1.0
-            else:
-                inertia = 1.0 + particle.mass_ratio
-                limit = breakaway(friction, base.frequency_ratio**2, inertia)
-                slip = slip_direction(hold_force(state.v, acceleration, inertia), limit)
-                return State(state.v, 0.0, slip, wall, 0.0, p_rate, 1.0, 1 if slip != 0.0 else 0, 0)
-        return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, 0, 0)
-    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 1 if leaving > 0.0 else 2)
+        return _join(state, wall, w + jump, p_rate, sine, base, friction, particle, dwell)
+    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 1 if leaving > 0.0 else 2, dwell)
+
+
+@kernel
+def _join(state, wall, w, p_rate, sine, base, friction, particle, dwell):
+    """Particle and primary mass move on together at the velocity w relative to the base."""
+    slip = state.slip
+    if friction is not None:
+        if w != 0.0:
+            slip = 1.0 if w > 0.0 else -1.0
+        else:
+            inertia = 1.0 + particle.mass_ratio
+            limit = breakaway(friction, base.frequency_ratio**2, inertia)
+            force = hold_force(state.v, base.frequency_ratio**2 * sine, inertia)
+            slip = slip_direction(force, limit)
+            return State(state.v, 0.0, slip, wall, 0.0, p_rate, 1.0, 1 if slip != 0.0 else 0, 0, dwell)
+    return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, 0, 0, dwell)

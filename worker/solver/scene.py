@@ -4,11 +4,43 @@ from typing import NamedTuple
 
 
 class Particle(NamedTuple):
-    """The particle of a scene; a scene without one passes None, and its kernel holds no impact code."""
+    """The particle of a scene; a scene without one passes None, and its kernel holds no impact code.
+
+    Attributes
+    ----------
+    clearance_ratio, restitution, mass_ratio : float
+        d/Z, e, β.
+    contact_time : float or None
+        How long the particle moves with a wall that it strikes [1/ω_n]; None where it leaves at once.
+    """
 
     clearance_ratio: float
     restitution: float
     mass_ratio: float
+    contact_time: float | None = None
+
+
+def with_floats(particle: Particle) -> Particle:
+    """Particle with floats where integers may have been written: a kernel is compiled for one type."""
+    contact_time = None if particle.contact_time is None else float(particle.contact_time)
+    return Particle(
+        float(particle.clearance_ratio), float(particle.restitution), float(particle.mass_ratio), contact_time
+    )
+
+
+class Dwell(NamedTuple):
+    """What a particle that dwells on a wall still remembers of its impact.
+
+    Attributes
+    ----------
+    left : float
+        Time left until it is let go [1/ω_n]; 0 where it is not held (it then rides, or flies).
+    speed : float
+        Approach speed [Z ω_n].
+    """
+
+    left: float
+    speed: float
 
 
 class State(NamedTuple):
@@ -31,6 +63,8 @@ class State(NamedTuple):
         1 while the particle rides on the wall, 0 while it flies.
     slip_order, gap_order : int
         How many leading Taylor coefficients of w, of the gap, are zero by the event just passed.
+    dwell : Dwell or None
+        Of a particle with a contact time; None without.
     """
 
     v: float
@@ -42,6 +76,7 @@ class State(NamedTuple):
     riding: float
     slip_order: int
     gap_order: int
+    dwell: Dwell | None = None
 
 
 # Counts of events in a march (int64 array of COUNTS entries).
@@ -72,6 +107,7 @@ SLIP_ONSET = 2
 NEAR_WALL = 3
 FAR_WALL = 4
 RELEASE = 5
+LET_GO = 6  # a dwell is over
 
 # Outcome of a march.
 ARRIVED = 0

@@ -1,16 +1,27 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
 from worker.jit import kernel
+from worker.physics.impact import kept_energy
 from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, PEAK, RELATIVE_PEAK, VISCOUS_LOSS, WORK_IN
 
 
 @kernel
+def _contact_energy(dwell, particle):
+    """Energy that the particle gets back when it leaves its wall; 0 where no contact takes time."""
+    if dwell is not None:
+        if dwell.left > 0.0:
+            return kept_energy(dwell.speed, particle.restitution, particle.mass_ratio)
+    return 0.0
+
+
+@kernel
 def stored_energy(state, base_rate, particle):
-    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'²."""
+    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², and what a contact under way will give back."""
     u_rate = state.w + base_rate
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
     if particle is not None:
         energy += 0.5 * particle.mass_ratio * state.p_rate * state.p_rate
+        energy += _contact_energy(state.dwell, particle)
     return energy
 
 

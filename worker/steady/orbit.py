@@ -47,7 +47,21 @@ def state_at(point, like, particle):
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
             possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
-    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0), possible
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell), possible
+
+
+@kernel
+def _takes_time(contact_time):
+    """Whether contacts take time, which the linearised map of `tangent.propagate` does not know."""
+    return contact_time is not None
+
+
+@kernel
+def is_linearised(particle):
+    """Whether the Jacobian of the map of a half cycle is known."""
+    if particle is not None:
+        return not _takes_time(particle.contact_time)
+    return True
 
 
 @kernel
@@ -58,8 +72,10 @@ def around(state, lag, base, free, loaded, friction, particle, work, counts, log
     -------
     state : State
     complete : bool
-        False where the march or its record ended early; the Jacobian is then of no use.
+        False where the march or its record ended early, or the Jacobian is not known; it is then of no use.
     """
+    if not is_linearised(particle):
+        return state, False
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
@@ -162,6 +178,8 @@ def find_orbit(
     halves : int
         Half cycles marched.
     """
+    if not is_linearised(particle):
+        return state, inf, 0
     size = active_size(friction, particle, counts)
     point = np.empty(SIZE)
     end = np.empty(SIZE)

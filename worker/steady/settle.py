@@ -7,6 +7,7 @@ import numpy as np
 
 from studies.variables import ResponseClass, Status
 from worker.jit import kernel
+from worker.solver.dwell import dwell_at_rest
 from worker.solver.march import half_cycle
 from worker.solver.record import empty_log
 from worker.solver.scene import ARRIVED, BUDGET, COUNTS, IMPACTS, METERS, PEAK, RELATIVE_PEAK, State
@@ -59,7 +60,7 @@ def at_rest(frequency_ratio, friction, particle):
     gap = 0.0
     if particle is not None:
         gap = particle.clearance_ratio
-    return State(0.0, -frequency_ratio, slip, 1.0, gap, 0.0, 0.0, 0, 0)
+    return State(0.0, -frequency_ratio, slip, 1.0, gap, 0.0, 0.0, 0, 0, dwell_at_rest(particle))
 
 
 @kernel
@@ -111,7 +112,7 @@ def _creep_limit(state, friction, frequency_ratio):
     # a slip of the excess force x lasts about √(8x)/r² and goes about x²/r⁴ far
     if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP * min(1.0, square * square):
         v = edge if state.v > 0.0 else -edge
-        return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0), True
+        return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0, state.dwell), True
     return state, False
 
 

@@ -1,0 +1,45 @@
+"""The contact times that the paper measured, by name, in both readings: as printed, and in real time if its 20x slow
+motion was not taken into account."""
+
+from dataclasses import dataclass
+from math import pi
+
+NATURAL_FREQUENCY_HZ = 2.5
+"""Of the paper's structure; its contact times are turned into units of 1/ω_n with it."""
+SLOW_MOTION = 20.0
+"""How much slower than life the film ran that the contact times were read off."""
+
+
+@dataclass(frozen=True)
+class ContactTime:
+    """A contact time of the paper.
+
+    Parameters
+    ----------
+    seconds : float
+        In seconds.
+    doc : str
+        Where it comes from.
+    """
+
+    seconds: float
+    doc: str
+
+    @property
+    def contact_time(self) -> float:
+        """In units of 1/ω_n, at the paper's 2.5 Hz."""
+        return 2.0 * pi * NATURAL_FREQUENCY_HZ * self.seconds
+
+
+_HARD_S = 0.046
+_SOFT_S = 0.411
+
+CONTACT_TIMES: dict[str, ContactTime] = {
+    "paper_hard_printed": ContactTime(_HARD_S, "steel on aluminium (e = 0.82), 0.046 s as printed"),
+    "paper_soft_printed": ContactTime(
+        _SOFT_S, "steel on foam (e = 0.47), 0.411 s as printed, longer than 0.4 s"
+    ),
+    "paper_hard_real": ContactTime(_HARD_S / SLOW_MOTION, "2.3 ms, if 0.046 s was read off slow motion"),
+    "paper_soft_real": ContactTime(_SOFT_S / SLOW_MOTION, "20.55 ms, if 0.411 s was read off slow motion"),
+}
+"""By the name that a study may give instead of a number; Table 1 of the paper."""

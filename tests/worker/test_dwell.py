@@ -1,0 +1,127 @@
+"""The contact model `dwell`: against a general-purpose integrator, in its limit, by its energy balance."""
+
+from dataclasses import replace
+from math import pi
+
+import pytest
+
+from studies.definition import parse_study
+from studies.plan import Block
+from studies.presets import CONTACT_TIMES
+from studies.variables import Status
+from tests.oracles.dwelling import Scene, end_state
+from worker.block import solve_block
+from worker.physics.impact import impact_loss, kept_energy, part, rebound
+from worker.simulate import Design, simulate
+from worker.solver.scene import Particle
+
+
+def design_of(scene: Scene) -> Design:
+    particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
+    return Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle)
+
+
+def test_parting_after_joining_is_the_rebound() -> None:
+    """Momentum is conserved twice, and a contact without duration is the instantaneous law."""
+    beta, e, u, p = 0.3, 0.6, 1.7, -0.4
+    approach = u - p  # on the wall at u - p = +d
+    jump, joined = rebound(u, p, 0.0, beta)
+    assert joined == pytest.approx(u + jump, rel=1e-15)
+    leave, p_leave = part(e * approach, beta)
+    at_once, p_at_once = rebound(u, p, e, beta)
+    assert jump + leave == pytest.approx(at_once, rel=1e-14)
+    assert joined + p_leave == pytest.approx(p_at_once, rel=1e-14)
+    before = 0.5 * (u * u + beta * p * p)
+    together = 0.5 * (1.0 + beta) * joined**2
+    lost = impact_loss(approach, e, beta) + kept_energy(approach, e, beta)
+    assert before - together == pytest.approx(lost, rel=1e-14)
+
+
+SCENES = [
+    Scene(0.02, 1.0, 0.0, 5.0, 0.47, 0.1, 0.3),
+    Scene(0.02, 0.8, 0.0, 1.5, 0.8, 0.4, 7.0),  # of contact longer than a half cycle
+    Scene(0.05, 1.0, 0.4, 2.0, 0.6, 0.2, 0.5),
+    Scene(0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1.1),  # turns and stops while the particle is held
+]
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=str)
+def test_end_state_agrees_with_a_general_integrator(scene: Scene) -> None:
+    """Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few."""
+    cycles = 6
+    expected, impacts = end_state(scene, cycles)
+    found = simulate(design_of(scene), cycles)
+    assert impacts >= 3
+    assert found.events["impacts"] == impacts
+    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-8)
+    assert found.metrics["energy_residual"] <= 1e-12
+
+
+def test_held_particle_keeps_its_wall_whatever_the_force() -> None:
+    """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
+    short = simulate(Design(0.02, 1.0, 0.0, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
+    assert short.events == {"impacts": 1, "turns": 0, "attachments": 0}
+    u, p, time = (short.history[name] for name in ("u", "p", "time"))
+    struck = int(short.history["impact"].nonzero()[0][0])
+    after = slice(struck + 1, None)
+    assert abs(abs(u[after] - p[after]) - 0.5).max() <= 1e-12
+    assert time[-1] - time[struck] > 10.0 * 2.0 * pi
+
+
+def _difference(scene: Scene, cycles: int) -> float:
+    """Largest difference of the end state from that of the instantaneous law."""
+    design = design_of(scene)
+    assert design.particle is not None
+    instant = replace(design, particle=design.particle._replace(contact_time=None))
+    ends = (simulate(one, cycles).state.values() for one in (design, instant))
+    return max(abs((a or 0.0) - (b or 0.0)) for a, b in zip(*ends, strict=True))
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(friction: float) -> None:
+    """The bodies move joined for a time T an impact, at a speed that is wrong by order one: an error of order T."""
+    errors = []
+    for contact_time in (1e-4, 1e-5, 1e-6):
+        scene = Scene(0.0038, 1.0, friction, 5.0, 0.47, 0.1, contact_time)
+        errors.append(_difference(scene, 6))
+    assert errors[0] < 0.1
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.05)
+
+
+@pytest.mark.parametrize("contact_time", [1e-9, *(one.contact_time for one in CONTACT_TIMES.values())])
+@pytest.mark.parametrize(
+    "particle",
+    [(10.0, 0.47), (0.3, 0.47), (0.5, 0.0), (2.0, 1.0)],
+    ids=["impacts", "chatter", "plastic", "elastic"],
+)
+@pytest.mark.parametrize("friction", [0.0, 0.8])
+def test_energy_balances(friction: float, particle: tuple[float, float], contact_time: float) -> None:
+    clearance, restitution = particle
+    design = Design(0.0038, 0.9, friction, Particle(clearance, restitution, 0.1, contact_time))
+    found = simulate(design, 40).metrics
+    assert found["status"] == Status.MAX_CYCLES
+    assert found["energy_residual"] <= 1e-12
+
+
+def test_study_with_contact_time_by_name() -> None:
+    """The presets are the paper's times over 1/ω_n at 2.5 Hz, and a block answers as the point alone does."""
+    document = {
+        "damping_ratio": 0.02,
+        "axes": {
+            "clearance_ratio": 2.0,
+            "friction_ratio": [0.0, 0.4],
+            "restitution": 0.47,
+            "frequency_ratio": 1.0,
+        },
+        "contact": {"model": "dwell", "contact_time": "paper_soft_real"},
+    }
+    study = parse_study(document)
+    assert study.document()["contact"]["contact_time"] == pytest.approx(5.0 * pi * 0.02055, rel=1e-15)
+    found = solve_block(study, Block(0, (0,) * 6, study.shape))
+    for i, friction in enumerate((0.0, 0.4)):
+        particle = Particle(2.0, 0.47, 0.1, CONTACT_TIMES["paper_soft_real"].contact_time)
+        alone = simulate(Design(0.02, 1.0, friction, particle)).metrics
+        assert found["amplitude_ratio"].flat[i] == alone["amplitude_ratio"]
+        assert found["energy_residual"].flat[i] <= 1e-12
+        assert found["status"].flat[i] in (Status.CONVERGED, Status.MAX_CYCLES)
