@@ -129,13 +129,17 @@ def simulate(
     Raises
     ------
     ValueError
-        For rk4 without `cycles`.
+        For rk4 without `cycles`, or with a contact time.
     """
     began = perf_counter()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
+        if design.particle is not None and design.particle.contact_time is not None:
+            raise ValueError(
+                "rk4 knows impacts at once only: leave `contact_time` out, or use the event solver"
+            )
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:
         return _march(design, friction, cycles, history, None, began)

@@ -57,6 +57,11 @@ def test_end_state_agrees_with_a_general_integrator(scene: Scene) -> None:
     assert found.metrics["energy_residual"] <= 1e-12
 
 
+def test_fixed_steps_refuse_a_contact_time() -> None:
+    with pytest.raises(ValueError, match="contact_time"):
+        simulate(design_of(SCENES[0]), 2, method="rk4")
+
+
 def test_held_particle_keeps_its_wall_whatever_the_force() -> None:
     """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
     short = simulate(Design(0.02, 1.0, 0.0, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)

@@ -82,6 +82,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
         Extreme("impacts during stick, e = 0", Design(ZETA, 0.5, 0.2, Particle(0.5, 0.0, 0.1))),
         Extreme("chatter and stick", Design(ZETA, 0.9, 0.8, Particle(0.3, 0.1, 0.1))),
     ]
+    cases += _contact_times()
     cases += _chatter_until_release()
     cases += _turn_with_impact()
     cases += [
@@ -89,6 +90,20 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
         Extreme("long run, particle", Design(ZETA, 1.0, 0.0, PAPER), long_run_cycles, 1e-6),
         Extreme("long run, hybrid", Design(ZETA, 1.0, 0.4, Particle(5.0, 0.47, 0.1)), long_run_cycles, 1e-6),
     ]
+    return cases
+
+
+def _contact_times() -> list[Extreme]:
+    """Contact time towards 0, and longer than a cycle; with chatter, without rebound, without loss."""
+    times = (1e-3, 1e-6, 1e-9, 7.0, 1e3)
+    hybrid = Particle(2.0, 0.47, 0.1)
+    cases = [
+        Extreme(f"contact time {time:g}, hybrid", Design(ZETA, 1.0, 0.6, hybrid._replace(contact_time=time)))
+        for time in times
+    ]
+    for name, restitution in (("e = 0", 0.0), ("chatter", 0.1), ("e = 1", 1.0)):
+        particle = Particle(0.3, restitution, 0.1, 1e-9)
+        cases.append(Extreme(f"contact time 1e-09, {name}", Design(ZETA, 0.9, 0.8, particle)))
     return cases
 
 
