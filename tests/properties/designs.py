@@ -15,6 +15,7 @@ particles = st.builds(
     st.one_of(st.sampled_from([1.0, 2.0]), st.floats(0.02, 20.0)),
     st.one_of(st.sampled_from([0.0, 0.47]), st.floats(0.0, 0.9)),
     st.one_of(st.sampled_from([0.1, 1.0]), st.floats(1e-3, 3.0)),
+    contact_time=st.none(),
 )
 alone = st.builds(Design, damping_ratios, frequency_ratios)
 rubbing = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios)

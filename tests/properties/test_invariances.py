@@ -53,8 +53,12 @@ def test_what_comes_later_does_not_change_what_was(design: Design, cycles: int) 
         assert np.array_equal(column, long[name][: column.size], equal_nan=True), name
 
 
+# Subnormal forces would lose bits when they are scaled.
+newtons = st.one_of(st.just(0.0), st.floats(1e-6, 2.0))
+
+
 @FEW
-@given(st.integers(-8, 8), st.integers(-8, 8), st.floats(0.1, 5.0), st.floats(0.0, 2.0), st.floats(0.5, 20.0))
+@given(st.integers(-8, 8), st.integers(-8, 8), st.floats(0.1, 5.0), newtons, st.floats(0.5, 20.0))
 def test_the_unit_of_length_and_of_mass_do_not_matter(
     length: int, mass: int, stretch: float, friction: float, clearance: float
 ) -> None:

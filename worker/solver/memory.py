@@ -20,13 +20,13 @@ if numba.config.DISABLE_JIT:
 else:
 
     @intrinsic
-    def address(typingctx, array, first):  # type: ignore[no-untyped-def]
+    def address(typingctx, array, first):
         """Address of the element `first` of a contiguous array, to be indexed flat; the array must outlive it."""
         if not isinstance(array, types.Array) or array.layout != "C" or not isinstance(first, types.Integer):
             return None
         signature = types.CPointer(array.dtype)(array, first)
 
-        def codegen(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, arguments):
             data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
             return builder.gep(data, [arguments[1]])
 

@@ -86,7 +86,7 @@ class Medium(NamedTuple):
 def make_base(damping_ratio, frequency_ratio):
     """Windows of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW."""
     half = pi / frequency_ratio
-    count = int(ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW))
+    count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)
     sine = np.empty(count + 1)
     cosine = np.empty(count + 1)
     for k in range(count + 1):
