@@ -3,6 +3,6 @@
 RESERVED: dict[str, tuple[str, ...]] = {
     "contact": ("compliant",),
     "solver": ("rk4",),
-    "start": ("ensemble", "continuation"),
+    "start": (),
 }
 """Choices that are refused, by field; whoever teaches the solver one of them deletes it here."""

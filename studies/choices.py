@@ -112,15 +112,18 @@ class Rk4Solver(Choice):
 
 
 class Ensemble(Choice):
-    """Start from `n` perturbed states; reserved for a later version."""
+    """Start from rest and from `n` − 1 drawn states; the response that most of them lead to is stored.
+
+    The draw depends on the seed and on the point's own coordinates, on nothing else; see `worker.steady.ensemble`.
+    """
 
     kind: Literal["ensemble"]
-    n: Annotated[int, whole(1, 10_000, "start states of each design point")]
+    n: Annotated[int, whole(1, 10_000, "start states of each design point, the first at rest")]
     seed: Annotated[int, whole(0, 2**32 - 1, "seed of the start states")] = 0
 
 
 class Continuation(Choice):
-    """Start each frequency from the response at its neighbour; reserved for a later version."""
+    """Start each frequency from the end of the response at the one below (`up`) or above (`down`), the first from rest."""
 
     kind: Literal["continuation"]
     direction: Literal["up", "down"] = "up"
@@ -147,6 +150,9 @@ def _choice(
             allowed = able[0] if plain else f"a mapping, such as {{{key}: {able[0]}}}"
             raise StudyFaults([Fault("", describe(raw), allowed, f"write {allowed}")])
         chosen = name(raw)
+        if isinstance(raw, str) and chosen in tags[1:]:
+            allowed = f"{tags[0]}, or a mapping such as {{{key}: {chosen}}}"
+            raise StudyFaults([Fault("", describe(raw), allowed, "write it as a mapping, with its settings")])
         where = key if isinstance(raw, dict | BaseModel) else ""
         if chosen not in tags:
             raise StudyFaults([Fault(where, describe(chosen), " or ".join(able), f"write {able[0]}")])

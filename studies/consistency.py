@@ -8,6 +8,7 @@ from studies.axes import MAX_AXIS_VALUES
 from studies.faults import Fault, counted
 from studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from studies.quantity import DEFAULTS, RATIOS
+from studies.variables import VARIABLES, available_variables
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
@@ -17,7 +18,7 @@ OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 
 
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with defaults for ratios that it neither gives nor makes of physical quantities."""
+    """Return the document with defaults for ratios that it neither gives nor makes of physical quantities, and metrics."""
     physical = document.get("physical")
     made = {d.ratio for d in derivations(physical, particle=True)} if isinstance(physical, dict) else set()
     filled = dict(document)
@@ -30,6 +31,8 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
         elif isinstance(axes, dict):
             axes = {name: value} | axes
     filled["axes"] = axes
+    if "metrics" not in filled and _start_of(document) == "ensemble":
+        filled["metrics"] = list(available_variables("ensemble"))
     return filled
 
 
@@ -38,7 +41,7 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
-    faults: list[Fault] = []
+    faults = list(_not_given_by_start(document))
     if not isinstance(axes, dict) or not isinstance(physical, dict):
         return faults
     given = dict(axes)
@@ -58,6 +61,20 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
         found, allowed = counted(points, "design point"), f"at most {MAX_POINTS:,} design points"
         faults.append(Fault("axes", found, allowed, "use fewer values, or split the study"))
     return faults
+
+
+def _start_of(document: Mapping[str, Any]) -> object:
+    start = document.get("start", "rest")
+    return start.get("kind") if isinstance(start, dict) else start
+
+
+def _not_given_by_start(document: Mapping[str, Any]) -> Iterator[Fault]:
+    metrics, start = document.get("metrics"), _start_of(document)
+    for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
+        needed = VARIABLES[name].start if isinstance(name, str) and name in VARIABLES else ""
+        if needed and start != needed:
+            allowed = f"{name} only with `start: {{kind: {needed}}}`"
+            yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or start with an {needed}")
 
 
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:

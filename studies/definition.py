@@ -23,7 +23,18 @@ from studies.axes import (
     Restitution,
     axis_values,
 )
-from studies.choices import Choice, Contact, DwellContact, EventSolver, InstantContact, Solver, Start, Steady
+from studies.choices import (
+    Choice,
+    Contact,
+    Continuation,
+    DwellContact,
+    Ensemble,
+    EventSolver,
+    InstantContact,
+    Solver,
+    Start,
+    Steady,
+)
 from studies.consistency import OF_PARTICLE, faults_between, with_defaults
 from studies.digest import study_digest
 from studies.examples import EXAMPLES
@@ -32,7 +43,7 @@ from studies.guard import guard
 from studies.physical import Physical, derivations, derived_faults
 from studies.pydantic_faults import faults_of
 from studies.reads import Reads
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS, STANDARD, VARIABLES
 
 MAX_NAME = 200
 """Characters of a study's name."""
@@ -136,10 +147,10 @@ class Study(Choice):
                 "items": {"type": "string", "enum": list(VARIABLES)},
                 "minItems": 1,
                 "uniqueItems": True,
-                "description": "what to store; every variable where left out, and status in any case",
+                "description": "what to store, and status in any case; where left out, every variable of the start option",
             },
         ),
-    ] = tuple(VARIABLES)
+    ] = STANDARD
     steady: Steady = Steady()
     solver: Solver = EventSolver()
     start: Start = "rest"
@@ -255,5 +266,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "contact.instant": tuple(InstantContact.model_fields),
     "contact.dwell": tuple(DwellContact.model_fields),
     "solver.event": tuple(EventSolver.model_fields),
+    "start.ensemble": tuple(Ensemble.model_fields),
+    "start.continuation": tuple(Continuation.model_fields),
 }
 """The keys that each mapping of a study may have."""

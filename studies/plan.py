@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from studies.choices import Continuation
 from studies.definition import Study
 
 Cost = Callable[[Study, dict[str, NDArray[np.float64]]], NDArray[np.float64]]
@@ -144,7 +145,8 @@ def make_plan(study: Study, cost: Cost) -> Plan:
     """Cut a study into blocks of about two seconds.
 
     A short study gets shorter blocks, to keep `BALANCED_BLOCKS` of them. No block has more than
-    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer.
+    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. A block of a
+    continuation holds every frequency, however many.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -152,6 +154,10 @@ def make_plan(study: Study, cost: Cost) -> Plan:
     seconds = min(max(mean * points / BALANCED_BLOCKS, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
     wanted = min(seconds / mean, SLOWEST_BLOCK_SECONDS / most, MAX_BLOCK_POINTS)
     size = max(1, int(wanted), -(-points // MAX_BLOCKS))
+    if isinstance(study.start, Continuation):
+        # A response is carried from frequency to frequency, so a block holds them all.
+        rows = chunk_of(shape[:-1], max(1, size // shape[-1]))
+        return plan_with_chunk(study, (*rows, shape[-1]), cost)
     chunk = chunk_of(shape, size)
     # Whole rows are preferred to exact sizes, which may make more blocks than were asked for.
     while math.prod(-(-n // c) for n, c in zip(shape, chunk, strict=True)) > MAX_BLOCKS:
@@ -166,9 +172,11 @@ def plan_with_chunk(study: Study, chunk: tuple[int, ...], cost: Cost) -> Plan:
     Raises
     ------
     ValueError
-        Where `chunk` is no shape of a block of this study.
+        Where `chunk` is no shape of a block of this study, or cuts the frequencies of a continuation.
     """
     shape = study.shape
+    if isinstance(study.start, Continuation) and chunk[-1] != shape[-1]:
+        raise ValueError(f"chunk {chunk} cuts the {shape[-1]} frequencies of a continuation")
     if len(chunk) != len(shape) or not all(1 <= c <= n for c, n in zip(chunk, shape, strict=False)):
         raise ValueError(f"chunk {chunk} does not cut a grid of shape {shape}")
     return Plan(study, tuple(int(c) for c in chunk), cost)

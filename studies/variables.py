@@ -104,6 +104,8 @@ class Variable:
         What it is, in one sentence, with its normalisation.
     flags : type of IntEnum, optional
         The meaning of the values, where they are codes.
+    start : str, optional
+        The only start option that gives it; "" where each does.
     """
 
     name: str
@@ -112,11 +114,16 @@ class Variable:
     long_name: str
     doc: str
     flags: type[Status] | type[ResponseClass] | None = None
+    start: str = ""
 
     @property
     def fill(self) -> float | int:
         """Value of a point that has not been computed."""
         return nan if self.dtype.startswith("f") else -1
+
+
+def _of_starts(name: str, dtype: str, long_name: str, doc: str) -> Variable:
+    return Variable(name, dtype, "1", long_name, doc, start="ensemble")
 
 
 def _ratio(name: str, long_name: str, doc: str, units: str = "1") -> Variable:
@@ -200,6 +207,68 @@ VARIABLES: dict[str, Variable] = {
         ),
         _ratio("run_time", "run time", "Run time of the point in its kernel.", "s"),
         Variable("status", "i1", "1", "status", "How the computation ended.", Status),
+        _of_starts(
+            "amplitude_ratio_mean",
+            "f8",
+            "mean amplitude ratio over the starts",
+            "Mean of amplitude_ratio over the starts that did not fail: every response weighs by its share of them.",
+        ),
+        _of_starts(
+            "amplitude_ratio_spread",
+            "f8",
+            "spread of the amplitude ratio over the starts",
+            "Standard deviation of amplitude_ratio over the starts that did not fail.",
+        ),
+        _of_starts(
+            "amplitude_ratio_worst",
+            "f8",
+            "largest amplitude ratio of any start",
+            "Largest amplitude_ratio that any start leads to.",
+        ),
+        _of_starts(
+            "attractors",
+            "i4",
+            "number of responses found",
+            "Distinct steady responses that the starts lead to; a response and its mirror image are one.",
+        ),
+        _of_starts(
+            "attractor_share",
+            "f8",
+            "share of starts of this response",
+            "Share of all starts that lead to the response stored, which is the one that most of them lead to.",
+        ),
+        _of_starts(
+            "attractor_share_second",
+            "f8",
+            "share of starts of the second response",
+            "Share of all starts that lead to the second most frequent response; 0 where there is none.",
+        ),
+        _of_starts(
+            "amplitude_ratio_second",
+            "f8",
+            "amplitude ratio of the second response",
+            "amplitude_ratio of the second most frequent response; NaN where there is none.",
+        ),
+        _of_starts(
+            "attractor_share_third",
+            "f8",
+            "share of starts of the third response",
+            "Share of all starts that lead to the third most frequent response; 0 where there is none.",
+        ),
+        _of_starts(
+            "amplitude_ratio_third",
+            "f8",
+            "amplitude ratio of the third response",
+            "amplitude_ratio of the third most frequent response; NaN where there is none.",
+        ),
     )
 }
 """The variables of a cube, in the order of the cube and of CSV exports."""
+
+STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not v.start)
+"""Names of the variables that every study can store."""
+
+
+def available_variables(start: str) -> tuple[str, ...]:
+    """Return the names of the variables that a start option gives, in the cube's order."""
+    return tuple(v.name for v in VARIABLES.values() if v.start in ("", start))

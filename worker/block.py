@@ -4,15 +4,23 @@ from functools import lru_cache
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
+from studies.choices import Continuation, Ensemble
 from studies.definition import Study
 from studies.plan import Block
-from studies.variables import VARIABLES
+from studies.variables import DIMENSIONS, VARIABLES, Status
 from worker.lower import block_points, has_friction, has_particle, kernel_arguments
+from worker.solver.scene import State
+from worker.steady.ensemble import drawn_starts, ensemble_values
 from worker.steady.linear import linear_response
 from worker.steady.response import Response
 from worker.steady.settle import Settings, settle
+from worker.steady.start import at_rest, carried
 from worker.warm import scenes, warm
+
+Points = dict[str, NDArray[np.float64]]
+Values = dict[str, NDArray[np.generic]]
 
 
 def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> dict[str, np.ndarray]:
@@ -23,7 +31,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     study : Study
         The study.
     block : Block
-        Which part of its grid.
+        Which part of its grid; of a continuation, whole along the frequency.
     known : ndarray of bool, shape block.shape, optional
         Points that the caller has already: they need no computing, and may be left empty.
 
@@ -39,21 +47,87 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     if linear.any():
         began = perf_counter()
         closed = linear_response(points["damping_ratio"][linear], points["frequency_ratio"][linear])
+        if isinstance(study.start, Ensemble):
+            closed |= _one_response(closed["amplitude_ratio"])
         for name, column in closed.items():
             values[name][linear] = column
         values["run_time"][linear] = (perf_counter() - began) / np.count_nonzero(linear)
-    settings = Settings(study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance)
     chosen = np.flatnonzero(~linear if known is None else ~(linear | known.reshape(-1)))
     if chosen.size:
         _prepare(study)
-    arguments = kernel_arguments(points, study.particle, chosen, study.contact)
-    for i, damping, frequency, friction, particle in arguments:
+    if isinstance(study.start, Continuation):
+        # a point that is known already still hands its state on: nothing is left out
+        _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
+    elif isinstance(study.start, Ensemble):
+        _solve_ensembles(study, study.start, points, chosen, values)
+    else:
+        _solve_from_rest(study, points, chosen, values)
+    return {name: values[name].reshape(block.shape) for name in VARIABLES if name in study.metrics}
+
+
+def _settings(study: Study) -> Settings:
+    return Settings(study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance)
+
+
+def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:
+    """Each point from rest."""
+    settings = _settings(study)
+    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
         began = perf_counter()
-        response = settle(damping, frequency, friction, particle, settings)
+        response, _ = settle(zeta, r, friction, particle, settings, at_rest(r, friction, particle))
         values["run_time"][i] = perf_counter() - began
         for name, number in zip(Response._fields, response, strict=True):
             values[name][i] = number
-    return {name: values[name].reshape(block.shape) for name in VARIABLES if name in study.metrics}
+
+
+def _solve_rows(
+    study: Study, points: Points, chosen: NDArray[np.intp], values: Values, frequencies: int
+) -> None:
+    """Each point from the end of the response at the frequency before; from rest at the first, and after a failure."""
+    settings = _settings(study)
+    if isinstance(study.start, Continuation) and study.start.direction == "down":
+        chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
+    last: tuple[int, float, State] | None = None  # row, frequency and end of the point before
+    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
+        began = perf_counter()
+        row = i // frequencies
+        start = at_rest(r, friction, particle)
+        if last is not None and last[0] == row:
+            start = carried(last[2], last[1], r)
+        response, end = settle(zeta, r, friction, particle, settings, start)
+        values["run_time"][i] = perf_counter() - began
+        for name, number in zip(Response._fields, response, strict=True):
+            values[name][i] = number
+        last = (row, r, end) if response.status <= Status.MAX_CYCLES else None
+
+
+def _solve_ensembles(
+    study: Study, ensemble: Ensemble, points: Points, chosen: NDArray[np.intp], values: Values
+) -> None:
+    """Each point from rest and from drawn states."""
+    settings = _settings(study)
+    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
+        began = perf_counter()
+        place = [float(points[name][i]) for name in DIMENSIONS]
+        starts = drawn_starts(ensemble.n, ensemble.seed, place, zeta, r, friction, particle)
+        responses = [settle(zeta, r, friction, particle, settings, start)[0] for start in starts]
+        for name, number in ensemble_values(responses).items():
+            values[name][i] = number
+        values["run_time"][i] = perf_counter() - began
+
+
+def _one_response(amplitude: NDArray[np.float64]) -> dict[str, np.ndarray]:
+    """Variables of an ensemble where every start leads to the same response."""
+    bounded = np.isfinite(amplitude)
+    return {
+        "amplitude_ratio_mean": amplitude,
+        "amplitude_ratio_spread": np.where(bounded, 0.0, np.nan),
+        "amplitude_ratio_worst": amplitude,
+        "attractors": bounded.astype(np.int32),
+        "attractor_share": bounded.astype(float),
+        "attractor_share_second": np.zeros(amplitude.size),
+        "attractor_share_third": np.zeros(amplitude.size),
+    }
 
 
 @lru_cache(maxsize=8)

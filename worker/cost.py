@@ -9,6 +9,7 @@ agree within a factor of three; single points scatter more, above all between pe
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.choices import Ensemble
 from studies.definition import Study
 
 LINEAR_SECONDS = 2e-6
@@ -33,7 +34,7 @@ def seconds_per_point(study: Study, coordinates: dict[str, NDArray[np.float64]])
     Parameters
     ----------
     study : Study
-        Of which only the scene and `steady.max_cycles` matter.
+        Of which only the scene, the starts and `steady.max_cycles` matter.
     coordinates : dict of ndarray
         The six dimensions by name, N values each.
 
@@ -54,4 +55,5 @@ def seconds_per_point(study: Study, coordinates: dict[str, NDArray[np.float64]])
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = np.clip(1.0 / np.maximum(coordinates["clearance_ratio"], 1e-9), 1.0, MOST_RIDING)
     stepped = cycles * np.where(rattles, per_cycle * riding, FRICTION_CYCLE_SECONDS)
-    return np.where(rubs | rattles, stepped, LINEAR_SECONDS)
+    starts = study.start.n if isinstance(study.start, Ensemble) else 1
+    return np.where(rubs | rattles, starts * stepped, LINEAR_SECONDS)

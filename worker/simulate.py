@@ -154,7 +154,10 @@ def _steady(design: Design, friction: float | None, settings: Settings) -> dict[
         closed = linear_response(np.array([design.damping_ratio]), np.array([design.frequency_ratio]))
         return {name: column[0] for name, column in closed.items()}
     particle = design.particle if acts else None
-    response = settle(design.damping_ratio, design.frequency_ratio, friction, particle, settings)
+    r = design.frequency_ratio
+    response, _ = settle(
+        design.damping_ratio, r, friction, particle, settings, at_rest(r, friction, particle)
+    )
     return dict(zip(Response._fields, response, strict=True))
 
 

@@ -11,6 +11,7 @@ from studies.definition import Study
 from worker.jit import CACHE_FOLDER
 from worker.solver.scene import Particle
 from worker.steady.settle import Settings, settle
+from worker.steady.start import at_rest
 
 try:
     import fcntl
@@ -40,7 +41,9 @@ def warm(scene: Scene) -> None:
     with _alone(
         f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
     ):
-        settle(0.1, 1.0, 0.5 if rubs else None, particle if rattles else None, _SHORT)
+        friction = 0.5 if rubs else None
+        start = at_rest(1.0, friction, particle if rattles else None)
+        settle(0.1, 1.0, friction, particle if rattles else None, _SHORT, start)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from studies.variables import DIMENSIONS, VARIABLES, Status
 from worker.solver.scene import Particle
 from worker.steady.linear import linear_response
-from worker.steady.settle import Settings, settle
+from worker.steady.settle import Settings, at_rest, settle
 
 POINTS = 1_000_000
 CYCLES = 60
@@ -88,7 +88,8 @@ def solve(point: dict[str, float]) -> dict[str, Any]:
     if friction is None and particle is None:
         closed = linear_response(np.array([point["damping_ratio"]]), np.array([point["frequency_ratio"]]))
         return {name: column[0] for name, column in closed.items()}
-    found = settle(point["damping_ratio"], point["frequency_ratio"], friction, particle, SETTINGS)
+    r = point["frequency_ratio"]
+    found, _ = settle(point["damping_ratio"], r, friction, particle, SETTINGS, at_rest(r, friction, particle))
     return dict(found._asdict())
 
 
@@ -215,7 +216,7 @@ def _warm() -> None:
     for friction in (None, 0.5):
         for particle in (None, Particle(1.0, 0.5, 0.1)):
             if friction is not None or particle is not None:
-                settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2))
+                settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2), at_rest(1.0, friction, particle))
 
 
 def run() -> dict[str, Any]:

@@ -15,7 +15,7 @@ from studies.faults import MAX_FAULTS, Fault, StudyFaults
 from studies.guard import MAX_DEPTH, MAX_VALUES
 from studies.reading import named_studies
 from studies.schema import study_json_schema
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS, STANDARD
 
 MINIMAL: dict[str, Any] = {"axes": {"clearance_ratio": 10, "frequency_ratio": 1}}
 
@@ -43,7 +43,7 @@ def test_silent_study_is_the_papers_structure_without_friction() -> None:
         "frequency_ratio": 1.0,
     }
     study = parse_study(MINIMAL)
-    assert study.metrics == tuple(VARIABLES)
+    assert study.metrics == STANDARD
     assert (study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance) == (
         4000,
         1e-4,

@@ -8,7 +8,7 @@ import pytest
 
 from studies.definition import parse_study
 from studies.reading import parse_study_text
-from studies.variables import VARIABLES
+from studies.variables import STANDARD
 
 BASE: dict[str, Any] = {
     "name": "a",
@@ -41,7 +41,7 @@ def axes(**changes: Any) -> dict[str, Any]:
         axes(restitution=0.47, mass_ratio=1e-1),
         {"contact": {"model": "instant"}, "start": "rest", "solver": {"method": "event"}, "steady": {}},
         {"steady": {"max_cycles": 4e3}},
-        {"metrics": list(reversed(VARIABLES))},
+        {"metrics": list(reversed(STANDARD))},
         {"particle": True},
     ],
 )

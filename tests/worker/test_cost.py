@@ -64,7 +64,7 @@ def test_points_without_friction_and_particle_cost_the_closed_form() -> None:
 @pytest.mark.parametrize(
     ("cheap", "dear"),
     [
-        (scene(False, damping=0.2), scene(False, damping=0.002)),
+        (scene(True, damping=0.2), scene(True, damping=0.002)),
         (scene(False, damping=0.02), scene(True, friction=0)),
         (scene(True, max_cycles=100), scene(True, max_cycles=2000)),
     ],

@@ -11,7 +11,14 @@ from worker.steady.tangent import SIZE, propagate, spectral_radius
 
 _ITERATIONS = 10
 _CLOSED = 1e-13  # relative distance from closure that counts as rounding
+_NEARER = (
+    0.7  # of its first distance: a run that has come so much nearer to an orbit, as predicted, tends to it
+)
+_ARRIVED_SHARE = 1e-4  # so near that no prediction is needed
 _SINGULAR = 1e-11  # pivot below which the orbit is not isolated
+
+LEAVES, FOLLOWS, APPROACHES = range(3)
+"""What a run does about an orbit."""
 
 
 @kernel
@@ -89,10 +96,10 @@ def around(state, lag, base, free, loaded, friction, particle, work, counts, log
 
 
 @kernel
-def active_size(friction, particle, counts):
-    """Leading coordinates that an orbit closes in: without impacts the particle takes no part."""
+def active_size(state, particle, counts):
+    """Leading coordinates that an orbit closes in: a particle at rest that was never struck takes no part."""
     if particle is not None:
-        if counts[IMPACTS] > 0:
+        if counts[IMPACTS] > 0 or state.p_rate != 0.0:
             return 4
     return 2
 
@@ -180,7 +187,7 @@ def find_orbit(
     """
     if not is_linearised(particle):
         return state, inf, 0
-    size = active_size(friction, particle, counts)
+    size = active_size(state, particle, counts)
     point = np.empty(SIZE)
     end = np.empty(SIZE)
     step = np.zeros(SIZE)
@@ -242,6 +249,12 @@ def follows(ring_now, orbit_point, departure, monodromy, periods, size, scale):
     periods, size : int
     scale : float
         Size of the motion.
+
+    Returns
+    -------
+    verdict : int
+        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. The middle one is no proof: about an
+        orbit with a multiplier near the unit circle a run may wander for good and look for a while as if it settled.
     """
     predicted = departure.copy()
     for _ in range(periods):
@@ -256,4 +269,10 @@ def follows(ring_now, orbit_point, departure, monodromy, periods, size, scale):
         gone = ring_now[i] - orbit_point[i]
         now += gone * gone
         off += (gone - predicted[i]) ** 2
-    return sqrt(off) <= 0.25 * sqrt(now) + 1e-10 * scale or sqrt(now) <= 1e-4 * _norm(departure, size)
+    now = sqrt(now)
+    first = _norm(departure, size)
+    if now <= _ARRIVED_SHARE * first:
+        return APPROACHES
+    if sqrt(off) > 0.25 * now + 1e-10 * scale:
+        return LEAVES
+    return APPROACHES if now <= _NEARER * first or now <= 1e-10 * scale else FOLLOWS

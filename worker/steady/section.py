@@ -8,8 +8,8 @@ from worker.steady.tangent import SIZE
 RING = 128
 """Half cycles remembered, as section coordinates v, w, p, p'."""
 
-LONGEST = 32
-"""Longest period looked for, in half cycles: 16 excitation periods of an asymmetric response."""
+LONGEST = 64
+"""Longest period looked for, in half cycles: 32 excitation periods of an asymmetric response."""
 
 
 @kernel

@@ -1,139 +1,36 @@
-"""From rest to the steady response of one design point."""
+"""From a start state to the steady response of one design point."""
 
-from math import inf, nan, sqrt
-from typing import NamedTuple
+from math import nan
 
 import numpy as np
 
 from studies.variables import ResponseClass, Status
 from worker.jit import kernel
-from worker.solver.dwell import dwell_at_rest
 from worker.solver.march import half_cycle
-from worker.solver.record import empty_log
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, IMPACTS, METERS, PEAK, RELATIVE_PEAK, State
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
+from worker.solver.scene import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
 from worker.steady.energy import stored_energy
 from worker.steady.lyapunov import is_chaotic
-from worker.steady.orbit import active_size, around, coordinates, find_orbit, follows, orbit_multiplier
+from worker.steady.orbit import around, coordinates, orbit_multiplier
 from worker.steady.response import failed, measured_response
-from worker.steady.section import LONGEST, RING, extent, recurrence
+from worker.steady.run import make_notes, make_scene, metered_cycle
+from worker.steady.search import SAME, Settings, search
+from worker.steady.start import at_rest
 from worker.steady.statistics import mean_and_error
-from worker.steady.tangent import SIZE, spectral_radius
+from worker.steady.tangent import SIZE
+
+__all__ = ["Settings", "at_rest", "settle"]
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
-
-_CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
-_BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic
-_FEWEST_MEASURED = 512  # cycles before a standard error is believed
-_ROUNDING = 1e-13  # recurrence of a settled response, relative
-_SAME = 1e-6  # relative recurrence below which a settled response has this period, not a multiple of it
-_NEAR = 0.05  # relative recurrence from which Newton is tried
-_REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
-_CREEP = (
-    1e-2  # excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it
-)
-_TIE = 1e-12
-_SEGMENTS_PER_CYCLE = 2000  # budget: beyond it impacts follow each other too fast to resolve
-_LOG_ROWS = 4096
 _LYAPUNOV_CYCLES = 320
 
 
-class Settings(NamedTuple):
-    """When to stop: the study's `steady` block."""
-
-    max_cycles: int
-    tolerance: float
-    periodic_tolerance: float
-
-
 @kernel
-def at_rest(frequency_ratio, friction, particle):
-    """Everything at rest in the absolute frame, particle centred: v' = −r."""
-    slip = 0.0
-    if friction is not None:
-        slip = -1.0
-    gap = 0.0
-    if particle is not None:
-        gap = particle.clearance_ratio
-    return State(0.0, -frequency_ratio, slip, 1.0, gap, 0.0, 0.0, 0, 0, dwell_at_rest(particle))
-
-
-@kernel
-def _recurring(ring, now, before, span, scale, tolerance):
-    """Shortest period [half cycles] to which the march has settled, 0 for none, and the distance from it.
-
-    The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrence `before`, `span` half cycles ago.
-    """
-    found = 0
-    left = inf
-    for lag in range(1, LONGEST + 1):
-        d = recurrence(ring, now, lag)
-        earlier = before[lag]
-        if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
-            found, left = lag, d
-        elif d < earlier and earlier <= 0.01 * scale:
-            rate = (d / earlier) ** (lag / span)
-            if d * rate / (1.0 - rate) <= tolerance * scale:
-                found, left = lag, d * rate / (1.0 - rate)
-        if found > 0:
-            break
-    for shorter in range(1, found):
-        if found % shorter == 0 and recurrence(ring, now, shorter) <= _SAME * scale:
-            return shorter, left
-    return found, left
-
-
-@kernel
-def _promising(ring, now, scale):
-    """Shortest period [half cycles] that the run comes near to repeating, 0 for none."""
-    for lag in range(1, LONGEST + 1):
-        if recurrence(ring, now, lag) <= _NEAR * scale:
-            return lag
-    return 0
-
-
-@kernel
-def _creep_limit(state, friction, frequency_ratio):
-    """Locked state that a one-sided creep tends to.
-
-    For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by
-    less than the excess squared, so the edge is reached only as 1/N: take the limit instead of stepping towards it.
-    """
-    square = frequency_ratio * frequency_ratio
-    edge = friction - square
-    if edge < 0.0 and edge > -_TIE * square:
-        edge = 0.0  # γ_F = r² but for the rounding of r²
-    # a slip of the excess force x lasts about √(8x)/r² and goes about x²/r⁴ far
-    if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP * min(1.0, square * square):
-        v = edge if state.v > 0.0 else -edge
-        return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0, state.dwell), True
-    return state, False
-
-
-@kernel
-def _metered_cycle(state, base, free, loaded, friction, particle, work, counts, meter, peaks, cycle):
-    """One excitation cycle with the meter on and its peaks noted."""
-    meter[PEAK] = 0.0
-    meter[RELATIVE_PEAK] = 0.0
-    outcome = ARRIVED
-    for _ in range(2):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
-        if outcome != ARRIVED:
-            break
-    peaks[cycle, 0] = meter[PEAK]
-    peaks[cycle, 1] = meter[RELATIVE_PEAK]
-    return state, outcome
-
-
-@kernel
-def settle(damping_ratio, frequency_ratio, friction, particle, settings):
-    """Steady response of one design point from rest.
+def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
+    """Steady response of one design point.
 
     Parameters
     ----------
@@ -145,11 +42,15 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
         With β > 0, or None: no particle in the kernel.
     settings : Settings
         When to stop.
+    start : State
+        At phase 0, as `start.at_rest`.
 
     Returns
     -------
-    Response
+    response : Response
         Its status tells how the search ended; nothing is raised.
+    end : State
+        On the response, at phase 0 of the mirrored base.
 
     Notes
     -----
@@ -159,235 +60,106 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings):
     need not be stepped. Or, beyond a burn-in, the batch-means error of the mean peak is below `tolerance`. Or
     `max_cycles` is reached.
     """
-    base = make_base(damping_ratio, frequency_ratio)
-    free = make_medium(base, 1.0)
-    loaded = None
-    if particle is not None:
-        loaded = make_medium(base, 1.0 + particle.mass_ratio)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
-    counts[BUDGET] = _SEGMENTS_PER_CYCLE * (settings.max_cycles + 50)
-    log = empty_log(_LOG_ROWS)
-    ring = np.zeros((RING, SIZE))
-    before = np.full(LONGEST + 1, inf)
-    peaks = np.empty((settings.max_cycles + LONGEST, 2))
-    meter = np.zeros(METERS)
-    spare = np.zeros(METERS)
-    monodromy = np.eye(SIZE)
-    departure = np.zeros(SIZE)
-    orbit_point = np.zeros(SIZE)
-    state = at_rest(frequency_ratio, friction, particle)
-    orbit = state
-    coordinates(state, particle, ring[0])
-    half = 0
-    extra = 0  # half cycles of Newton's
-    metered_from = -1
-    stored = 0.0
-    impacts_before = 0
-    next_look = 0
-    next_try = _CHUNK
-    candidate = 0  # period of an orbit that waits for the run to confirm it
-    candidate_error = inf
-    candidate_at = 0
-    lag = 0
-    error = inf
-    burn_in = 2 * int(_BURN_IN * settings.max_cycles) // _CHUNK * _CHUNK
-    while half < 2 * settings.max_cycles:
-        if metered_from < 0 and half >= burn_in:
-            metered_from = half // 2
-            stored = stored_energy(state, frequency_ratio, particle)
-            impacts_before = counts[IMPACTS]
-            next_look = metered_from + _FEWEST_MEASURED
-        outcome = ARRIVED
-        span = min(_CHUNK, 2 * settings.max_cycles - half)
-        for _ in range(span):
-            if metered_from < 0:
-                state, outcome = half_cycle(
-                    state, base, free, loaded, friction, particle, work, counts, None, None
-                )
-            else:
-                if half % 2 == 0:
-                    meter[PEAK] = 0.0
-                    meter[RELATIVE_PEAK] = 0.0
-                state, outcome = half_cycle(
-                    state, base, free, loaded, friction, particle, work, counts, meter, None
-                )
-                peaks[half // 2, 0] = meter[PEAK]
-                peaks[half // 2, 1] = meter[RELATIVE_PEAK]
-            half += 1
-            if outcome != ARRIVED:
-                return failed(outcome, (half + extra) // 2)
-            coordinates(state, particle, ring[half % RING])
-        scale = extent(ring, half)
-        size = active_size(friction, particle, counts)
-        if friction is not None:
-            if counts[IMPACTS] == 0:
-                state, crept = _creep_limit(state, friction, frequency_ratio)
-                if crept:
-                    lag, error = 2, 0.0
-                    break
-        if half > LONGEST:
-            lag, error = _recurring(ring, half, before, span, scale, settings.periodic_tolerance)
-            if lag > 0:
-                polished, distance, halves = find_orbit(
-                    state,
-                    lag,
-                    scale,
-                    scale,
-                    base,
-                    free,
-                    loaded,
-                    friction,
-                    particle,
-                    work,
-                    counts,
-                    log,
-                    monodromy,
-                )
-                extra += halves
-                coordinates(polished, particle, orbit_point)
-                moved = 0.0
-                for i in range(size):
-                    moved = max(moved, abs(orbit_point[i] - ring[half % RING, i]))
-                if distance < inf and moved <= 100.0 * error + 1e-9 * scale:
-                    state, error = polished, distance
-                break
-            for i in range(1, LONGEST + 1):
-                before[i] = recurrence(ring, half, i)
-            if candidate > 0:
-                periods = (half - candidate_at) // candidate
-                at = ring[(candidate_at + periods * candidate) % RING]
-                confirmed = follows(at, orbit_point, departure, monodromy, periods, size, scale)
-                if particle is not None:
-                    if confirmed and counts[IMPACTS] == 0:
-                        # what is left of the transient must not carry the mass to a wall later
-                        far = 0.0
-                        for i in range(size):
-                            far += (at[i] - orbit_point[i]) ** 2
-                        _metered_cycle(
-                            orbit,
-                            base,
-                            free,
-                            loaded,
-                            friction,
-                            particle,
-                            work,
-                            counts,
-                            spare,
-                            peaks,
-                            settings.max_cycles,
-                        )
-                        extra += 2
-                        confirmed = spare[PEAK] + 1.5 * sqrt(far) < particle.clearance_ratio
-                if confirmed:
-                    state, lag, error = orbit, candidate, candidate_error
-                    break
-                candidate = 0
-                next_try = 2 * half
-            elif half >= next_try:
-                promising = _promising(ring, half, scale)
-                next_try = half + max(_CHUNK, half // 4)
-                if promising > 0:
-                    orbit, candidate_error, halves = find_orbit(
-                        state,
-                        promising,
-                        scale,
-                        inf if particle is None else 0.5 * scale,
-                        base,
-                        free,
-                        loaded,
-                        friction,
-                        particle,
-                        work,
-                        counts,
-                        log,
-                        monodromy,
-                    )
-                    extra += halves
-                    if candidate_error < inf and spectral_radius(monodromy, size) < 1.0 - 1e-9:
-                        if particle is None:
-                            # v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance of any two motions never grows,
-                            # so a stable periodic one attracts them all
-                            state, lag, error = orbit, promising, candidate_error
-                            break
-                        coordinates(orbit, particle, orbit_point)
-                        far = 0.0
-                        for i in range(SIZE):
-                            departure[i] = ring[half % RING, i] - orbit_point[i]
-                            far = max(far, abs(departure[i]))
-                        if far <= _REACH * scale:
-                            candidate = promising
-                            candidate_at = half
-        cycle = half // 2
-        if metered_from >= 0 and cycle >= next_look:
-            mean, deviation = mean_and_error(peaks[:, 0], metered_from, cycle)
-            if deviation <= settings.tolerance * mean:
-                break
-            next_look = metered_from + 2 * (cycle - metered_from)
-    cycles = half // 2
-    status = _CONVERGED
-    multiplier = nan
-    unsteady = _UNKNOWN
-    if lag > 0:
-        for shorter in range(1, lag):
-            if lag % shorter == 0 and _closes(
-                state, shorter, base, free, loaded, friction, particle, work, counts, scale
-            ):
-                lag = shorter
-                break
-        measured_to = lag if lag % 2 == 1 else lag // 2
-        meter[:] = 0.0
-        stored = stored_energy(state, frequency_ratio, particle)
-        impacts_before = counts[IMPACTS]
-        metered_from = 0
-        for i in range(measured_to):
-            state, outcome = _metered_cycle(
-                state, base, free, loaded, friction, particle, work, counts, meter, peaks, i
-            )
-            if outcome != ARRIVED:
-                return failed(outcome, cycles)
-        cycles += measured_to
-        impacts = counts[IMPACTS] - impacts_before
-        after = stored_energy(state, frequency_ratio, particle)
-        _end, complete = around(
-            state, lag, base, free, loaded, friction, particle, work, counts, log, monodromy
-        )
-        if complete:
-            multiplier = orbit_multiplier(monodromy, 2 if impacts == 0 else size, lag)
-        extra += lag
-    else:
-        measured_to = cycles
-        impacts = counts[IMPACTS] - impacts_before
-        after = stored_energy(state, frequency_ratio, particle)
-        mean, error = mean_and_error(peaks[:, 0], metered_from, measured_to)
-        if not error <= settings.tolerance * mean:
-            status = _MAX_CYCLES
-        unsteady = _MODULATED
-        stretch = min(_LYAPUNOV_CYCLES, cycles)
-        if is_chaotic(state, stretch, base, free, loaded, friction, particle, work, counts, log, size):
-            unsteady = _CHAOTIC
-        extra += 2 * stretch
-    return measured_response(
-        meter,
-        peaks,
-        metered_from,
-        measured_to,
-        impacts,
-        stored,
-        after,
-        frequency_ratio,
-        lag,
-        unsteady,
-        multiplier,
-        error,
-        cycles + (extra + 1) // 2,
-        status,
-    )
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.max_cycles)
+    notes = make_notes(settings.max_cycles)
+    found = search(start, scene, friction, particle, notes, settings)
+    if found.outcome != ARRIVED:
+        return failed(found.outcome, (found.half + found.extra) // 2), found.state
+    if found.lag > 0:
+        return _measured_orbit(found, scene, particle, notes)
+    return _measured_run(found, scene, particle, notes, settings)
 
 
 @kernel
-def _closes(state, lag, base, free, loaded, friction, particle, work, counts, scale):
+def _measured_orbit(found, scene, particle, notes):
+    """Response over one period, and the state after it."""
+    base, free, loaded, friction, _, work, counts = scene
+    state = found.state
+    meter = notes.meter
+    lag = _shortest_period(state, found.lag, found.scale, scene, particle)
+    period = (
+        lag if lag % 2 == 1 else lag // 2
+    )  # whole cycles: the mirrored map of an odd lag is half a period
+    meter[:] = 0.0
+    stored = stored_energy(state, base.frequency_ratio, particle)
+    impacts = counts[IMPACTS]
+    for cycle in range(period):
+        state, outcome = metered_cycle(state, scene, meter)
+        notes.peaks[cycle, 0] = meter[PEAK]
+        notes.peaks[cycle, 1] = meter[RELATIVE_PEAK]
+        if outcome != ARRIVED:
+            return failed(outcome, found.half // 2), state
+    impacts = counts[IMPACTS] - impacts
+    multiplier = nan
+    _end, complete = around(
+        state, lag, base, free, loaded, friction, particle, work, counts, notes.log, notes.monodromy
+    )
+    if complete:
+        multiplier = orbit_multiplier(notes.monodromy, 2 if impacts == 0 else found.size, lag)
+    response = measured_response(
+        meter,
+        notes.peaks,
+        0,
+        period,
+        impacts,
+        stored,
+        stored_energy(state, base.frequency_ratio, particle),
+        base.frequency_ratio,
+        lag,
+        _UNKNOWN,
+        multiplier,
+        found.error,
+        found.half // 2 + period + (found.extra + lag + 1) // 2,
+        _CONVERGED,
+    )
+    return response, state
+
+
+@kernel
+def _measured_run(found, scene, particle, notes, settings):
+    """Response over the metered stretch of a run that does not repeat, and its end."""
+    base, free, loaded, friction, _, work, counts = scene
+    state = found.state
+    cycles = found.half // 2
+    impacts = counts[IMPACTS] - found.impacts
+    mean, error = mean_and_error(notes.peaks[:, 0], found.metered_from, cycles)
+    status = _CONVERGED if error <= settings.tolerance * mean else _MAX_CYCLES
+    stretch = min(_LYAPUNOV_CYCLES, cycles)
+    chaotic = is_chaotic(
+        state, stretch, base, free, loaded, friction, particle, work, counts, notes.log, found.size
+    )
+    response = measured_response(
+        notes.meter,
+        notes.peaks,
+        found.metered_from,
+        cycles,
+        impacts,
+        found.stored,
+        stored_energy(state, base.frequency_ratio, particle),
+        base.frequency_ratio,
+        0,
+        _CHAOTIC if chaotic else _MODULATED,
+        nan,
+        error,
+        cycles + (found.extra + 2 * stretch + 1) // 2,
+        status,
+    )
+    return response, state
+
+
+@kernel
+def _shortest_period(state, lag, scale, scene, particle):
+    """The shortest part of a period after which the state repeats already."""
+    for shorter in range(1, lag):
+        if lag % shorter == 0 and _closes(state, shorter, scale, scene, particle):
+            return shorter
+    return lag
+
+
+@kernel
+def _closes(state, lag, scale, scene, particle):
     """Whether a state repeats after `lag` mirrored half cycles."""
+    base, free, loaded, friction, _, work, counts = scene
     start = np.empty(SIZE)
     end = np.empty(SIZE)
     coordinates(state, particle, start)
@@ -399,4 +171,4 @@ def _closes(state, lag, base, free, loaded, friction, particle, work, counts, sc
     total = 0.0
     for i in range(SIZE):
         total = max(total, abs(end[i] - start[i]))
-    return total <= _SAME * scale
+    return total <= SAME * scale

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from studies.store.store import Store
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS, STANDARD
 from tests.service.cli.commands import run
 
 Stored = tuple[Path, dict[str, Any]]
@@ -125,7 +125,7 @@ def test_exports_hold_the_cube(stored: Stored, tmp_path: Path) -> None:
     run("export", record["id"], "--format", "netcdf", "-o", netcdf, "--data-dir", data_dir)
     with table.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == [*DIMENSIONS, *VARIABLES]
+    assert list(rows[0]) == [*DIMENSIONS, *STANDARD]
     np.testing.assert_array_equal(
         [float(row["amplitude_ratio"]) for row in rows], cube.amplitude_ratio.values.ravel()
     )

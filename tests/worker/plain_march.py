@@ -1,0 +1,59 @@
+"""Plain marching, the slow way that needs no idea of a steady response: what the search for one is compared with."""
+
+import numpy as np
+
+from worker.jit import kernel
+from worker.solver.march import half_cycle
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_base, make_medium
+
+
+@kernel
+def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, silent, peaks):
+    """March from a state at phase 0: `silent` cycles, then one for each row of `peaks`.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio, friction, particle
+        As in `worker.steady.settle.settle`.
+    state : State
+        Where to start.
+    silent : int
+        Cycles before peaks are noted.
+    peaks : array, shape (cycles, 2)
+        Filled with the largest |u| and |v| of each cycle.
+
+    Returns
+    -------
+    state : State
+        At the end.
+    outcome : int
+        ARRIVED, or how the march ended early.
+    """
+    base = make_base(damping_ratio, frequency_ratio)
+    free = make_medium(base, 1.0)
+    loaded = None
+    if particle is not None:
+        loaded = make_medium(base, 1.0 + particle.mass_ratio)
+    work = np.empty((4, TERMS))
+    counts = np.zeros(COUNTS, np.int64)
+    meter = np.zeros(METERS)
+    counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
+    outcome = ARRIVED
+    for _ in range(2 * silent):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        if outcome != ARRIVED:
+            return state, outcome
+    for cycle in range(peaks.shape[0]):
+        meter[PEAK] = 0.0
+        meter[RELATIVE_PEAK] = 0.0
+        for _ in range(2):
+            state, outcome = half_cycle(
+                state, base, free, loaded, friction, particle, work, counts, meter, None
+            )
+            if outcome != ARRIVED:
+                return state, outcome
+        peaks[cycle, 0] = meter[PEAK]
+        peaks[cycle, 1] = meter[RELATIVE_PEAK]
+    return state, outcome

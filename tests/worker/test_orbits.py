@@ -1,0 +1,126 @@
+"""Periodic responses found by Newton against plain marching, an oracle, and finite differences."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from studies.variables import ResponseClass
+from tests.oracles.impact_pair import two_impacts_per_cycle
+from tests.worker.designs_drawn import Point, drawn_points
+from tests.worker.plain_march import march_plainly
+from worker.solver.scene import ARRIVED, Particle, State
+from worker.steady.orbit import coordinates, state_at
+from worker.steady.response import Response
+
+PLAIN_CYCLES = 4000
+DRAWN = 60
+EXACT = 1e-8
+
+
+def periodic_points(seed: int, count: int) -> list[tuple[Point, Response, State]]:
+    """Held-out points at the paper's damping whose response repeats and is not locked."""
+    found = []
+    for point in islice(drawn_points(seed, damping=(0.0038,)), count):
+        response, end = point.solve()
+        if response.period > 0 and response.response_class != ResponseClass.LOCKED:
+            found.append((point, response, end))
+    return found
+
+
+@pytest.fixture(scope="module")
+def held_out() -> list[tuple[Point, Response, State]]:
+    return periodic_points(77, DRAWN)
+
+
+def plain_means(point: Point, period: int) -> np.ndarray:
+    """Mean peak of each period, from rest on."""
+    peaks = np.empty((period * (PLAIN_CYCLES // period), 2))
+    _, outcome = march_plainly(*point, point.rest(), 0, peaks)
+    assert outcome == ARRIVED
+    means: np.ndarray = peaks[:, 0].reshape(-1, period).mean(axis=1)
+    return means
+
+
+def test_orbits_are_what_plain_marching_comes_to_with_a_fifth_of_its_cycles(
+    held_out: list[tuple[Point, Response, State]],
+) -> None:
+    plain_cycles = found_cycles = compared = 0
+    for point, response, _ in held_out:
+        if response.floquet_multiplier ** (PLAIN_CYCLES / response.period) > 1e-12:
+            continue  # plain marching has not come there yet
+        off = np.abs(plain_means(point, response.period) - response.amplitude_ratio)
+        assert off[-1] <= EXACT, (point, response)
+        beyond = np.flatnonzero(off > EXACT)
+        plain_cycles += response.period * (2 + int(beyond[-1]) if beyond.size else 1)
+        found_cycles += response.cycles
+        compared += 1
+    assert compared >= DRAWN // 2
+    assert plain_cycles >= 5 * found_cycles
+
+
+def finite_difference_multiplier(point: Point, response: Response, end: State) -> float:
+    """Largest eigenvalue modulus of the map over one period, by central differences of plain marches."""
+    size = 4 if response.impacts_per_cycle > 0 else 2
+    here, there = np.zeros(4), np.zeros(4)
+    coordinates(end, point.particle, here)
+    none = np.empty((0, 2))
+    map_ = np.zeros((size, size))
+    for j in range(size):
+        step = 1e-6 * max(1.0, abs(here[j]))
+        for sign in (1.0, -1.0):
+            moved = here.copy()
+            moved[j] += sign * step
+            start, possible = state_at(moved, end, point.particle)
+            assert possible
+            after, outcome = march_plainly(*point, start, response.period, none)
+            assert outcome == ARRIVED
+            coordinates(after, point.particle, there)
+            map_[:, j] += sign * there[:size] / (2.0 * step)
+    return float(np.abs(np.linalg.eigvals(map_)).max())
+
+
+def test_multipliers_are_those_of_finite_differences(held_out: list[tuple[Point, Response, State]]) -> None:
+    compared = 0
+    for point, response, end in held_out:
+        moves_freely = end.slip != 0.0 if point.friction is not None else True
+        if not moves_freely or end.riding > 0.0:
+            continue  # a held mass cannot be moved aside
+        truth = finite_difference_multiplier(point, response, end)
+        assert response.floquet_multiplier == pytest.approx(truth, rel=0.0, abs=1e-5), (point, response)
+        compared += 1
+    assert compared >= DRAWN // 3
+
+
+def test_multipliers_are_those_of_the_two_impact_motion() -> None:
+    random = np.random.default_rng(5)
+    compared = 0
+    while compared < 12:
+        r, clearance, restitution = random.uniform((0.85, 4.0, 0.3), (1.1, 14.0, 0.9)).tolist()
+        mass, zeta = float(random.uniform(0.05, 0.3)), float(random.choice((0.0038, 0.02)))
+        motions = two_impacts_per_cycle(zeta, r, clearance, restitution, mass)
+        point = Point(zeta, r, None, Particle(clearance, restitution, mass))
+        found, _ = point.solve()
+        if found.response_class != ResponseClass.SYMMETRIC or found.impacts_per_cycle != 2.0:
+            continue
+        truth = min(motions, key=lambda motion: abs(motion.amplitude_ratio - found.amplitude_ratio))
+        assert found.amplitude_ratio == pytest.approx(truth.amplitude_ratio, rel=0.0, abs=EXACT)
+        assert found.floquet_multiplier == pytest.approx(truth.floquet_multiplier, rel=0.0, abs=1e-5)
+        compared += 1
+
+
+def test_the_response_found_is_the_one_that_the_run_comes_to() -> None:
+    """Random points from rest: no orbit is accepted that 3000 plain cycles do not come to."""
+    compared = 0
+    for point in islice(drawn_points(1), 150):
+        response, _ = point.solve()
+        if response.period == 0 or response.response_class == ResponseClass.LOCKED:
+            continue
+        peaks = np.empty((max(1, 128 // response.period) * response.period, 2))
+        _, outcome = march_plainly(*point, point.rest(), 3000, peaks)
+        assert outcome == ARRIVED
+        left = response.floquet_multiplier ** (3000.0 / response.period)
+        allowed = 1e-7 * max(1.0, response.amplitude_ratio) + 10.0 * left + 10.0 * response.amplitude_error
+        assert abs(peaks[:, 0].mean() - response.amplitude_ratio) <= allowed, (point, response)
+        compared += 1
+    assert compared >= 75

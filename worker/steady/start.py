@@ -1,0 +1,55 @@
+"""States at phase 0 that a run may start from."""
+
+from worker.jit import kernel
+from worker.solver.dwell import dwell_at_rest
+from worker.solver.scene import State
+
+
+@kernel
+def at_rest(frequency_ratio, friction, particle):
+    """Everything at rest in the absolute frame, particle centred: v' = −r."""
+    slip = 0.0
+    if friction is not None:
+        slip = -1.0
+    gap = 0.0
+    if particle is not None:
+        gap = particle.clearance_ratio
+    return State(0.0, -frequency_ratio, slip, 1.0, gap, 0.0, 0.0, 0, 0, dwell_at_rest(particle))
+
+
+@kernel
+def carried(state, frequency_before, frequency_ratio):
+    """The same motion relative to the base under another frequency of excitation: nothing slips or strikes by the change.
+
+    Parameters
+    ----------
+    state : State
+        At phase 0.
+    frequency_before, frequency_ratio : float
+        r of the state, and the new one.
+    """
+    p_rate = state.p_rate + (frequency_ratio - frequency_before)
+    return State(state.v, state.w, state.slip, state.wall, state.gap, p_rate, state.riding, 0, 0, state.dwell)
+
+
+@kernel
+def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
+    """A state given in the absolute frame, the particle in flight.
+
+    Parameters
+    ----------
+    u, u_rate : float
+        Displacement and velocity of the primary mass.
+    position : float
+        Of the particle in its cavity, from −1 (at the wall behind) to 1.
+    p_rate : float
+        Velocity of the particle.
+    """
+    w = u_rate - frequency_ratio
+    slip = 0.0
+    if friction is not None:
+        slip = 1.0 if w > 0.0 else -1.0
+    gap = 0.0
+    if particle is not None:
+        gap = particle.clearance_ratio * (1.0 + position)
+    return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, dwell_at_rest(particle))
