@@ -83,7 +83,7 @@ class Simulation:
     events : dict
         Impacts, turns (v' = 0, stops included) and attachments on the way.
     cycles : int
-        Excitation cycles from rest to the end.
+        Excitation cycles on the way to that end: from rest where a number was asked for, else along the steady response.
     history : dict of ndarray
         Time history of the last cycles (`HISTORY_COLUMNS`); empty where none was asked for.
     """
@@ -143,22 +143,28 @@ def simulate(
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:
         return _march(design, friction, cycles, history, None, began)
-    response = _steady(design, friction, settings or Settings(4000, 1e-4, 1e-9))
+    response, steady = _steady(design, friction, settings or Settings(4000, 1e-4, 1e-9))
     measured = {name: _plain(number) for name, number in response.items()}
-    return _march(design, friction, max(int(response["cycles"]), history), history, measured, began)
+    found = measured["status"] <= Status.MAX_CYCLES
+    return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
 
 
-def _steady(design: Design, friction: float | None, settings: Settings) -> dict[str, Any]:
-    acts = design.particle is not None and design.particle.mass_ratio > 0.0
+def _steady(design: Design, friction: float | None, settings: Settings) -> tuple[dict[str, Any], Any]:
+    """The steady response, and a state on it at phase 0."""
+    z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
+    acts = particle is not None and particle.mass_ratio > 0.0
+    rest = at_rest(r, friction, particle)
     if friction is None and not acts:
-        closed = linear_response(np.array([design.damping_ratio]), np.array([design.frequency_ratio]))
-        return {name: column[0] for name, column in closed.items()}
-    particle = design.particle if acts else None
-    r = design.frequency_ratio
-    response, _ = settle(
-        design.damping_ratio, r, friction, particle, settings, at_rest(r, friction, particle)
-    )
-    return dict(zip(Response._fields, response, strict=True))
+        closed = linear_response(np.array([z]), np.array([r]))
+        detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
+        scale = r * r / (detuning**2 + loss**2) if detuning or loss else 0.0
+        state = rest._replace(v=-loss * scale, w=r * detuning * scale)
+        return {name: column[0] for name, column in closed.items()}, state
+    acting = particle if acts else None
+    response, end = settle(z, r, friction, acting, settings, at_rest(r, friction, acting))
+    if not acts:  # a particle without mass is carried along from where it rests
+        end = rest._replace(v=end.v, w=end.w, slip=end.slip)
+    return dict(zip(Response._fields, response, strict=True)), end
 
 
 def _plain(number: Any) -> float | int:
@@ -172,8 +178,9 @@ def _march(
     history: int,
     measured: dict[str, float | int] | None,
     began: float,
+    start: Any = None,
 ) -> Simulation:
-    """March from rest for a number of cycles, measuring and sampling on the way."""
+    """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
     particle = design.particle
     r = design.frequency_ratio
     base = make_base(design.damping_ratio, r)
@@ -184,7 +191,7 @@ def _march(
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     meter = np.zeros(METERS)
     peaks = np.zeros((cycles, 2))
-    state = at_rest(r, friction, particle)
+    state = at_rest(r, friction, particle) if start is None else start
     stored = stored_energy(state, r, particle)
     log = empty_log(_LOG_SEGMENTS)
     history = min(history, cycles, _LONGEST_HISTORY)
@@ -210,7 +217,7 @@ def _march(
         measured["run_time"] = perf_counter() - began
     else:
         measured["run_time"] = perf_counter() - began
-    good = outcome == ARRIVED
+    good = outcome == ARRIVED and cycles > 0
     end: dict[str, float | None] = {
         "u": state.v if good else nan,
         "u_rate": state.w + r if good else nan,

@@ -9,6 +9,7 @@ import typer
 from service.cli.options import AsJson, check_file
 from service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from service.cli.words import cell
+from studies.faults import counted
 from studies.presets import CONTACT_TIMES
 from studies.variables import DIMENSIONS, VARIABLES, Status
 
@@ -173,7 +174,8 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
     events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
-    say(f"After {answer['cycles']} cycles: {state}; {events}.")
+    way = "on along the steady response" if steady else "from rest"
+    say(f"After {counted(answer['cycles'], 'cycle')} {way}: {state}; {events}.")
     status = Status(metrics["status"])
     if steady or status > Status.MAX_CYCLES:
         say(status.sentence)

@@ -151,3 +151,26 @@ def test_a_point_has_the_same_bits_in_every_block() -> None:
         for name, values in whole.items():
             if name != "run_time":
                 assert alone[name].tobytes() == values[place].tobytes(), (name, place)
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        Design(0.05, 0.9),
+        Design(0.0038, 1.0, 0.6),
+        Design(0.0038, 1.0, 0.8),
+        Design(0.0038, 1.0, 0.0, Particle(10.0, 0.47, 0.1)),
+        Design(0.0038, 0.95, 0.4, Particle(2.0, 0.47, 0.1)),
+        Design(0.0038, 1.0, 0.6, Particle(2.0, 0.47, 0.0)),
+    ],
+)
+def test_history_of_a_steady_response_is_steady(design: Design) -> None:
+    found = simulate(design, history=3)
+    amplitude = found.metrics["amplitude_ratio"]
+    peak = np.abs(found.history["u"]).max()
+    # Samples are a quarter of a window apart, a twentieth of a radian at most either side of the peak.
+    assert amplitude * (1.0 - 0.05**2) <= peak <= amplitude * (1.0 + 1e-9)
+    again = simulate(design, history=1)
+    for name in ("u", "u_rate"):
+        later, sooner = found.state[name], again.state[name]
+        assert later == pytest.approx(sooner, abs=1e-9 * max(1.0, amplitude)), name

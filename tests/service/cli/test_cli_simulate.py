@@ -48,5 +48,5 @@ def test_a_number_of_cycles_ends_exactly_there_and_every_digit_is_printed(tmp_pa
 def test_the_table_names_every_metric_and_the_end_state() -> None:
     text = run("simulate", "--no-particle", "--frequency-ratio", "0.5", "--cycles", "3").stdout
     assert "amplitude_ratio_rms" in text
-    assert "After 3 cycles: u = " in text
+    assert "After 3 cycles from rest: u = " in text
     assert "p =" not in text
