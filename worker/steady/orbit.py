@@ -11,9 +11,7 @@ from worker.steady.tangent import SIZE, propagate, spectral_radius
 
 _ITERATIONS = 10
 _CLOSED = 1e-13  # relative distance from closure that counts as rounding
-_NEARER = (
-    0.7  # of its first distance: a run that has come so much nearer to an orbit, as predicted, tends to it
-)
+_NEARER = 0.7  # of its first distance: a run that comes so much nearer to an orbit, as predicted, tends to it
 _ARRIVED_SHARE = 1e-4  # so near that no prediction is needed
 _SINGULAR = 1e-11  # pivot below which the orbit is not isolated
 

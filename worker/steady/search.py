@@ -10,26 +10,17 @@ from worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, State
 from worker.steady.energy import stored_energy
 from worker.steady.orbit import APPROACHES, LEAVES, active_size, around, coordinates, find_orbit, follows
 from worker.steady.run import advance, metered_cycle
-from worker.steady.section import LONGEST, RING, extent, recurrence
+from worker.steady.section import LONGEST, RING, extent, near_period, recurrence, settled_period
 from worker.steady.statistics import mean_and_error
 from worker.steady.tangent import SIZE, spectral_radius
-
-SAME = 1e-6
-"""Relative recurrence below which a settled response has this period, not a multiple of it."""
 
 _CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
 _BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic
 _FEWEST_MEASURED = 512  # cycles before a standard error is believed
-_ROUNDING = 1e-13  # recurrence of a settled response, relative
-_NEAR = 0.05  # relative recurrence from which Newton is tried
-_FAR_BETTER = (
-    0.2  # share of a period's recurrence below which a multiple of the period is taken for the period
-)
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 _REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
-_CREEP = (
-    1e-2  # excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it
-)
+# Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
+_CREEP = 1e-2
 _TIE = 1e-12
 
 
@@ -136,7 +127,7 @@ def search(start, scene, friction, particle, notes, settings):
                 if crept:
                     lag, error = 2, 0.0
                     break
-        lag, error = _recurring(ring, half, before, span, scale, settings.periodic_tolerance)
+        lag, error = settled_period(ring, half, before, span, scale, settings.periodic_tolerance)
         if lag > 0:
             state, error, repels, halves = _polished(
                 state, ring[half % RING], lag, error, scale, size, scene, particle, notes
@@ -160,7 +151,7 @@ def search(start, scene, friction, particle, notes, settings):
                 next_try = half + half // 2
         elif half >= next_try:
             next_try = half + max(_CHUNK, half // 4)
-            period = _promising(ring, half, scale)
+            period = near_period(ring, half, scale)
             if period > 0:
                 orbit, orbit_error, halves = _stable_orbit(
                     state, period, ring[half % RING], scale, size, scene, particle, notes
@@ -182,52 +173,6 @@ def search(start, scene, friction, particle, notes, settings):
                 break
             next_look = metered_from + 2 * (cycle - metered_from)
     return Found(state, outcome, half, extra, lag, error, scale, size, metered_from, impacts, stored)
-
-
-@kernel
-def _recurring(ring, now, before, span, scale, tolerance):
-    """Shortest period [half cycles] to which the march has settled, 0 for none, and the distance from it.
-
-    The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrence `before`, `span` half cycles ago.
-    """
-    found = 0
-    left = inf
-    for lag in range(1, min(LONGEST, now // 2) + 1):
-        d = recurrence(ring, now, lag)
-        earlier = before[lag]
-        if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
-            found, left = lag, d
-        elif d < earlier and earlier <= 0.01 * scale:
-            # of many lags one may come near by chance: a fall faster than by half is not extrapolated
-            rate = max((d / earlier) ** (lag / span), 0.5)
-            if d * rate / (1.0 - rate) <= tolerance * scale:
-                found, left = lag, d * rate / (1.0 - rate)
-        if found > 0:
-            break
-    for shorter in range(1, found):
-        if found % shorter == 0 and recurrence(ring, now, shorter) <= SAME * scale:
-            return shorter, left
-    return found, left
-
-
-@kernel
-def _promising(ring, now, scale):
-    """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
-
-    A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then
-    unstable, lies close by.
-    """
-    found = 0
-    nearest = _NEAR * scale
-    for lag in range(1, min(LONGEST, now // 2) + 1):
-        if found > 0 and lag % found > 0:
-            continue
-        d = recurrence(ring, now, lag)
-        if d <= nearest:
-            found = lag
-            nearest = _FAR_BETTER * d
-    return found
 
 
 @kernel

@@ -1,6 +1,6 @@
 """The section: the state at the start of every (mirrored) half cycle, on which periodic responses are recognised."""
 
-from math import sqrt
+from math import inf, sqrt
 
 from worker.jit import kernel
 from worker.steady.tangent import SIZE
@@ -10,6 +10,13 @@ RING = 128
 
 LONGEST = 64
 """Longest period looked for, in half cycles: 32 excitation periods of an asymmetric response."""
+
+SAME = 1e-6
+"""Relative recurrence below which a settled response has this period, not a multiple of it."""
+
+_ROUNDING = 1e-13  # recurrence of a settled response, relative
+_NEAR = 0.05  # relative recurrence from which Newton is tried
+_FAR_BETTER = 0.2  # share of a period's recurrence below which a multiple of it is taken in its place
 
 
 @kernel
@@ -31,3 +38,49 @@ def extent(ring, now):
     for i in range(SIZE):
         total += a[i] ** 2
     return sqrt(total)
+
+
+@kernel
+def settled_period(ring, now, before, span, scale, tolerance):
+    """Shortest period [half cycles] to which the march has settled, 0 for none, and the distance from it.
+
+    The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
+    series, d λ/(1 − λ). λ is read from the recurrence `before`, `span` half cycles ago.
+    """
+    found = 0
+    left = inf
+    for lag in range(1, min(LONGEST, now // 2) + 1):
+        d = recurrence(ring, now, lag)
+        earlier = before[lag]
+        if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
+            found, left = lag, d
+        elif d < earlier and earlier <= 0.01 * scale:
+            # of many lags one may come near by chance: a fall faster than by half is not extrapolated
+            rate = max((d / earlier) ** (lag / span), 0.5)
+            if d * rate / (1.0 - rate) <= tolerance * scale:
+                found, left = lag, d * rate / (1.0 - rate)
+        if found > 0:
+            break
+    for shorter in range(1, found):
+        if found % shorter == 0 and recurrence(ring, now, shorter) <= SAME * scale:
+            return shorter, left
+    return found, left
+
+
+@kernel
+def near_period(ring, now, scale):
+    """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
+
+    A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then
+    unstable, lies close by.
+    """
+    found = 0
+    nearest = _NEAR * scale
+    for lag in range(1, min(LONGEST, now // 2) + 1):
+        if found > 0 and lag % found > 0:
+            continue
+        d = recurrence(ring, now, lag)
+        if d <= nearest:
+            found = lag
+            nearest = _FAR_BETTER * d
+    return found

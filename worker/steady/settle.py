@@ -13,7 +13,8 @@ from worker.steady.lyapunov import is_chaotic
 from worker.steady.orbit import around, coordinates, orbit_multiplier
 from worker.steady.response import failed, measured_response
 from worker.steady.run import make_notes, make_scene, metered_cycle
-from worker.steady.search import SAME, Settings, search
+from worker.steady.search import Settings, search
+from worker.steady.section import SAME
 from worker.steady.start import at_rest
 from worker.steady.statistics import mean_and_error
 from worker.steady.tangent import SIZE
