@@ -9,13 +9,15 @@ agree within a factor of three; single points scatter more, above all between pe
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import Ensemble
+from studies.choices import Ensemble, Rk4Solver
 from studies.definition import Study
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.75e-6, 1.7e-6, 2.5e-6
 """One excitation cycle."""
+STEP_SECONDS = 0.04e-6
+"""One step of the fixed-step method, whatever the scene."""
 MOST_RIDING = 20.0
 """How much more a cycle costs at most where the clearance is below the amplitude: the particle chatters and rides."""
 FEWEST_CYCLES = 65.0
@@ -55,5 +57,7 @@ def seconds_per_point(study: Study, coordinates: dict[str, NDArray[np.float64]])
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = np.clip(1.0 / np.maximum(coordinates["clearance_ratio"], 1e-9), 1.0, MOST_RIDING)
     stepped = cycles * np.where(rattles, per_cycle * riding, FRICTION_CYCLE_SECONDS)
+    if isinstance(study.solver, Rk4Solver):
+        return cycles * study.solver.steps_per_cycle * STEP_SECONDS
     starts = study.start.n if isinstance(study.start, Ensemble) else 1
     return np.where(rubs | rattles, starts * stepped, LINEAR_SECONDS)

@@ -12,6 +12,7 @@ from tempfile import gettempdir
 from typing import Any, TypeVar
 
 import numba
+from numba.extending import overload
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -74,3 +75,27 @@ def kernel(function: F) -> F:
     """
     jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
     return jitted
+
+
+_INLINED = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "forceinline": True,
+}
+
+
+def inlined(function: F) -> F:
+    """Like `kernel`, but always made part of what calls it.
+
+    For the small laws inside the march: left to itself the compiler calls some of them, and then hands their states
+    through memory. Measured on a metered march: a quarter of its run time.
+    """
+    jitted: F = numba.njit(**_INLINED)(function)
+    return jitted
+
+
+def by_type(function: Any) -> Any:
+    """Decorate what chooses, by the types of its arguments, the form in which kernels call a Python function; inlined."""
+    return overload(function, jit_options={"forceinline": True})

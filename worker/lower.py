@@ -5,11 +5,20 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import Contact, DwellContact
+from studies.choices import CompliantContact, Contact, DwellContact
 from studies.definition import Study
 from studies.plan import Block
 from studies.variables import DIMENSIONS
-from worker.solver.scene import Particle
+from worker.physics.contact import wall_constants
+from worker.solver.scene import Particle, Wall
+
+LEAST_REBOUND = 1e-14
+"""Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""
+
+
+def rebound_of(restitution: float) -> float:
+    """Return e as the solver takes it: one that rounding would drown is 0, so that the bodies go on together."""
+    return restitution if restitution >= LEAST_REBOUND else 0.0
 
 
 def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
@@ -40,6 +49,13 @@ def contact_time_of(contact: Contact | None) -> float | None:
     return contact.contact_time if isinstance(contact, DwellContact) else None
 
 
+def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> Wall | None:
+    """Compliant wall of the contact model; None where walls are rigid, or the particle has no mass to be pushed."""
+    if not isinstance(contact, CompliantContact) or mass_ratio == 0.0:
+        return None
+    return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
+
+
 def kernel_arguments(
     points: dict[str, NDArray[np.float64]],
     particle: bool,
@@ -58,9 +74,10 @@ def kernel_arguments(
             float(points["friction_ratio"][i]) if rubs[i] else None,
             Particle(
                 float(points["clearance_ratio"][i]),
-                float(points["restitution"][i]),
+                rebound_of(float(points["restitution"][i])),
                 float(points["mass_ratio"][i]),
                 contact_time,
+                wall_of(contact, float(points["restitution"][i]), float(points["mass_ratio"][i])),
             )
             if rattles[i]
             else None,

@@ -5,10 +5,12 @@ particle is already beyond the wall when the impact is noticed.
 """
 
 from math import cos, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 
 from worker.jit import kernel
+from worker.physics.contact import wall_force
 from worker.physics.impact import rebound
 from worker.solver.scene import IMPACTS, TURNS
 
@@ -27,12 +29,25 @@ def _acceleration(phase, v, w, frequency_ratio, two_zeta, friction):
     return acceleration
 
 
+class Stepped(NamedTuple):
+    """State between steps: v and v' relative to the base, p and p' absolute."""
+
+    v: float
+    w: float
+    p: float
+    p_rate: float
+
+
 @kernel
-def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles, counts, peaks):
-    """March from rest with a fixed step.
+def step_rk4(
+    state, damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, first, last, counts, peaks
+):
+    """Step through the cycles first … last − 1.
 
     Parameters
     ----------
+    state : Stepped
+        At the start of a cycle.
     damping_ratio, frequency_ratio : float
         ζ and r.
     friction : float or None
@@ -41,26 +56,23 @@ def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycl
         The particle.
     steps_per_cycle : int
         400 in the paper: 0.001 s at 2.5 Hz.
-    cycles : int
+    first, last : int
         Excitation cycles.
     counts : int64 array, shape (COUNTS,)
         Impacts and sign changes of v', added to.
-    peaks : float64 array, shape (cycles, 2)
-        Filled with the largest sampled |u| and |v| of each cycle.
+    peaks : float64 array, shape (at least last, 2)
+        Rows first … last − 1 are filled with the largest sampled |u| and |v| of each cycle.
 
     Returns
     -------
-    tuple of float
-        u, u', p, p' at the end.
+    Stepped
+        At the end.
     """
     r = frequency_ratio
     two_zeta = 2.0 * damping_ratio
     h = 2.0 * pi / (r * steps_per_cycle)
-    v = 0.0
-    w = -r
-    p = 0.0
-    p_rate = 0.0
-    for cycle in range(cycles):
+    v, w, p, p_rate = state
+    for cycle in range(first, last):
         peak = 0.0
         relative_peak = 0.0
         for step in range(steps_per_cycle):
@@ -93,7 +105,71 @@ def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycl
             relative_peak = max(relative_peak, abs(v))
         peaks[cycle, 0] = peak
         peaks[cycle, 1] = relative_peak
-    return v, w + r, p, p_rate
+    return Stepped(v, w, p, p_rate)
+
+
+@kernel
+def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles, counts, peaks):
+    """March from rest; parameters as of `step_rk4`.
+
+    Returns
+    -------
+    tuple of float
+        u, u', p, p' at the end.
+    """
+    start = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
+    v, w, p, p_rate = step_rk4(
+        start, damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, 0, cycles, counts, peaks
+    )
+    return v, w + frequency_ratio, p, p_rate
+
+
+@kernel
+def _wall_accelerations(phase, v, w, p, p_rate, frequency_ratio, two_zeta, friction, particle):
+    """v'' and p'' with the force of a compliant wall."""
+    acceleration = _acceleration(phase, v, w, frequency_ratio, two_zeta, friction)
+    gap = v + sin(phase) - p
+    side = 1.0 if gap > 0.0 else -1.0
+    closing = side * (w + frequency_ratio * cos(phase) - p_rate)
+    depth = abs(gap) - particle.clearance_ratio
+    force = side * wall_force(particle.wall.stiffness, particle.wall.damping, depth, closing)
+    return acceleration - force, force / particle.mass_ratio
+
+
+@kernel
+def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles):
+    """March a particle between compliant walls from rest with a fixed step; parameters as of `step_rk4`.
+
+    Returns
+    -------
+    tuple of float
+        u, u', p, p' at the end.
+    """
+    r = frequency_ratio
+    z = 2.0 * damping_ratio
+    h = 2.0 * pi / (r * steps_per_cycle)
+    v, w, p, q = 0.0, -r, 0.0, 0.0
+    for _ in range(cycles):
+        for step in range(steps_per_cycle):
+            start = 2.0 * pi * step / steps_per_cycle
+            middle = 2.0 * pi * (step + 0.5) / steps_per_cycle
+            end = 2.0 * pi * (step + 1) / steps_per_cycle
+            a1, b1 = _wall_accelerations(start, v, w, p, q, r, z, friction, particle)
+            w2, q2 = w + 0.5 * h * a1, q + 0.5 * h * b1
+            a2, b2 = _wall_accelerations(
+                middle, v + 0.5 * h * w, w2, p + 0.5 * h * q, q2, r, z, friction, particle
+            )
+            w3, q3 = w + 0.5 * h * a2, q + 0.5 * h * b2
+            a3, b3 = _wall_accelerations(
+                middle, v + 0.5 * h * w2, w3, p + 0.5 * h * q2, q3, r, z, friction, particle
+            )
+            w4, q4 = w + h * a3, q + h * b3
+            a4, b4 = _wall_accelerations(end, v + h * w3, w4, p + h * q3, q4, r, z, friction, particle)
+            v += h / 6.0 * (w + 2.0 * w2 + 2.0 * w3 + w4)
+            p += h / 6.0 * (q + 2.0 * q2 + 2.0 * q3 + q4)
+            w += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+            q += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
+    return v, w + r, p, q
 
 
 def empty_peaks(cycles: int) -> np.ndarray:

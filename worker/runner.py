@@ -2,7 +2,7 @@
 
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from threading import Event
 
@@ -11,9 +11,10 @@ from distributed import Client, Future
 from studies.definition import parse_study
 from studies.plan import plan_with_chunk
 from studies.store.cube import write_region
-from studies.store.faults import StoreFault
+from studies.store.faults import StoreFault, StudyNotFound
 from studies.store.record import BlockOutcome, Record
 from studies.store.reuse import Overlaps
+from studies.store.shelf import ShelfAway
 from studies.store.store import Store
 from studies.store.sweep import sweep
 from worker.cluster import ClusterUnusable
@@ -90,8 +91,13 @@ def run_study(
         # One step each: a process that is killed between two would leave the first one's state for good.
         except Outage as error:
             run.put_down(outage_as, f"{error}; {run.left()}")
-        except (Interrupted, StoreFault) as error:
+        except Interrupted as error:
             run.put_down(outage_as if store.trouble() else "failed", f"{error}; {run.left()}")
+        except StudyNotFound:
+            raise
+        except StoreFault as error:
+            # the catalogue was locked, or its server away, and may be back already
+            run.put_down(outage_as, f"{error}; {run.left()}")
         except WrongCode as error:
             run.put_down("failed", str(error))
         except KeyboardInterrupt:
@@ -131,7 +137,10 @@ class _Run:
         self._stop = stop
         self._failures: list[str] = []
         self._reported = 0.0
-        self._record = store.set_state(self._study_id, "running")
+        record = store.find(self._study_id)
+        # why it was put down before holds no more; what is said of blocks that failed does
+        told = None if record.points_failed else ""
+        self._record = store.set_state(self._study_id, "running", told, owner=lease.owner)
 
     def compute(self, client_factory: Callable[[], AbstractContextManager[Client]]) -> None:
         """Compute every pending block, or as many as there is leave for."""
@@ -190,12 +199,15 @@ class _Run:
             message = ""  # of an earlier run that was interrupted; there is nothing to say any more
         # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
-        self._store.set_state(self._study_id, "failed" if given_up else "done", message)
+        state = "failed" if given_up else "done"
+        self._store.set_state(self._study_id, state, message, owner=self._lease.owner)
 
     def put_down(self, state: str, message: str | None) -> None:
         """End a study that is not complete, unless somebody else has said what becomes of it."""
         if not self._lease.lost.is_set():
-            self._store.set_state(self._study_id, state, message, only_from=("running",))
+            self._store.set_state(
+                self._study_id, state, message, only_from=("running",), owner=self._lease.owner
+            )
 
     def left(self) -> str:
         """What remains, and how to go on."""
@@ -213,11 +225,10 @@ class _Run:
             window.fill()
             if window.empty:
                 return
-            for ended in window.collect(POLL_SECONDS):
-                self._keep(ended, cube_path)
+            self._keep(window.collect(POLL_SECONDS), cube_path)
             self._report()
         for ended in window.drain(GRACE_SECONDS):
-            self._keep(ended, cube_path)
+            self._keep([ended], cube_path)
             self._report()
 
     def _require_room(self) -> None:
@@ -225,13 +236,26 @@ class _Run:
         if trouble is not None:
             raise Outage(trouble)
 
-    def _keep(self, ended: BlockOutcome | Failure, cube_path: str) -> None:
-        if self._lease.lost.is_set():
+    def _keep(self, ended: Iterable[BlockOutcome | Failure], cube_path: str) -> None:
+        outcomes: list[BlockOutcome] = []
+        try:
+            for end in ended:
+                if self._lease.lost.is_set():
+                    return
+                outcomes.append(self._give_up(end, cube_path) if isinstance(end, Failure) else end)
+        finally:
+            # also where the cluster is lost half-way: what is safe on the disk need not be computed again
+            self._mark(outcomes)
+
+    def _mark(self, outcomes: list[BlockOutcome]) -> None:
+        if not outcomes or self._lease.lost.is_set():
             return
-        if isinstance(ended, Failure):
-            ended = self._give_up(ended, cube_path)
-        self._store.mark(self._study_id, ended)
-        self._meter.add(ended.points, ended.failed, float(self._plan.block_seconds[ended.index]))
+        # one commit for all that has ended meanwhile: the more arrives, the less each costs
+        if not self._store.mark(self._study_id, *outcomes, owner=self._lease.owner):
+            self._lease.lost.set()
+            return
+        for outcome in outcomes:
+            self._meter.add(outcome.points, outcome.failed, float(self._plan.block_seconds[outcome.index]))
 
     def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:
         block = self._plan.block(failure.index)
@@ -241,7 +265,8 @@ class _Run:
         try:
             checksum = write_region(cube_path, block, values, generation)
         except OSError as error:
-            raise Interrupted(f"the study's data cannot be written ({error})") from error
+            kind = Outage if isinstance(error, ShelfAway) else Interrupted
+            raise kind(f"the study's data cannot be written ({error})") from error
         self._failures.append(f"block {failure.index}: {failure.message}")
         points = values["status"].size
         seconds = time.perf_counter() - began

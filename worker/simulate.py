@@ -8,9 +8,11 @@ from typing import Any, Literal
 import numpy as np
 
 from studies.variables import ResponseClass, Status
+from worker.lower import rebound_of
 from worker.rk4 import march_rk4
 from worker.solver.march import half_cycle
 from worker.solver.record import empty_log
+from worker.solver.riding import make_loaded
 from worker.solver.sample import HISTORY_COLUMNS, sample_half
 from worker.solver.scene import (
     ARRIVED,
@@ -67,7 +69,9 @@ class Design:
         for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
             object.__setattr__(self, name, float(getattr(self, name)))
         if self.particle is not None:
-            object.__setattr__(self, "particle", with_floats(self.particle))
+            particle = with_floats(self.particle)
+            particle = particle._replace(restitution=rebound_of(particle.restitution))
+            object.__setattr__(self, "particle", particle)
 
 
 @dataclass(frozen=True)
@@ -136,9 +140,10 @@ def simulate(
     if method == "rk4":
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
-        if design.particle is not None and design.particle.contact_time is not None:
+        one = design.particle
+        if one is not None and (one.contact_time is not None or one.wall is not None):
             raise ValueError(
-                "rk4 knows impacts at once only: leave `contact_time` out, or use the event solver"
+                "rk4 knows impacts at once only: leave `contact_time` and `wall` out, or use the event solver"
             )
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:
@@ -185,7 +190,7 @@ def _march(
     r = design.frequency_ratio
     base = make_base(design.damping_ratio, r)
     free = make_medium(base, 1.0)
-    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    loaded = None if particle is None else make_loaded(base, particle, particle.wall)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)

@@ -5,14 +5,15 @@ import time
 from functools import lru_cache
 
 import numpy as np
-import zarr
 from distributed import Worker
 
 from studies.definition import Study, parse_study
 from studies.plan import Block
+from studies.store.coding import describe_cube
 from studies.store.cube import write_region
 from studies.store.record import BlockOutcome
 from studies.store.reuse import Source, known_points
+from studies.store.shelf import open_shelf
 from studies.variables import VARIABLES, Status
 from worker.block import solve_block
 from worker.provenance import require_code
@@ -110,7 +111,7 @@ def executing_keys(dask_worker: Worker) -> list[str]:
 
 @lru_cache(maxsize=4)
 def _study(cube_path: str, digest: str) -> Study:
-    attributes = zarr.open_group(cube_path, mode="r").attrs
+    attributes = describe_cube(open_shelf(cube_path).get("zarr.json")).attributes
     if attributes["digest"] != digest:
         raise OSError(f"the cube {cube_path} holds study {attributes['digest']}, not {digest}")
     return parse_study(json.loads(str(attributes["study"])))

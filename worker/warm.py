@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 from studies.definition import Study
 from worker.jit import CACHE_FOLDER
-from worker.solver.scene import Particle
+from worker.solver.scene import Particle, Wall
 from worker.steady.settle import Settings, settle
 from worker.steady.start import at_rest
 
@@ -37,7 +37,10 @@ def scenes(study: Study) -> list[Scene]:
 def warm(scene: Scene) -> None:
     """Compile (or load) the kernel of a scene while no other process does the same."""
     rubs, rattles, model = scene
-    particle = _PARTICLE._replace(contact_time=_CONTACT_TIME if model == "dwell" else None)
+    particle = _PARTICLE._replace(
+        contact_time=_CONTACT_TIME if model == "dwell" else None,
+        wall=Wall(1.0, 0.1) if model == "compliant" else None,
+    )
     with _alone(
         f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
     ):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from distributed import CancelledError, Client, Future, KilledWorker
 
 from studies.store.record import BlockOutcome
+from studies.store.shelf import ShelfAway
 from worker.provenance import WrongCode
 from worker.tasks import executing_keys
 
@@ -119,7 +120,8 @@ class Window:
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s].
+            Longest wait for the first of them [s]; no more are taken once it is over, however many have ended,
+            so that a large cluster is sent new blocks meanwhile.
 
         Yields
         ------
@@ -132,7 +134,8 @@ class Window:
             The scheduler is lost, a worker holds other code, or the data cannot be read or written.
         """
         block = True
-        while True:
+        deadline = time.monotonic() + wait_seconds
+        while block or time.monotonic() < deadline:
             try:
                 key = self._ended.get(block, wait_seconds)
             except queue.Empty:
@@ -201,6 +204,9 @@ class Window:
                     f"its worker died {failures} times (crashed, was killed, or ran out of memory)",
                 )
             self._suspects.append(_Attempt(attempt.index, failures, suspect=True))
+        except ShelfAway as error:
+            # it was tried for a while by the worker
+            raise Outage(f"a worker cannot reach the study's data ({error})") from error
         except Exception as error:
             text = f"{type(error).__name__}: {error}"
             if attempt.failures >= RETRIES:

@@ -6,8 +6,9 @@ from math import pi
 import numpy as np
 
 from worker.accuracy.march import march_from_rest
+from worker.physics.contact import contact_time_of_stiffness, wall_constants
 from worker.simulate import Design, simulate
-from worker.solver.scene import ATTACHMENTS, Particle
+from worker.solver.scene import ATTACHMENTS, Particle, Wall
 
 ZETA = 0.0038
 PAPER = Particle(10.0, 0.47, 0.1)
@@ -83,6 +84,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
         Extreme("chatter and stick", Design(ZETA, 0.9, 0.8, Particle(0.3, 0.1, 0.1))),
     ]
     cases += _contact_times()
+    cases += _stiffnesses()
     cases += _chatter_until_release()
     cases += _turn_with_impact()
     cases += [
@@ -104,6 +106,32 @@ def _contact_times() -> list[Extreme]:
     for name, restitution in (("e = 0", 0.0), ("chatter", 0.1), ("e = 1", 1.0)):
         particle = Particle(0.3, restitution, 0.1, 1e-9)
         cases.append(Extreme(f"contact time 1e-09, {name}", Design(ZETA, 0.9, 0.8, particle)))
+    return cases
+
+
+def _stiffnesses() -> list[Extreme]:
+    """Compliant walls from soft to stiff, and with contact times towards 0; with chatter, almost dead, and without loss."""
+
+    def walled(clearance: float, restitution: float, contact_time: float) -> Particle:
+        wall = Wall(*wall_constants(restitution, contact_time, 0.1))
+        return Particle(clearance, restitution, 0.1, None, wall)
+
+    def stiff(clearance: float, restitution: float, stiffness: float) -> Particle:
+        return walled(clearance, restitution, contact_time_of_stiffness(restitution, stiffness, 0.1))
+
+    cases = [
+        Extreme(f"contact stiffness {k:g} k, {name}", Design(ZETA, 1.0, friction, stiff(2.0, 0.47, k)))
+        for k in (1e2, 1e4, 1e6, 1e8, 1e10, 1e12)
+        for name, friction in (("particle", 0.0), ("hybrid", 0.6))
+    ]
+    cases += [
+        Extreme(f"compliant, contact time {time:g}", Design(ZETA, 1.0, 0.6, walled(2.0, 0.47, time)))
+        for time in (1e-3, 1e-6, 1e-9)
+    ]
+    cases += [
+        Extreme(f"compliant 1e+08 k, {name}", Design(ZETA, 0.9, 0.8, stiff(0.3, e, 1e8)), 20)
+        for name, e in (("chatter and stick", 0.1), ("e = 1e-3", 1e-3), ("e = 1", 1.0))
+    ]
     return cases
 
 

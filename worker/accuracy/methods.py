@@ -7,7 +7,7 @@ import numpy as np
 
 from worker.accuracy.march import march_from_rest
 from worker.accuracy.scenes import State
-from worker.rk4 import march_rk4
+from worker.rk4 import march_rk4, march_rk4_wall
 from worker.simulate import Design
 from worker.solver.scene import ARRIVED, COUNTS, METERS
 
@@ -62,18 +62,18 @@ def _event_all(design: Design, cycles: int, _: float) -> State | None:
 
 def paper_march(design: Design, cycles: int, steps: float) -> State | None:
     """March by the paper's fixed-step method (`worker.rk4`); None where its state is not finite any more."""
-    counts = np.zeros(COUNTS, np.int64)
-    peaks = np.zeros((cycles, 2))
-    end = march_rk4(
+    start = (
         design.damping_ratio,
         design.frequency_ratio,
         _friction(design),
         design.particle,
         int(steps),
         cycles,
-        counts,
-        peaks,
     )
+    if design.particle is not None and design.particle.wall is not None:
+        end = march_rk4_wall(*start)
+    else:
+        end = march_rk4(*start, np.zeros(COUNTS, np.int64), np.zeros((cycles, 2)))
     state = tuple(float(value) for value in end)
     if not np.isfinite(state).all():
         return None

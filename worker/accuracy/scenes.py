@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
+from worker.physics.contact import wall_constants
 from worker.simulate import Design
-from worker.solver.scene import Particle
+from worker.solver.scene import Particle, Wall
 
 State = tuple[float, float, float, float]
 """u, u', p, p' in absolute coordinates, over Z and Z·ω_n; p = p' = 0 without a particle."""
@@ -31,6 +32,13 @@ class Scene:
     design: Design
     cycles: int
 
+    @property
+    def gives_way(self) -> bool:
+        """Whether its walls are compliant."""
+        return self.design.particle is not None and self.design.particle.wall is not None
+
+
+_STIFF = Wall(*wall_constants(0.47, 1e-3, 0.1))
 
 SCENES: tuple[Scene, ...] = (
     Scene("linear", "structure alone", Design(0.0038, 1.0), 10),
@@ -44,8 +52,13 @@ SCENES: tuple[Scene, ...] = (
         10,
     ),
     Scene("chatter", "chatter and attachment", Design(0.0038, 0.9, 0.6, Particle(0.5, 0.1, 0.1)), 10),
+    Scene(
+        "compliant",
+        f"friction and particle, walls of {_STIFF.stiffness:.2g} k",
+        Design(0.0038, 1.0, 0.4, Particle(2.0, 0.47, 0.1, None, _STIFF)),
+        4,
+    ),
 )
-"""Where a contact with stiffness is computed, its scenes are added here."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Coulomb friction between the primary mass and the base: set-valued at rest, Sgn(0) = [−1, 1] in equation (1)."""
 
-from worker.jit import kernel
+from worker.jit import inlined
 
 
-@kernel
+@inlined
 def hold_force(v, base_acceleration, inertia):
     """Force that friction must take to keep the mass on the base, over k Z.
 
@@ -27,7 +27,7 @@ def hold_force(v, base_acceleration, inertia):
 _ROUNDING = 1e-14
 
 
-@kernel
+@inlined
 def breakaway(friction_ratio, base_acceleration_most, inertia):
     """Force at which a held mass starts to slip: γ_F, and more than the rounding of the force beyond it.
 
@@ -37,7 +37,7 @@ def breakaway(friction_ratio, base_acceleration_most, inertia):
     return friction_ratio + _ROUNDING * (friction_ratio + inertia * base_acceleration_most)
 
 
-@kernel
+@inlined
 def slip_direction(force, breakaway_force):
     """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it."""
     if force > breakaway_force:

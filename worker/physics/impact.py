@@ -1,9 +1,9 @@
 """Impact between the primary mass and the particle: equations (5) to (8), at once or joined for a time and parted."""
 
-from worker.jit import kernel
+from worker.jit import inlined
 
 
-@kernel
+@inlined
 def rebound(u_rate, p_rate, restitution, mass_ratio):
     """Velocities after an impact, momentum conserved.
 
@@ -33,7 +33,7 @@ def rebound(u_rate, p_rate, restitution, mass_ratio):
     return -mass_ratio * exchanged, p_rate + exchanged
 
 
-@kernel
+@inlined
 def part(leaving_speed, mass_ratio):
     """Changes of velocity of two joined bodies that part with a relative speed, momentum conserved.
 
@@ -53,13 +53,13 @@ def part(leaving_speed, mass_ratio):
     return -mass_ratio * p_jump, p_jump
 
 
-@kernel
+@inlined
 def kept_energy(approach_speed, restitution, mass_ratio):
     """Energy of an impact that comes back when the bodies part, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 
-@kernel
+@inlined
 def impact_loss(approach_speed, restitution, mass_ratio):
     """Energy lost in an impact over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (1.0 - restitution * restitution) * approach_speed**2

@@ -2,10 +2,10 @@
 
 from math import hypot, inf
 
-from worker.jit import kernel
+from worker.jit import inlined
 
 
-@kernel
+@inlined
 def transmissibility(damping_ratio, frequency_ratio):
     """X/Z of the structure without damper: √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]; inf for ζ = 0 at r = 1."""
     loss = 2.0 * damping_ratio * frequency_ratio
@@ -14,7 +14,7 @@ def transmissibility(damping_ratio, frequency_ratio):
     return hypot(1.0, loss) / bottom if bottom > 0.0 else inf
 
 
-@kernel
+@inlined
 def relative_transmissibility(damping_ratio, frequency_ratio):
     """|x − z|/Z of the structure without damper: r²/√[(1−r²)²+(2ζr)²]; inf for ζ = 0 at r = 1."""
     detuning = (1.0 - frequency_ratio) * (1.0 + frequency_ratio)

@@ -1,10 +1,11 @@
 """Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
 
-from worker.jit import kernel
+from worker.jit import inlined
+from worker.solver.shaking import base_bend
 
 
-@kernel
-def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
+@inlined
+def motion_bounds(x, w, span, base, phase, compliance):
     """Largest |x|, |w| and |u''| over a span of slip.
 
     Parameters
@@ -20,40 +21,38 @@ def motion_bounds(x, w, span, two_zeta, compliance, frequency_ratio):
 
     Notes
     -----
-    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + r²) and |x(t)| ≤ |x₀| + T W, solved for W.
+    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W.
     """
-    square = frequency_ratio * frequency_ratio
-    w_most = (abs(w) + span * (compliance * abs(x) + square)) / (1.0 - compliance * span * (two_zeta + span))
+    two_zeta = base.two_zeta
+    shaken = base_bend(base, phase, 2)
+    w_most = (abs(w) + span * (compliance * abs(x) + shaken)) / (1.0 - compliance * span * (two_zeta + span))
     x_most = abs(x) + span * w_most
     return x_most, w_most, compliance * (two_zeta * w_most + x_most)
 
 
-@kernel
-def u_bend(order, held, w_most, u2_most, two_zeta, compliance, frequency_ratio):
+@inlined
+def u_bend(order, held, w_most, u2_most, base, phase, compliance):
     """Bound on the derivative of u of an order from 2 to 5 over the same span, by differentiating the motion."""
-    r = frequency_ratio
+    two_zeta = base.two_zeta
     if held:
-        return r**order
+        return base_bend(base, phase, order)
     if order == 2:
         return u2_most
-    w1 = u2_most + r * r
+    w1 = u2_most + base_bend(base, phase, 2)
     u3 = compliance * (two_zeta * w1 + w_most)
     if order == 3:
         return u3
-    w2 = u3 + r * r * r
+    w2 = u3 + base_bend(base, phase, 3)
     u4 = compliance * (two_zeta * w2 + w1)
     if order == 4:
         return u4
-    w3 = u4 + r * r * r * r
+    w3 = u4 + base_bend(base, phase, 4)
     return compliance * (two_zeta * w3 + w2)
 
 
-@kernel
-def w_bend(dropped, w_most, u2_most, two_zeta, compliance, frequency_ratio):
-    """Bound on the second derivative of w/t^dropped (0, 1 or 2) over the same span: 2/(dropped + 2)! of that of w."""
-    r = frequency_ratio
+@inlined
+def w_bend(dropped, w_most, u2_most, base, phase, compliance):
+    """Bound on the second derivative of w/t^dropped (0 or 1) over the same span: 2/(dropped + 2)! of that of w."""
     if dropped == 0:
-        return u_bend(3, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r
-    if dropped == 1:
-        return (u_bend(4, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r * r) / 3.0
-    return (u_bend(5, False, w_most, u2_most, two_zeta, compliance, r) + r * r * r * r * r) / 12.0
+        return u_bend(3, False, w_most, u2_most, base, phase, compliance) + base_bend(base, phase, 3)
+    return (u_bend(4, False, w_most, u2_most, base, phase, compliance) + base_bend(base, phase, 4)) / 3.0

@@ -1,29 +1,30 @@
 """The particle held on a wall for a contact time. Without one every function here is a constant that the compiler drops."""
 
 from numba import types
-from numba.extending import overload
 
-from worker.jit import kernel
+from worker.jit import by_type, inlined
 from worker.solver.scene import Dwell, Particle
 
 
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:
     """What a particle that has met no wall yet remembers: None where contacts take no time."""
-    return None if particle is None or particle.contact_time is None else Dwell(0.0, 0.0)
+    at_once = particle is None or (particle.contact_time is None and particle.wall is None)
+    return None if at_once else Dwell(0.0, 0.0)
 
 
-@overload(dwell_at_rest)
+@by_type(dwell_at_rest)
 def _dwell_at_rest(particle):  # numba wants the same bare arguments in both forms
     """By type, because a kernel with branches of both kinds would make every state carry a flag."""
-    takes_time = isinstance(particle, types.BaseNamedTuple) and not isinstance(
-        particle.types[particle.fields.index("contact_time")], types.NoneType
+    takes_time = isinstance(particle, types.BaseNamedTuple) and not all(
+        isinstance(particle.types[particle.fields.index(name)], types.NoneType)
+        for name in ("contact_time", "wall")
     )
     if takes_time:
         return lambda particle: Dwell(0.0, 0.0)
     return lambda particle: None
 
 
-@kernel
+@inlined
 def no_dwell(dwell):
     """The particle is not held."""
     if dwell is not None:
@@ -31,7 +32,7 @@ def no_dwell(dwell):
     return dwell
 
 
-@kernel
+@inlined
 def dwell_on(dwell, time):
     """The same a time later."""
     if dwell is not None:
@@ -39,7 +40,7 @@ def dwell_on(dwell, time):
     return dwell
 
 
-@kernel
+@inlined
 def is_dwelling(dwell):
     """Whether the particle is held on its wall."""
     if dwell is not None:
@@ -47,7 +48,7 @@ def is_dwelling(dwell):
     return False
 
 
-@kernel
+@inlined
 def time_left(dwell):
     """Time until the particle is let go [1/ω_n]."""
     if dwell is not None:
@@ -55,7 +56,7 @@ def time_left(dwell):
     return 0.0
 
 
-@kernel
+@inlined
 def approach_speed(dwell):
     """Speed at which the particle met the wall that holds it [Z ω_n]."""
     if dwell is not None:
@@ -63,7 +64,7 @@ def approach_speed(dwell):
     return 0.0
 
 
-@kernel
+@inlined
 def is_brief(contact_time, limit):
     """Whether contacts take no time, or less than the limit."""
     if contact_time is not None:

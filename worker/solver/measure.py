@@ -1,16 +1,23 @@
 """What a meter reads on one segment: energies, mean square, time stuck, true peaks of the closed form."""
 
-from math import inf
+from math import inf, sqrt
 
-from worker.jit import kernel
+from worker.jit import inlined
 from worker.solver.bounds import u_bend, w_bend
 from worker.solver.crossing import first_crossing
+from worker.solver.forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
-from worker.solver.taylor import rate_into, slope, value
-from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from worker.solver.shaking import base_bend
+from worker.solver.taylor import curvature, rate_into, slope, value
+
+# Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
+_OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
+_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
+_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
+_TOP = 13  # 0.4^14/14! = 3e-17: the terms above add nothing to an integral
 
 
-@kernel
+@inlined
 def peaks_at_ends(meter, start, end, sine_start, sine_end, span, u2_most, friction, frequency_ratio):
     """Raise the peaks by the ends of a segment; False where a peak between them may be higher still."""
     u_start = start.v + sine_start
@@ -37,83 +44,127 @@ def peaks_at_ends(meter, start, end, sine_start, sine_end, span, u2_most, fricti
     return True
 
 
-@kernel
-def measure_window(meter, start, end, offset, held, sine, cosine, base, medium, friction):
-    """Add a whole quiet window to a meter, from constant rows at the quadrature points."""
-    r = base.frequency_ratio
-    x0 = start.v + offset
+@inlined
+def measure_window(meter, start, end, offset, held, phase, phase_end, base, medium, friction):
+    """Add a whole quiet window to a meter, by the quadratic forms of `forms.py`."""
+    sine = phase.first
+    cosine = phase.second
+    if held:
+        f = base.forms
+        v = start.v
+        meter[WORK_IN] += _work_at_rest(phase, phase_end, medium.compliance, base.frequency_ratio)
+        moved = f[0] * sine + f[1] * cosine
+        square = f[2] * (sine * sine) + (2.0 * f[3] * (sine * cosine) + f[4] * (cosine * cosine))
+        meter[SQUARE] += v * (v * base.window + 2.0 * moved) + square
+        meter[STUCK] += base.window
+        return
+    f = medium.forms
+    x = start.v + offset
+    p = products(x, start.w, sine, cosine)
+    meter[WORK_IN] += quadratic(f, WORK, p)
+    meter[VISCOUS_LOSS] += quadratic(f, LOSS, p)
+    u = x + sine
+    u_rate = start.w + phase.rate
+    square = quadratic(f, SQUARED, products(u, u_rate, sine, cosine))
+    if friction is not None:
+        mean = (f[MEAN] * u + f[MEAN + 1] * u_rate) + (f[MEAN + 2] * sine + f[MEAN + 3] * cosine)
+        square += offset * (offset * base.window - 2.0 * mean)
+        meter[FRICTION_LOSS] += friction * abs(end.v - start.v)
+    meter[SQUARE] += square
+
+
+@inlined
+def _work_at_rest(phase, phase_end, compliance, frequency_ratio):
+    """Work of the base on a mass at rest on it: its kinetic energy, at the base's speed, grown."""
+    r2 = frequency_ratio * frequency_ratio
+    fallen = (phase.position - phase_end.position) * (phase.position + phase_end.position)
+    return 0.5 * r2 * fallen / compliance
+
+
+@inlined
+def measure_segment(
+    meter,
+    start,
+    end,
+    offset,
+    held,
+    t,
+    phase,
+    phase_end,
+    base,
+    medium,
+    friction,
+    relative,
+    absolute,
+    shaken,
+):
+    """Add one segment of length t, whose polynomials are given, to a meter: Lobatto's rule, whose ends are known."""
+    a, b, c, d = _NODES[0] * t, _NODES[1] * t, _NODES[2] * t, _NODES[3] * t
+    u0 = start.v + phase.position
+    u1 = end.v + phase_end.position
+    ua, ub, uc, ud = values(absolute, a, b, c, d)
+    ua -= offset
+    ub -= offset
+    uc -= offset
+    ud -= offset
+    outer = t * _WEIGHTS[0]
+    middle = t * _WEIGHTS[1]
+    inner = t * _WEIGHTS[2]
+    meter[SQUARE] += outer * (u0 * u0 + u1 * u1) + middle * (ua * ua + ud * ud) + inner * (ub * ub + uc * uc)
+    if held:
+        meter[WORK_IN] += _work_at_rest(phase, phase_end, medium.compliance, base.frequency_ratio)
+        meter[STUCK] += t
+        return
+    xa, xb, xc, xd = values(relative, a, b, c, d)
+    wa, wb, wc, wd = slopes(relative, a, b, c, d)
+    sa, sb, sc, sd = slopes(shaken, a, b, c, d)
     w0 = start.w
-    work = 0.0
-    loss = 0.0
-    square = 0.0
-    for i in range(GAUSS):
-        g = base.gauss
-        position = g[4 * i] * sine + g[4 * i + 1] * cosine
-        rate = g[4 * i + 2] * sine + g[4 * i + 3] * cosine
-        if held:
-            x = x0
-            w = 0.0
-            transmitted = -r * r * position / medium.compliance
-        else:
-            m = medium.gauss
-            j = 8 * i
-            x = (m[j] * x0 + m[j + 1] * w0) + (m[j + 2] * sine + m[j + 3] * cosine)
-            w = (m[j + 4] * x0 + m[j + 5] * w0) + (m[j + 6] * sine + m[j + 7] * cosine)
-            transmitted = -(base.two_zeta * w + x)
-        u = x - offset + position
-        work += GAUSS_WEIGHTS[i] * transmitted * rate
-        loss += GAUSS_WEIGHTS[i] * w * w
-        square += GAUSS_WEIGHTS[i] * u * u
-    t = base.window
-    meter[WORK_IN] += t * work
-    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
-    meter[SQUARE] += t * square
+    w1 = end.w
+    two_zeta = base.two_zeta
+    meter[VISCOUS_LOSS] += two_zeta * (
+        outer * (w0 * w0 + w1 * w1) + middle * (wa * wa + wd * wd) + inner * (wb * wb + wc * wc)
+    )
+    ends = (two_zeta * w0 + start.v + offset) * phase.rate + (two_zeta * w1 + end.v + offset) * phase_end.rate
+    middles = (two_zeta * wa + xa) * sa + (two_zeta * wd + xd) * sd
+    inners = (two_zeta * wb + xb) * sb + (two_zeta * wc + xc) * sc
+    meter[WORK_IN] -= outer * ends + (middle * middles + inner * inners)
     if friction is not None:
-        if held:
-            meter[STUCK] += t
-        else:
-            meter[FRICTION_LOSS] += friction * abs(end.v - start.v)
+        meter[FRICTION_LOSS] += friction * abs(end.v - start.v)  # w keeps its sign on a segment
 
 
-@kernel
-def measure_segment(meter, moved, offset, held, t, base, medium, friction, relative, shaken):
-    """Add one segment of length t, whose polynomials are given and over which v changes by `moved`, to a meter."""
-    r = base.frequency_ratio
-    work = 0.0
-    loss = 0.0
-    square = 0.0
-    for i in range(GAUSS):
-        at = GAUSS_NODES[i] * t
-        position = value(shaken, at)
-        x = relative[0]
-        w = 0.0
-        if held:
-            transmitted = -r * r * position / medium.compliance
-        else:
-            x = value(relative, at)
-            w = slope(relative, at)
-            transmitted = -(base.two_zeta * w + x)
-        u = x - offset + position
-        work += GAUSS_WEIGHTS[i] * transmitted * slope(shaken, at)
-        loss += GAUSS_WEIGHTS[i] * w * w
-        square += GAUSS_WEIGHTS[i] * u * u
-    meter[WORK_IN] += t * work
-    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
-    meter[SQUARE] += t * square
-    if friction is not None:
-        if held:
-            meter[STUCK] += t
-        else:
-            meter[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
+@inlined
+def values(p, a, b, c, d):
+    """Values of a polynomial at four times, side by side."""
+    fa = fb = fc = fd = p[_TOP]
+    for i in range(_TOP):
+        k = p[_TOP - 1 - i]
+        fa = fa * a + k
+        fb = fb * b + k
+        fc = fc * c + k
+        fd = fd * d + k
+    return fa, fb, fc, fd
 
 
-@kernel
+@inlined
+def slopes(p, a, b, c, d):
+    """Slopes of a polynomial at four times, side by side."""
+    fa = fb = fc = fd = _TOP * p[_TOP]
+    for i in range(_TOP - 1):
+        k = (_TOP - 1 - i) * p[_TOP - 1 - i]
+        fa = fa * a + k
+        fb = fb * b + k
+        fc = fc * c + k
+        fd = fd * d + k
+    return fa, fb, fc, fd
+
+
+@inlined
 def find_peaks(
     meter,
     start,
     end,
-    sine,
-    sine_end,
+    phase,
+    phase_end,
     offset,
     held,
     t,
@@ -127,32 +178,54 @@ def find_peaks(
     u2_most,
 ):
     """Raise the peaks to the largest |u| and |v| of a segment, true extrema of its polynomials."""
-    r = base.frequency_ratio
-    u_ends = max(abs(start.v + sine), abs(end.v + sine_end))
+    u_ends = max(abs(start.v + phase.position), abs(end.v + phase_end.position))
     peak = max(meter[PEAK], u_ends)
     if u_ends + 0.125 * u2_most * t * t > peak and abs(absolute[1]) <= t * u2_most:
-        rate_into(absolute, 0, scratch)
-        most = u_bend(3, held, w_most, u2_most, base.two_zeta, medium.compliance, r)
-        sign = 1.0 if absolute[1] > 0.0 else -1.0
-        at = 0.0
-        for _ in range(3):  # u' has at most three zeros on a window
-            at = first_crossing(scratch, sign, at, t, most)
-            if at == inf:
-                break
-            peak = max(peak, abs(value(absolute, at) - offset))
-            sign = -sign
+        most = u_bend(3, held, w_most, u2_most, base, phase, medium.compliance)
+        rate_end = end.w + phase_end.rate
+        peak = max(peak, _highest(absolute, offset, rate_end, t, most, scratch))
     meter[PEAK] = peak
     relative_peak = max(meter[RELATIVE_PEAK], abs(start.v), abs(end.v))
     if friction is None:  # with friction, |v| peaks only where a segment ends
-        if abs(relative[1]) <= t * (u2_most + r * r):
-            rate_into(relative, 0, scratch)
-            most = w_bend(0, w_most, u2_most, base.two_zeta, medium.compliance, r)
-            sign = 1.0 if relative[1] > 0.0 else -1.0
-            at = 0.0
-            for _ in range(3):
-                at = first_crossing(scratch, sign, at, t, most)
-                if at == inf:
-                    break
-                relative_peak = max(relative_peak, abs(value(relative, at)))
-                sign = -sign
+        if abs(relative[1]) <= t * (u2_most + base_bend(base, phase, 2)):
+            most = w_bend(0, w_most, u2_most, base, phase, medium.compliance)
+            relative_peak = max(relative_peak, _highest(relative, 0.0, end.w, t, most, scratch))
     meter[RELATIVE_PEAK] = relative_peak
+
+
+@inlined
+def _highest(p, offset, rate_end, t, bend, scratch):
+    """Largest |p − offset| at an extremum inside a span; 0 where there is none.
+
+    Parameters
+    ----------
+    rate_end : float
+        Slope at the end of the span.
+    bend : float
+        Bound on the third derivative.
+    """
+    rate = p[1]
+    curve = 2.0 * p[2]
+    if abs(curve) > bend * t:  # the slope is monotone: one extremum where it changes sign, else none
+        if rate * rate_end >= 0.0:
+            return 0.0
+        # a parabola through slope and curvature here and the slope there, then Newton: what is left of the error is its
+        # square, and that of the height the square of that
+        half = 0.5 * curve
+        last = (rate_end - rate - curve * t) / (t * t)
+        root = sqrt(max(half * half - last * rate, 0.0))
+        at = -rate / (half + root if half > 0.0 else half - root)
+        at -= slope(p, at) / curvature(p, at)
+        at -= slope(p, at) / curvature(p, at)
+        return abs(value(p, at) - offset)
+    rate_into(p, 0, scratch)
+    sign = 1.0 if rate > 0.0 else -1.0
+    at = 0.0
+    highest = 0.0
+    for _ in range(3):  # the slope has at most three zeros on a window
+        at = first_crossing(scratch, sign, at, t, bend)
+        if at == inf:
+            break
+        highest = max(highest, abs(value(p, at) - offset))
+        sign = -sign
+    return highest

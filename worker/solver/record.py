@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from worker.jit import kernel
+from worker.solver.dwell import approach_speed
 
 COLUMNS = (
     "start",
@@ -17,12 +18,11 @@ COLUMNS = (
     "gap",
     "p_rate",
     "riding",
-    "slip_order",
-    "gap_order",
+    "approach",
 )
 """Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its start."""
 
-START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, SLIP_ORDER, GAP_ORDER = range(len(COLUMNS))
+START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH = range(len(COLUMNS))
 _WIDTH = len(COLUMNS)
 
 
@@ -57,5 +57,4 @@ def record(log, state, start, duration, event):
     row[7] = state.gap
     row[8] = state.p_rate
     row[9] = state.riding
-    row[10] = state.slip_order
-    row[11] = state.gap_order
+    row[10] = approach_speed(state.dwell)

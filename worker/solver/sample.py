@@ -1,18 +1,58 @@
 """Time history of recorded segments, sampled from their closed form."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.solver.record import DURATION, EVENT, GAP, P_RATE, RIDING, SLIP, START, WALL, Log, V, W
+from worker.solver.pressed import DEPTH, DIM, RELATIVE, Pressed, combine_rows, fast_later
+from worker.solver.record import APPROACH, DURATION, EVENT, GAP, P_RATE, RIDING, SLIP, START, WALL, Log, V, W
 from worker.solver.scene import FAR_WALL, NEAR_WALL, Particle
-from worker.solver.taylor import combine, expand_base, expand_stick, slope, value
+from worker.solver.shaking import expand_base, phase_of_sine
+from worker.solver.taylor import TERMS, combine, slope, stand, value
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
 
 _SAMPLES_PER_WINDOW = 4
+
+
+def in_contact(
+    row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: Pressed
+) -> Callable[[float], tuple[float, float, float, float]]:
+    """Motion of a segment in a compliant wall.
+
+    Returns
+    -------
+    callable
+        From the time since its start to x, x', y and y' as of `pressed`.
+    """
+    y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
+    start = np.array(
+        [row[V] + offset - motion.share * y, row[W] - motion.share * y_rate, sine, cosine, y, y_rate]
+    )
+    units, rows = DIM, motion.rows
+    vibration = np.zeros(2)
+    writer = motion.writer.reshape(DIM, 2)
+    if row[DURATION] > motion.step * (1.0 + 1e-12) and motion.fast > 0:
+        units, rows = DIM - motion.fast, motion.slow_rows
+        vibration = motion.reader.reshape(2, DIM) @ start
+        start = start - writer @ vibration
+    x, y_row = np.empty(TERMS), np.empty(TERMS)
+    combine_rows(RELATIVE, start, units, rows, x)
+    combine_rows(DEPTH, start, units, rows, y_row)
+
+    def at(t: float) -> tuple[float, float, float, float]:
+        f = writer @ np.array(fast_later(motion.rates, vibration[0], vibration[1], t))
+        return (
+            value(x, t) + f[0] + motion.share * f[4],
+            slope(x, t) + f[1] + motion.share * f[5],
+            value(y_row, t) + f[4],
+            slope(y_row, t) + f[5],
+        )
+
+    return at
 
 
 def sample_half(
@@ -51,27 +91,36 @@ def sample_half(
     for row in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
         start, duration = row[START], row[DURATION]
         sine, cosine = np.sin(r * start), np.cos(r * start)
-        expand_base(sine, cosine, base.rows, shaken)
+        expand_base(base, phase_of_sine(sine, cosine, r), shaken)
         held = friction is not None and row[SLIP] == 0.0
         offset = 0.0 if friction is None else row[SLIP] * friction
         riding = row[RIDING] > 0.0
         if held:
-            expand_stick(row[V], sine, cosine, base.rows, relative, absolute)
+            absolute[:] = shaken
+            stand(row[V], relative, absolute)
         else:
-            medium = loaded if riding else free
+            medium = free if particle is None or particle.wall is not None or not riding else loaded
             combine(row[V] + offset, row[W], sine, cosine, medium.relative, relative)
+        pressed = None
+        if riding and particle is not None and particle.wall is not None:
+            pressed = in_contact(row, sine, cosine, offset, loaded.held if held else loaded.slipping)
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count
             v = value(relative, t) - offset
             w = slope(relative, t)
+            depth, depth_rate = 0.0, 0.0
+            if pressed is not None:
+                x, w, y, y_rate = pressed(t)
+                v = x - offset
+                depth, depth_rate = row[WALL] * y, y_rate
             u = v + value(shaken, t)
             u_rate = w + slope(shaken, t)
             p, p_rate = np.nan, np.nan
             if particle is not None:
                 wall = row[WALL]
                 if riding:
-                    p, p_rate = u - wall * particle.clearance_ratio, u_rate
+                    p, p_rate = u - wall * (particle.clearance_ratio + depth), u_rate - depth_rate
                 else:
                     at_start = value(relative, 0.0) - offset + shaken[0]
                     p_rate = row[P_RATE]

@@ -3,6 +3,19 @@
 from typing import NamedTuple
 
 
+class Wall(NamedTuple):
+    """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.contact`).
+
+    Attributes
+    ----------
+    stiffness, damping : float
+        K over k, C over k/ω_n.
+    """
+
+    stiffness: float
+    damping: float
+
+
 class Particle(NamedTuple):
     """The particle of a scene; a scene without one passes None, and its kernel holds no impact code.
 
@@ -12,31 +25,42 @@ class Particle(NamedTuple):
         d/Z, e, β.
     contact_time : float or None
         How long the particle moves with a wall that it strikes [1/ω_n]; None where it leaves at once.
+    wall : Wall or None
+        Of a cavity with compliant walls, whose constants stand for e; None where walls are rigid.
     """
 
     clearance_ratio: float
     restitution: float
     mass_ratio: float
     contact_time: float | None = None
+    wall: Wall | None = None
 
 
 def with_floats(particle: Particle) -> Particle:
     """Particle with floats where integers may have been written: a kernel is compiled for one type."""
     contact_time = None if particle.contact_time is None else float(particle.contact_time)
+    wall = (
+        None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))
+    )
     return Particle(
-        float(particle.clearance_ratio), float(particle.restitution), float(particle.mass_ratio), contact_time
+        float(particle.clearance_ratio),
+        float(particle.restitution),
+        float(particle.mass_ratio),
+        contact_time,
+        wall,
     )
 
 
 class Dwell(NamedTuple):
-    """What a particle that dwells on a wall still remembers of its impact.
+    """What a particle whose contacts take time remembers of the one under way.
 
     Attributes
     ----------
     left : float
-        Time left until it is let go [1/ω_n]; 0 where it is not held (it then rides, or flies).
+        Time left until it is let go [1/ω_n]; 0 where it is not held (it then rides, or flies), and always on a
+        compliant wall.
     speed : float
-        Approach speed [Z ω_n].
+        Approach speed [Z ω_n]: when it met the wall; on a compliant wall at present.
     """
 
     left: float
@@ -56,15 +80,16 @@ class State(NamedTuple):
         +1 where the wall last touched is the one at u − p = +d/Z, −1 for the other.
     gap : float
         Distance of the particle from that wall, exactly 0 after an impact: measuring from the wall keeps the digits of
-        a short flight that u − p, a difference of large numbers, would lose.
+        a short flight that u − p, a difference of large numbers, would lose. Negative in a compliant wall.
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle rides on the wall, 0 while it flies.
+        1 while the particle rides on the wall, or a compliant wall pushes it, 0 while it flies.
     slip_order, gap_order : int
-        How many leading Taylor coefficients of w, of the gap, are zero by the event just passed.
+        How many leading Taylor coefficients of w, of the gap (of the force of a compliant wall), are zero by the event
+        just passed.
     dwell : Dwell or None
-        Of a particle with a contact time; None without.
+        Of a particle whose contacts take time; None without.
     """
 
     v: float
@@ -108,6 +133,8 @@ NEAR_WALL = 3
 FAR_WALL = 4
 RELEASE = 5
 LET_GO = 6  # a dwell is over
+CLEARANCE = 7  # the particle is out of a compliant wall
+PUSH = 8  # a compliant wall pushes again
 
 # Outcome of a march.
 ARRIVED = 0

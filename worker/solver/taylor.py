@@ -11,7 +11,7 @@ four; a segment's coefficients are then a sum of four constant rows, which the p
 
 import numpy as np
 
-from worker.jit import kernel
+from worker.jit import inlined, kernel
 
 ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
@@ -70,7 +70,7 @@ def motion_rows(two_zeta, compliance, base):
     return relative.reshape(-1), absolute.reshape(-1)
 
 
-@kernel
+@inlined
 def combine(x, w, sine, cosine, rows, out):
     """Coefficients of a segment from the four rows of its medium."""
     for n in range(TERMS):
@@ -79,24 +79,16 @@ def combine(x, w, sine, cosine, rows, out):
         )
 
 
-@kernel
-def expand_base(sine, cosine, rows, out):
-    """Coefficients of the base displacement from sin φ and cos φ."""
-    for n in range(TERMS):
-        out[n] = sine * rows[n] + cosine * rows[TERMS + n]
-
-
-@kernel
-def expand_stick(v, sine, cosine, rows, relative, absolute):
-    """Coefficients of the motion while friction holds the mass: v is constant, u = v + s."""
+@inlined
+def stand(v, relative, absolute):
+    """Coefficients of the motion while friction holds the mass: v is constant; `absolute` holds the base's own."""
     for n in range(TERMS):
         relative[n] = 0.0
-        absolute[n] = sine * rows[n] + cosine * rows[TERMS + n]
     relative[0] = v
     absolute[0] += v
 
 
-@kernel
+@inlined
 def value(p, t):
     """Value of a polynomial at t, by Estrin's scheme: a tree of depth four instead of a chain of fifteen."""
     t2 = t * t
@@ -108,7 +100,7 @@ def value(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@kernel
+@inlined
 def change(p, t):
     """Value of a polynomial at t less its value at 0, to the digits of the change itself."""
     t2 = t * t
@@ -120,7 +112,7 @@ def change(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@kernel
+@inlined
 def bend(p, t):
     """Value of a polynomial at t less its tangent at 0, to the digits of the difference itself."""
     t2 = t * t
@@ -144,7 +136,7 @@ def curvature_bound(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@kernel
+@inlined
 def slope(p, t):
     """First derivative of a polynomial at t."""
     t2 = t * t
@@ -156,7 +148,19 @@ def slope(p, t):
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@kernel
+@inlined
+def curvature(p, t):
+    """Second derivative of a polynomial at t."""
+    t2 = t * t
+    t4 = t2 * t2
+    a = (2.0 * p[2] + 6.0 * p[3] * t) + (12.0 * p[4] + 20.0 * p[5] * t) * t2
+    b = (30.0 * p[6] + 42.0 * p[7] * t) + (56.0 * p[8] + 72.0 * p[9] * t) * t2
+    c = (90.0 * p[10] + 110.0 * p[11] * t) + (132.0 * p[12] + 156.0 * p[13] * t) * t2
+    d = 182.0 * p[14] + 210.0 * p[15] * t
+    return (a + b * t4) + (c + d * t4) * (t4 * t4)
+
+
+@inlined
 def rate_into(p, dropped, out):
     """Coefficients of the first derivative of a polynomial, the `dropped` lowest left out (division by t^dropped)."""
     if dropped == 0:  # the common case, with a length that the compiler knows
@@ -170,7 +174,7 @@ def rate_into(p, dropped, out):
         out[i] = 0.0
 
 
-@kernel
+@inlined
 def acceleration_into(p, out):
     """Coefficients of the second derivative of a polynomial."""
     for i in range(ORDER - 1):

@@ -10,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.jit import kernel
+from worker.jit import inlined, kernel
+from worker.solver.forms import base_forms, medium_forms
 from worker.solver.memory import address
 from worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
 
 LARGEST_WINDOW = 0.4
 """Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the Taylor remainder below rounding."""
+
 
 # Gauss–Legendre on [0, 1], 5 points: exact to degree 9, error below 1e-13 of the integrand on the longest window.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -39,8 +41,8 @@ class Base(NamedTuple):
         sin φ and cos φ at the window ends.
     rows : array, shape (2 · TERMS,)
         Taylor coefficients of s for sin φ = 1 and for cos φ = 1.
-    gauss : array, shape (GAUSS · 4,)
-        s (0, 1) and s' (2, 3) at each quadrature point of a window, for sin φ = 1 and for cos φ = 1.
+    forms : array, shape (5,)
+        Integrals over a window (`forms.base_forms`).
     """
 
     frequency_ratio: float
@@ -50,7 +52,7 @@ class Base(NamedTuple):
     sine: NDArray[np.float64]
     cosine: NDArray[np.float64]
     rows: NDArray[np.float64]
-    gauss: NDArray[np.float64]
+    forms: NDArray[np.float64]
 
 
 class Medium(NamedTuple):
@@ -64,8 +66,8 @@ class Medium(NamedTuple):
         Map of (x, w, sin φ, cos φ) at the start of a window to x and w at its end.
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start.
-    gauss : array, shape (GAUSS · 8,)
-        x (0 to 3) and w (4 to 7) at each quadrature point of a window for each unit start.
+    forms : array, shape (3 · PAIRS + 4,)
+        Integrals over a window (`forms.medium_forms`).
     """
 
     compliance: float
@@ -79,7 +81,7 @@ class Medium(NamedTuple):
     wc: float
     relative: NDArray[np.float64]
     absolute: NDArray[np.float64]
-    gauss: NDArray[np.float64]
+    forms: NDArray[np.float64]
 
 
 @kernel
@@ -96,13 +98,9 @@ def make_base(damping_ratio, frequency_ratio):
     cosine[count] = -1.0
     window = half / count
     rows = base_rows(frequency_ratio)
-    gauss = np.empty(GAUSS * 4)
-    for i in range(GAUSS):
-        for j in range(2):
-            row = rows[j * TERMS : (j + 1) * TERMS]
-            gauss[4 * i + j] = value(row, GAUSS_NODES[i] * window)
-            gauss[4 * i + 2 + j] = slope(row, GAUSS_NODES[i] * window)
-    return Base(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, gauss)
+    return Base(
+        frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, base_forms(rows, window)
+    )
 
 
 @kernel
@@ -110,12 +108,6 @@ def make_medium(base, inertia):
     """Motion with one inertia, from the Taylor polynomials themselves."""
     relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     h = base.window
-    gauss = np.empty(GAUSS * 8)
-    for i in range(GAUSS):
-        for j in range(4):
-            row = relative[j * TERMS : (j + 1) * TERMS]
-            gauss[8 * i + j] = value(row, GAUSS_NODES[i] * h)
-            gauss[8 * i + 4 + j] = slope(row, GAUSS_NODES[i] * h)
     return Medium(
         1.0 / inertia,
         value(relative[0 * TERMS : 1 * TERMS], h),
@@ -128,11 +120,11 @@ def make_medium(base, inertia):
         slope(relative[3 * TERMS : 4 * TERMS], h),
         relative,
         absolute,
-        gauss,
+        medium_forms(base.two_zeta, base.rows, relative, absolute, h),
     )
 
 
-@kernel
+@inlined
 def point_base(base):
     """The same base with addresses for arrays; the arrays must outlive it."""
     return Base(
@@ -143,11 +135,11 @@ def point_base(base):
         address(base.sine, 0),
         address(base.cosine, 0),
         address(base.rows, 0),
-        address(base.gauss, 0),
+        address(base.forms, 0),
     )
 
 
-@kernel
+@inlined
 def point_medium(medium):
     """The same medium with addresses for arrays; the arrays must outlive it."""
     return Medium(
@@ -162,5 +154,5 @@ def point_medium(medium):
         medium.wc,
         address(medium.relative, 0),
         address(medium.absolute, 0),
-        address(medium.gauss, 0),
+        address(medium.forms, 0),
     )

@@ -1,6 +1,7 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
 from worker.jit import kernel
+from worker.physics.contact import spring_energy
 from worker.physics.impact import kept_energy
 from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, PEAK, RELATIVE_PEAK, VISCOUS_LOSS, WORK_IN
 
@@ -15,6 +16,14 @@ def _contact_energy(dwell, particle):
 
 
 @kernel
+def _wall_energy(gap, wall):
+    """Energy in the spring of a compliant wall."""
+    if wall is not None:
+        return spring_energy(wall.stiffness, -gap)
+    return 0.0
+
+
+@kernel
 def stored_energy(state, base_rate, particle):
     """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², and what a contact under way will give back."""
     u_rate = state.w + base_rate
@@ -22,6 +31,7 @@ def stored_energy(state, base_rate, particle):
     if particle is not None:
         energy += 0.5 * particle.mass_ratio * state.p_rate * state.p_rate
         energy += _contact_energy(state.dwell, particle)
+        energy += _wall_energy(state.gap, particle.wall)
     return energy
 
 

@@ -56,16 +56,16 @@ def state_at(point, like, particle):
 
 
 @kernel
-def _takes_time(contact_time):
+def _takes_time(contact_time, wall):
     """Whether contacts take time, which the linearised map of `tangent.propagate` does not know."""
-    return contact_time is not None
+    return contact_time is not None or wall is not None
 
 
 @kernel
 def is_linearised(particle):
     """Whether the Jacobian of the map of a half cycle is known."""
     if particle is not None:
-        return not _takes_time(particle.contact_time)
+        return not _takes_time(particle.contact_time, particle.wall)
     return True
 
 

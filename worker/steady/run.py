@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from worker.jit import kernel
 from worker.solver.march import half_cycle
 from worker.solver.record import Log, empty_log
+from worker.solver.riding import make_loaded
 from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
@@ -73,7 +74,7 @@ def make_scene(damping_ratio, frequency_ratio, friction, particle, max_cycles):
     free = make_medium(base, 1.0)
     loaded = None
     if particle is not None:
-        loaded = make_medium(base, 1.0 + particle.mass_ratio)
+        loaded = make_loaded(base, particle, particle.wall)
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (max_cycles + 50)
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)

@@ -12,6 +12,7 @@ import numpy as np
 
 from worker.jit import kernel
 from worker.solver.record import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
+from worker.solver.riding import medium_of
 from worker.solver.scene import FAR_WALL, NEAR_WALL, TURN
 from worker.solver.taylor import TERMS, combine, slope, value
 
@@ -30,8 +31,7 @@ def _relative_acceleration(v, w, slip, riding, sine, base, free, loaded, frictio
         offset = slip * friction
     compliance = free.compliance
     if particle is not None:
-        if riding > 0.0:
-            compliance = loaded.compliance
+        compliance = medium_of(free, loaded, riding, particle.wall).compliance
     return r * r * sine - compliance * (base.two_zeta * w + v + offset)
 
 
@@ -75,8 +75,7 @@ def propagate(log, base, free, loaded, friction, particle, tangents, work):
         if not held:
             medium = free
             if particle is not None:
-                if riding > 0.0:
-                    medium = loaded
+                medium = medium_of(free, loaded, riding, particle.wall)
             combine(row[V] + offset, row[W], sin(start), cos(start), medium.relative, relative)
             v = value(relative, t) - offset
             w = slope(relative, t)

@@ -1,0 +1,205 @@
+"""The structure alone, or with a tuned mass damper, under a record: linear, so its matrix exponential is the answer.
+
+Between two samples everything is one linear system without input, x' = Mx, when the base's displacement, velocity,
+acceleration and jerk are counted among the unknowns. Its exponential over a window is exact whatever the window; no step
+size is involved. Peaks are the extrema of the power series of each window, mean squares are integrated to rounding.
+"""
+
+from math import factorial, nan, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.ground.motion import GroundMotion
+from studies.tmd.absorber import Absorber
+from studies.variables import Status
+from worker.ground.design import Structure, scale_of
+from worker.ground.response import GroundResponse
+from worker.solver.ground import make_record_base
+from worker.solver.shaking import RecordBase
+from worker.solver.taylor import TERMS
+from worker.solver.windows import GAUSS_NODES, GAUSS_WEIGHTS
+
+# Unknowns: v, v' of the structure against its base; q, q' of the absorber against the structure; the base.
+_V, _W, _Q, _Q_RATE, _S, _S_RATE, _A, _J = range(8)
+_SERIES = 18  # terms of the exponential of a matrix of norm 1/2: the rest is below 1e-21
+
+
+def absorber_response(
+    structure: Structure,
+    absorber: Absorber | None,
+    motion: GroundMotion,
+    factor: float = 1.0,
+    tail_s: float = 0.0,
+) -> GroundResponse:
+    """Compute the response of the structure with a tuned mass damper.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure.
+    absorber : Absorber or None
+        Its tuned mass damper; None for the structure alone.
+    motion, factor, tail_s
+        As of `response.ground_response`.
+
+    Returns
+    -------
+    GroundResponse
+        Without impacts and stick; `loss_viscous_j` is that of both dashpots.
+    """
+    scale = scale_of(structure, motion, factor)
+    base = make_record_base(
+        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
+        scale.omega * motion.step_s,
+        structure.damping_ratio,
+        scale.omega * tail_s,
+        1.0
+        if absorber is None
+        else max(1.0, absorber.tuning * (1.0 + absorber.damping_ratio)) * (1.0 + absorber.mass_ratio),
+    )
+    matrix, acceleration = _system(structure.damping_ratio, absorber)
+    states = _states(matrix, base)
+    relative, absolute = np.eye(8)[_V], np.eye(8)[_V] + np.eye(8)[_S]
+    peaks = [_peak(matrix, states, c, base.window) for c in (relative, absolute, acceleration)]
+    at = np.stack([states[:-1] @ exponential(matrix * (node * base.window)).T for node in GAUSS_NODES])
+    weights = GAUSS_WEIGHTS[:, None] * base.window
+
+    def mean_square(c: NDArray[np.float64]) -> float:
+        return float(np.sum(weights * (at @ c) ** 2))
+
+    time = base.windows * base.window
+    mu, zeta_a, gamma = (0.0, 0.0, 1.0) if absorber is None else (
+        absorber.mass_ratio, absorber.damping_ratio, absorber.tuning,
+    )  # fmt: skip
+    two_zeta = 2.0 * structure.damping_ratio
+    transmitted = -(two_zeta * at[..., _W] + at[..., _V])
+    work = float(np.sum(weights * transmitted * at[..., _S_RATE]))
+    loss = float(
+        np.sum(weights * (two_zeta * at[..., _W] ** 2 + 2.0 * mu * zeta_a * gamma * at[..., _Q_RATE] ** 2))
+    )
+    end = states[-1]
+    u_rate = end[_W] + end[_S_RATE]
+    stored = 0.5 * (u_rate**2 + end[_V] ** 2 + mu * ((u_rate + end[_Q_RATE]) ** 2 + gamma**2 * end[_Q] ** 2))
+    largest = max(abs(work), loss, stored)
+    length, energy = scale.length_m, scale.energy_j
+    good = bool(np.isfinite(states).all())
+    return GroundResponse(
+        peak_relative_displacement_m=peaks[0] * length,
+        rms_relative_displacement_m=sqrt(mean_square(relative) / time) * length,
+        peak_absolute_displacement_m=peaks[1] * length,
+        rms_absolute_displacement_m=sqrt(mean_square(absolute) / time) * length,
+        peak_absolute_acceleration_m_s2=peaks[2] * scale.acceleration_m_s2,
+        rms_absolute_acceleration_m_s2=sqrt(mean_square(acceleration) / time) * scale.acceleration_m_s2,
+        impacts=0,
+        impact_speed_max_m_s=0.0,
+        stick_fraction=0.0,
+        work_in_j=work * energy,
+        loss_viscous_j=loss * energy,
+        loss_friction_j=0.0,
+        loss_impact_j=0.0,
+        energy_residual=abs(work - loss - stored) / largest if largest > 0.0 else nan,
+        duration_s=time / scale.omega,
+        end_relative_displacement_m=end[_V] * length,
+        end_relative_velocity_m_s=end[_W] * scale.speed_m_s,
+        status=int(Status.CONVERGED if good else Status.UNBOUNDED),
+    )
+
+
+def absorber_history(
+    structure: Structure,
+    absorber: Absorber | None,
+    motion: GroundMotion,
+    factor: float = 1.0,
+    tail_s: float = 0.0,
+) -> dict[str, NDArray[np.float64]]:
+    """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the window ends."""
+    scale = scale_of(structure, motion, factor)
+    base = make_record_base(
+        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
+        scale.omega * motion.step_s,
+        structure.damping_ratio,
+        scale.omega * tail_s,
+    )
+    matrix, acceleration = _system(structure.damping_ratio, absorber)
+    states = _states(matrix, base)
+    return {
+        "time_s": np.arange(base.windows + 1.0) * (base.window / scale.omega),
+        "relative_displacement_m": states[:, _V] * scale.length_m,
+        "absolute_acceleration_m_s2": (states @ acceleration) * scale.acceleration_m_s2,
+    }
+
+
+def _system(
+    damping_ratio: float, absorber: Absorber | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Matrix M, and the row that makes the absolute acceleration u'' of the unknowns.
+
+    With q of the absorber against the structure: u'' = −2ζv' − v + μ(2ζ_aγq' + γ²q), v'' = u'' − s'',
+    q'' = −(2ζ_aγq' + γ²q) − u''.
+    """
+    mu, gamma, zeta_a = 0.0, 0.0, 0.0
+    if absorber is not None:
+        mu, gamma, zeta_a = absorber.mass_ratio, absorber.tuning, absorber.damping_ratio
+    link = np.zeros(8)
+    link[[_Q, _Q_RATE]] = gamma**2, 2.0 * zeta_a * gamma
+    acceleration = mu * link
+    acceleration[[_V, _W]] = -1.0, -2.0 * damping_ratio
+    base = np.eye(8)[_A]
+    matrix = np.zeros((8, 8))
+    matrix[_V, _W] = matrix[_Q, _Q_RATE] = matrix[_S, _S_RATE] = 1.0
+    matrix[_S_RATE, _A] = matrix[_A, _J] = 1.0
+    matrix[_W] = acceleration - base
+    if absorber is not None:
+        matrix[_Q_RATE] = -link - acceleration
+    return matrix, acceleration
+
+
+def exponential(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Exponential of a matrix: power series of its 2⁻ˢ-fold, squared s times."""
+    norm = float(np.abs(matrix).sum(axis=1).max())
+    squarings = max(0, int(np.ceil(np.log2(norm))) + 1) if norm > 0.5 else 0
+    small = matrix / 2.0**squarings
+    total = np.eye(len(matrix))
+    for n in range(_SERIES, 0, -1):
+        total = np.eye(len(matrix)) + small @ total / n
+    for _ in range(squarings):
+        total = total @ total
+    return total
+
+
+def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64]:
+    """Unknowns at the window starts, and at the end: shape (windows + 1, 8)."""
+    step = exponential(matrix * base.window)[:_A]
+    states = np.zeros((base.windows + 1, 8))
+    states[:-1, _A], states[:-1, _J] = base.acceleration, base.jerk
+    for k in range(base.windows):
+        states[k + 1, :_A] = step @ states[k]
+    if base.windows:
+        states[-1, _A] = states[-2, _A] + states[-2, _J] * base.window
+    return states
+
+
+def _peak(
+    matrix: NDArray[np.float64], states: NDArray[np.float64], output: NDArray[np.float64], window: float
+) -> float:
+    """Largest |output · x| over all windows: ends, and the extrema of the power series where one may be higher."""
+    rows = [output]
+    for _ in range(TERMS - 1):
+        rows.append(rows[-1] @ matrix * window)
+    series = states[:-1] @ np.array([row / factorial(n) for n, row in enumerate(rows)]).T  # in t/window
+    first, last = series[:, 0], series.sum(axis=1)
+    ends = np.maximum(np.abs(first), np.abs(last))
+    order = np.arange(TERMS)
+    bulge = np.abs(series) @ (order * (order - 1)) / 8.0
+    best = float(ends.max())
+    for k in np.flatnonzero(ends + bulge > best):
+        rate = np.polynomial.Polynomial(series[k]).deriv()
+        rate = rate.trim(1e-17 * float(np.abs(rate.coef).max()))
+        if rate.degree() < 1:
+            continue
+        roots = rate.roots()
+        inside = roots.real[(np.abs(roots.imag) < 1e-7) & (roots.real > 0) & (roots.real < 1)]
+        if inside.size:
+            best = max(best, float(np.abs(np.polynomial.Polynomial(series[k])(inside)).max()))
+    return best

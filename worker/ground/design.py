@@ -1,0 +1,120 @@
+"""A structure and its damper in physical units, and the scale on which a record is computed."""
+
+from dataclasses import dataclass
+from math import pi
+
+from studies.ground.motion import GroundMotion
+from worker.solver.scene import Particle
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The primary structure; the paper's by default (its Table 2).
+
+    Parameters
+    ----------
+    mass_kg, natural_frequency_hz, damping_ratio : float
+        M, ω_n/2π and ζ.
+    """
+
+    mass_kg: float = 1.605
+    natural_frequency_hz: float = 2.5
+    damping_ratio: float = 0.0038
+
+    @property
+    def omega(self) -> float:
+        """ω_n [rad/s]."""
+        return 2.0 * pi * self.natural_frequency_hz
+
+    @property
+    def stiffness_n_per_m(self) -> float:
+        """k [N/m]."""
+        return self.mass_kg * self.omega**2
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A friction damper, a particle, or both.
+
+    Parameters
+    ----------
+    friction_force_n : float
+        F_f [N]; 0 for none.
+    particle_mass_kg : float
+        m [kg]; 0 for no particle.
+    clearance_m : float
+        d [m], free way of the particle to either side.
+    restitution : float
+        e.
+    contact_time_s : float, optional
+        How long a particle stays on a wall that it strikes [s]; None where it leaves at once.
+    """
+
+    friction_force_n: float = 0.0
+    particle_mass_kg: float = 0.0
+    clearance_m: float = 0.0225
+    restitution: float = 0.47
+    contact_time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the dimensionless numbers of a run are multiplied by.
+
+    The length is the largest base acceleration over ω_n²: the static way of the structure under it. So the record is 1 at
+    its largest, whatever its units, and a record scaled with d and F_f is the same run.
+
+    Parameters
+    ----------
+    length_m : float
+        L = max |z''|/ω_n².
+    omega : float
+        ω_n [rad/s].
+    mass_kg : float
+        M.
+    """
+
+    length_m: float
+    omega: float
+    mass_kg: float
+
+    @property
+    def speed_m_s(self) -> float:
+        """L ω_n."""
+        return self.length_m * self.omega
+
+    @property
+    def acceleration_m_s2(self) -> float:
+        """L ω_n², the largest base acceleration."""
+        return self.length_m * self.omega**2
+
+    @property
+    def energy_j(self) -> float:
+        """M (L ω_n)²."""
+        return self.mass_kg * self.speed_m_s**2
+
+
+def scale_of(structure: Structure, motion: GroundMotion, factor: float) -> Scale:
+    """Scale of a record that is multiplied by a factor."""
+    length = abs(factor) * motion.peak_m_s2 / structure.omega**2
+    return Scale(length, structure.omega, structure.mass_kg)
+
+
+def friction_of(damper: Damper, scale: Scale) -> float | None:
+    """F_f/(k L), friction over the largest force of inertia; None where there is no friction."""
+    if damper.friction_force_n <= 0.0:
+        return None
+    return damper.friction_force_n / (scale.mass_kg * scale.acceleration_m_s2)
+
+
+def particle_of(damper: Damper, scale: Scale) -> Particle | None:
+    """The particle over the scale; None where none acts on the structure."""
+    if damper.particle_mass_kg <= 0.0:
+        return None
+    contact = None if damper.contact_time_s is None else damper.contact_time_s * scale.omega
+    return Particle(
+        damper.clearance_m / scale.length_m,
+        float(damper.restitution),
+        damper.particle_mass_kg / scale.mass_kg,
+        contact,
+    )

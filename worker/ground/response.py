@@ -1,0 +1,294 @@
+"""One design under one record: event to event, exact for a base acceleration that is linear between samples."""
+
+from dataclasses import asdict, dataclass
+from math import nan, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.ground.motion import GroundMotion
+from studies.variables import Status
+from worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
+from worker.solver.ground import make_record_base, start_on
+from worker.solver.march import march_record
+from worker.solver.metering import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
+    RECORD_METERS,
+    RELATIVE_SQUARE,
+)
+from worker.solver.record import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
+from worker.solver.scene import (
+    ARRIVED,
+    BUDGET,
+    COUNTS,
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    IMPACTS,
+    PEAK,
+    RELATIVE_PEAK,
+    SPEED,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+    Particle,
+    State,
+)
+from worker.solver.shaking import RecordBase
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_medium
+from worker.steady.energy import energy_residual, stored_energy
+
+_SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve
+
+HISTORY_COLUMNS = (
+    "time_s",
+    "base_acceleration_m_s2",
+    "relative_displacement_m",
+    "absolute_displacement_m",
+    "relative_velocity_m_s",
+    "absolute_acceleration_m_s2",
+    "particle_displacement_m",
+)
+
+
+@dataclass(frozen=True)
+class GroundResponse:
+    """What a record did to a design; peaks are true extrema, rms values exact integrals over `duration_s`.
+
+    Parameters
+    ----------
+    peak_relative_displacement_m, rms_relative_displacement_m : float
+        Of the primary mass against the base, x − z.
+    peak_absolute_displacement_m, rms_absolute_displacement_m : float
+        Of the primary mass against where it started, x; the base's own displacement is the record integrated twice.
+    peak_absolute_acceleration_m_s2, rms_absolute_acceleration_m_s2 : float
+        x'', between impacts: an impact at once has no finite acceleration.
+    impacts : int
+        Number of impacts.
+    impact_speed_max_m_s : float
+        Fastest approach of an impact.
+    stick_fraction : float
+        Share of the time that friction held the mass.
+    work_in_j, loss_viscous_j, loss_friction_j, loss_impact_j : float
+        Energies.
+    energy_residual : float
+        What does not balance, over the largest of work, losses and stored energy.
+    duration_s : float
+        Record and tail.
+    end_relative_displacement_m, end_relative_velocity_m_s : float
+        State at the end.
+    status : int
+        `studies.variables.Status`; 0 where the march arrived.
+    """
+
+    peak_relative_displacement_m: float
+    rms_relative_displacement_m: float
+    peak_absolute_displacement_m: float
+    rms_absolute_displacement_m: float
+    peak_absolute_acceleration_m_s2: float
+    rms_absolute_acceleration_m_s2: float
+    impacts: int
+    impact_speed_max_m_s: float
+    stick_fraction: float
+    work_in_j: float
+    loss_viscous_j: float
+    loss_friction_j: float
+    loss_impact_j: float
+    energy_residual: float
+    duration_s: float
+    end_relative_displacement_m: float
+    end_relative_velocity_m_s: float
+    status: int
+
+    def values(self) -> dict[str, float | int]:
+        """Return the values by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """A start that is slightly off rest: displacement and velocity over L and L ω_n, place in the cavity −1 to 1."""
+
+    v: float = 0.0
+    w: float = 0.0
+    place: float = 0.0
+
+
+class Ready(NamedTuple):
+    """What all runs of one structure under one record share: the record in windows, and the structure's own motion."""
+
+    base: RecordBase
+    free: Any
+
+
+def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
+    """Make a record ready for runs that differ in their damper, start and size of the factor alone."""
+    base = make_record_base(
+        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
+        structure.omega * motion.step_s,
+        structure.damping_ratio,
+        structure.omega * tail_s,
+    )
+    return Ready(base, make_medium(base, 1.0))
+
+
+def ground_response(
+    structure: Structure,
+    damper: Damper,
+    motion: GroundMotion,
+    factor: float = 1.0,
+    tail_s: float = 0.0,
+    start: Perturbation | None = None,
+    ready: Ready | None = None,
+) -> GroundResponse:
+    """Compute the response of one design to one record.
+
+    Parameters
+    ----------
+    structure, damper : Structure, Damper
+        The design.
+    motion : GroundMotion
+        The record.
+    factor : float
+        What the record is multiplied by; not 0.
+    tail_s : float
+        Free vibration after the record, over which the base goes on at the velocity that it has.
+    start : Perturbation, optional
+        Where it starts; at rest by default.
+    ready : Ready, optional
+        Of the same structure, record, sign of the factor and tail, where many runs share them.
+
+    Returns
+    -------
+    GroundResponse
+        A numerical failure is in its status, with NaN for values.
+    """
+    return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
+
+
+def ground_history(
+    structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
+) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
+    """Compute the same with its time history: `HISTORY_COLUMNS` at every window start, event, and the end.
+
+    A particle that is not there has NaN.
+    """
+    response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
+    assert history is not None
+    return response, history
+
+
+def _march(
+    structure: Structure,
+    damper: Damper,
+    motion: GroundMotion,
+    factor: float,
+    tail_s: float,
+    start: Perturbation | None,
+    ready: Ready | None,
+    logged: bool,
+) -> tuple[GroundResponse, dict[str, NDArray[np.float64]] | None]:
+    scale = scale_of(structure, motion, factor)
+    friction = friction_of(damper, scale)
+    particle = particle_of(damper, scale)
+    base, free = ready or made_ready(structure, motion, factor, tail_s)
+    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    counts = np.zeros(COUNTS, np.int64)
+    time = base.windows * base.window
+    counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
+    meter = np.zeros(RECORD_METERS)
+    off = start or Perturbation()
+    begun = start_on(base, friction, particle, off.v, off.w, off.place)
+    log = None if not logged else empty_log(20 * base.windows + 10_000)
+    end, outcome = march_record(
+        begun, base, free, loaded, friction, particle, np.empty((4, TERMS)), counts, meter, log
+    )
+    response = _measures(base, scale, particle, meter, counts, begun, end, outcome)
+    if log is None:
+        return response, None
+    return response, _history(log, base, scale, friction, particle, end, structure.damping_ratio)
+
+
+def _measures(
+    base: RecordBase,
+    scale: Scale,
+    particle: Particle | None,
+    meter: NDArray[np.float64],
+    counts: NDArray[np.int64],
+    begun: State,
+    end: State,
+    outcome: int,
+) -> GroundResponse:
+    time = base.windows * base.window
+    if outcome != ARRIVED:
+        meter = np.full(RECORD_METERS, nan)
+        end = end._replace(v=nan, w=nan)
+    stored = stored_energy(begun, 0.0, particle)
+    residual = energy_residual(meter, stored, stored_energy(end, base.rate[-1], particle))
+    read: list[float] = meter.tolist()
+    length, speed, energy = scale.length_m, scale.speed_m_s, scale.energy_j
+    return GroundResponse(
+        peak_relative_displacement_m=read[RELATIVE_PEAK] * length,
+        rms_relative_displacement_m=sqrt(read[RELATIVE_SQUARE] / time) * length,
+        peak_absolute_displacement_m=read[PEAK] * length,
+        rms_absolute_displacement_m=sqrt(read[SQUARE] / time) * length,
+        peak_absolute_acceleration_m_s2=read[ACCELERATION_PEAK] * scale.acceleration_m_s2,
+        rms_absolute_acceleration_m_s2=sqrt(read[ACCELERATION_SQUARE] / time) * scale.acceleration_m_s2,
+        impacts=int(counts[IMPACTS]),
+        impact_speed_max_m_s=read[SPEED] * speed,
+        stick_fraction=read[STUCK] / time,
+        work_in_j=read[WORK_IN] * energy,
+        loss_viscous_j=read[VISCOUS_LOSS] * energy,
+        loss_friction_j=read[FRICTION_LOSS] * energy,
+        loss_impact_j=read[IMPACT_LOSS] * energy,
+        energy_residual=float(residual),
+        duration_s=time / scale.omega,
+        end_relative_displacement_m=end.v * length,
+        end_relative_velocity_m_s=end.w * speed,
+        status=int(Status.CONVERGED) if outcome == ARRIVED else int(outcome),
+    )
+
+
+def _history(
+    log: Log,
+    base: RecordBase,
+    scale: Scale,
+    friction: float | None,
+    particle: Particle | None,
+    end: State,
+    damping_ratio: float,
+) -> dict[str, NDArray[np.float64]]:
+    """Read the states at the segments' starts, and at the end."""
+    rows = log.rows[: min(int(log.cursor[0]), log.rows.shape[0])]
+    time = base.windows * base.window
+    read = [START, V, W, SLIP, WALL, GAP, RIDING]
+    last = np.zeros(len(COLUMNS))
+    last[read] = time, end.v, end.w, end.slip, end.wall, end.gap, end.riding
+    start, v, w, slip, wall, gap, riding = np.vstack((rows, last)).T[read]
+    window = np.minimum((start / base.window + 1e-9).astype(int), base.windows - 1)
+    since = start - window * base.window
+    a = base.acceleration[window] + base.jerk[window] * since
+    s = base.position[window] + since * (
+        base.rate[window] + since * (base.acceleration[window] / 2 + base.jerk[window] * since / 6)
+    )
+    offset = 0.0 if friction is None else slip * friction
+    inertia = 1.0 if particle is None else 1.0 + particle.mass_ratio * (riding > 0.0)
+    acceleration = -(2.0 * damping_ratio * w + v + offset) / inertia
+    if friction is not None:
+        acceleration = np.where(slip == 0.0, a, acceleration)
+    p = np.full(start.size, nan)
+    if particle is not None:
+        p = v + s - wall * (particle.clearance_ratio - gap)
+    columns = (
+        start / scale.omega,
+        a * scale.acceleration_m_s2,
+        v * scale.length_m,
+        (v + s) * scale.length_m,
+        w * scale.speed_m_s,
+        acceleration * scale.acceleration_m_s2,
+        p * scale.length_m,
+    )
+    return dict(zip(HISTORY_COLUMNS, columns, strict=True))

@@ -1,0 +1,94 @@
+"""A compliant wall: a spring and a dashpot side by side that push, and never pull.
+
+Its force is max(0, K pen + C pen') while the particle is in the wall by pen > 0, and 0 otherwise. In free space, from
+pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies part with e v; what the spring then still
+holds is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced mass:
+ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
+"""
+
+from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
+
+from worker.jit import kernel
+
+_BISECTIONS = 200  # at most; ends when the interval is two neighbouring numbers
+
+
+@kernel
+def reduced_mass(mass_ratio):
+    """Of particle and primary mass, over M: β/(1 + β)."""
+    return mass_ratio / (1.0 + mass_ratio)
+
+
+@kernel
+def calibrate(restitution, contact_time):
+    """Natural frequency and damping ratio of a wall and the reduced mass.
+
+    Parameters
+    ----------
+    restitution : float
+        e in (0, 1]: without damping for 1, and with ever more towards 0 (ζ_c ≈ 1/(2√e)).
+    contact_time : float
+        Of an impact in free space [1/ω_n].
+
+    Returns
+    -------
+    rate, damping : float
+        ω_c [ω_n] and ζ_c.
+    """
+    half = -0.5 * log(restitution)
+    if half <= 0.0:
+        return pi / contact_time, 0.0
+    # half = θ cot θ falls from 1 to 0 over (0, π/2]; its continuation b coth b rises from 1
+    stiff = half <= 1.0
+    low = 0.0
+    high = 0.5 * pi if stiff else half
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        if stiff:
+            if middle / tan(middle) > half:
+                low = middle
+            else:
+                high = middle
+        elif middle / tanh(middle) < half:
+            low = middle
+        else:
+            high = middle
+    angle = high
+    if angle < 1e-9:
+        return 2.0 / contact_time, 1.0
+    if stiff:
+        return 2.0 * angle / (contact_time * sin(angle)), cos(angle)
+    return 2.0 * angle / (contact_time * sinh(angle)), cosh(angle)
+
+
+@kernel
+def wall_constants(restitution, contact_time, mass_ratio):
+    """Stiffness K over k and damping C over k/ω_n of the wall with this e and contact time."""
+    rate, damping = calibrate(restitution, contact_time)
+    mass = reduced_mass(mass_ratio)
+    return mass * rate * rate, 2.0 * mass * damping * rate
+
+
+@kernel
+def contact_time_of_stiffness(restitution, stiffness, mass_ratio):
+    """Contact time of a wall of this stiffness over k and this e [1/ω_n]; inf for a stiffness of 0."""
+    if stiffness <= 0.0:
+        return inf
+    unit, _ = calibrate(restitution, 1.0)
+    return unit * (reduced_mass(mass_ratio) / stiffness) ** 0.5
+
+
+@kernel
+def wall_force(stiffness, damping, depth, depth_rate):
+    """Force of the wall on a particle that is in it by `depth`, over k Z; it never pulls."""
+    if depth <= 0.0:
+        return 0.0
+    return max(stiffness * depth + damping * depth_rate, 0.0)
+
+
+@kernel
+def spring_energy(stiffness, depth):
+    """Energy of the wall's spring over k Z²; a particle outside the wall leaves none."""
+    return 0.5 * stiffness * max(depth, 0.0) ** 2

@@ -1,0 +1,90 @@
+"""A record made ready for the march: cut into windows, with the base's own motion carried along."""
+
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.physics.friction import breakaway, hold_force, slip_direction
+from worker.solver.dwell import dwell_at_rest
+from worker.solver.scene import Particle, State
+from worker.solver.shaking import RecordBase
+from worker.solver.taylor import TERMS
+from worker.solver.windows import LARGEST_WINDOW
+
+
+def make_record_base(
+    acceleration: NDArray[np.float64],
+    step: float,
+    damping_ratio: float,
+    tail: float = 0.0,
+    fastest: float = 1.0,
+) -> RecordBase:
+    """Windows of a record: its steps, cut where they are too long for the Taylor polynomials.
+
+    Parameters
+    ----------
+    acceleration : ndarray, shape (samples,)
+        s'' over an acceleration of one's choice; 1 at its largest keeps all numbers near 1.
+    step : float
+        Time between samples [1/ω_n].
+    damping_ratio : float
+        ζ.
+    tail : float
+        Time after the last sample over which the base goes on at constant velocity [1/ω_n]; rounded up to windows.
+    fastest : float
+        Frequency of the fastest motion that the windows must resolve [ω_n].
+    """
+    pieces = ceil(step * (1.0 + damping_ratio) * fastest / LARGEST_WINDOW)
+    window = step / pieces
+    change = np.diff(acceleration)
+    starts = acceleration[:-1, None] + change[:, None] * (np.arange(pieces) / pieces)
+    still = np.zeros(ceil(tail / window * (1.0 - 1e-12)))
+    start = np.concatenate((starts.reshape(-1), still))
+    jerk = np.concatenate((np.repeat(change / step, pieces), still))
+    end = start + jerk * window
+    rate = np.concatenate(([0.0], np.cumsum(window * (start + end) / 2.0)))
+    way = window * (rate[:-1] + window * (2.0 * start + end) / 6.0)
+    rows = np.zeros(2 * TERMS)
+    rows[2] = 1.0 / 2.0
+    rows[TERMS + 3] = 1.0 / 6.0
+    return RecordBase(
+        2.0 * float(damping_ratio),
+        float(window),
+        start.size,
+        start,
+        jerk,
+        rate,
+        np.concatenate(([0.0], np.cumsum(way))),
+        np.maximum(np.abs(start), np.abs(end)),
+        float(np.abs(acceleration).max()),
+        rows,
+    )
+
+
+def start_on(
+    base: RecordBase,
+    friction: float | None,
+    particle: Particle | None,
+    v: float = 0.0,
+    w: float = 0.0,
+    place: float = 0.0,
+) -> State:
+    """State at the start of a record: the base at rest, the particle at rest in the absolute frame.
+
+    Parameters
+    ----------
+    v, w : float
+        Displacement and velocity of the primary mass.
+    place : float
+        Of the particle in its cavity, from −1 to 1; 0 is its middle.
+    """
+    slip, slip_order = 0.0, 0
+    if friction is not None:
+        slip = float(np.sign(w))
+        if w == 0.0:
+            force = hold_force(v, -base.acceleration[0], 1.0)
+            slip = slip_direction(force, breakaway(friction, base.largest, 1.0))
+            slip_order = int(slip != 0.0)
+    gap = 0.0 if particle is None else particle.clearance_ratio * (1.0 + place)
+    return State(v, w, slip, 1.0, gap, 0.0, 0.0, slip_order, 0, dwell_at_rest(particle))

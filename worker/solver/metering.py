@@ -1,0 +1,418 @@
+"""What a meter reads on the way, by the kind of base: a record's response is asked for more than a sine's."""
+
+from math import inf
+from typing import Any
+
+from worker.jit import by_type, inlined, kernel
+from worker.solver.bounds import u_bend, w_bend
+from worker.solver.crossing import first_crossing
+from worker.solver.measure import find_peaks, measure_segment, measure_window, peaks_at_ends
+from worker.solver.scene import (
+    FRICTION_LOSS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+)
+from worker.solver.shaking import base_bend, expand_base, is_record, phase_after
+from worker.solver.taylor import ORDER, rate_into, slope, value
+from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+
+# What the meter of a record has besides.
+RELATIVE_SQUARE = METERS  # ∫ v² dτ
+ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
+ACCELERATION_PEAK = METERS + 2  # largest |u''|
+RECORD_METERS = METERS + 3
+
+_MOST_EXTREMA = 8  # of one segment, whose length is less than a tenth of a period
+
+
+@inlined
+def _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
+    """Whether a quiet window could be measured without its polynomials."""
+    if peaks_at_ends(
+        meter,
+        state,
+        crossed,
+        phase.position,
+        end.position,
+        base.window,
+        u2_most,
+        friction,
+        base.frequency_ratio,
+    ):
+        measure_window(meter, state, crossed, offset, held, phase, end, base, medium, friction)
+        return True
+    return False
+
+
+@inlined
+def _sine_segment(
+    meter,
+    state,
+    crossed,
+    offset,
+    held,
+    phase,
+    end,
+    t,
+    whole,
+    base,
+    medium,
+    friction,
+    relative,
+    absolute,
+    scratch,
+    shaken,
+    w_most,
+    u2_most,
+):
+    if whole:
+        measure_window(meter, state, crossed, offset, held, phase, end, base, medium, friction)
+    else:
+        expand_base(base, phase, shaken)
+        end = phase_after(base, phase, shaken, t)
+        measure_segment(
+            meter,
+            state,
+            crossed,
+            offset,
+            held,
+            t,
+            phase,
+            end,
+            base,
+            medium,
+            friction,
+            relative,
+            absolute,
+            shaken,
+        )
+    if not peaks_at_ends(
+        meter,
+        state,
+        crossed,
+        phase.position,
+        end.position,
+        t,
+        u2_most,
+        friction,
+        base.frequency_ratio,
+    ):
+        find_peaks(
+            meter,
+            state,
+            crossed,
+            phase,
+            end,
+            offset,
+            held,
+            t,
+            base,
+            medium,
+            friction,
+            relative,
+            absolute,
+            scratch,
+            w_most,
+            u2_most,
+        )
+
+
+@kernel
+def _raised(peak, polynomial, less, rate, t, rate_bend):
+    """The larger of a peak and every extremum of |polynomial − less|, whose rate's coefficients are given."""
+    sign = 1.0 if rate[0] > 0.0 else -1.0
+    at = 0.0
+    for _ in range(_MOST_EXTREMA):
+        at = first_crossing(rate, sign, at, t, rate_bend)
+        if at == inf:
+            break
+        peak = max(peak, abs(value(polynomial, at) - less))
+        sign = -sign
+    return peak
+
+
+@kernel
+def _record_segment(
+    meter,
+    state,
+    crossed,
+    offset,
+    held,
+    phase,
+    end,
+    t,
+    whole,
+    base,
+    medium,
+    friction,
+    relative,
+    absolute,
+    scratch,
+    shaken,
+    w_most,
+    u2_most,
+):
+    """Energies, squares and true peaks of one segment, from its polynomials."""
+    expand_base(base, phase, shaken)
+    work = 0.0
+    loss = 0.0
+    square = 0.0
+    relative_square = 0.0
+    acceleration_square = 0.0
+    for i in range(GAUSS):
+        at = GAUSS_NODES[i] * t
+        x = relative[0]
+        w = 0.0
+        acceleration = phase.first + phase.second * at
+        if not held:
+            x = value(relative, at)
+            w = slope(relative, at)
+            acceleration = -medium.compliance * (base.two_zeta * w + x)
+        v = x - offset
+        u = v + value(shaken, at)
+        work += GAUSS_WEIGHTS[i] * acceleration * slope(shaken, at)
+        loss += GAUSS_WEIGHTS[i] * w * w
+        square += GAUSS_WEIGHTS[i] * u * u
+        relative_square += GAUSS_WEIGHTS[i] * v * v
+        acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
+    meter[WORK_IN] += t * work / medium.compliance  # the base moves the riding particle too
+    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
+    meter[SQUARE] += t * square
+    meter[RELATIVE_SQUARE] += t * relative_square
+    meter[ACCELERATION_SQUARE] += t * acceleration_square
+    if friction is not None:
+        if held:
+            meter[STUCK] += t
+        else:
+            meter[FRICTION_LOSS] += friction * abs(crossed.v - state.v)  # w keeps its sign on a segment
+    bulge = 0.125 * t * t
+    ends = max(abs(state.v + phase.position), abs(crossed.v + value(shaken, t)))
+    peak = max(meter[PEAK], ends)
+    if ends + bulge * u2_most > peak and abs(absolute[1]) <= t * u2_most:
+        rate_into(absolute, 0, scratch)
+        most = u_bend(3, held, w_most, u2_most, base, phase, medium.compliance)
+        peak = _raised(peak, absolute, offset, scratch, t, most)
+    meter[PEAK] = peak
+    ends = max(abs(state.v), abs(crossed.v))
+    peak = max(meter[RELATIVE_PEAK], ends)
+    if friction is None:  # with friction, |v| peaks only where a segment ends
+        w1 = u2_most + base_bend(base, phase, 2)
+        if ends + bulge * w1 > peak and abs(relative[1]) <= t * w1:
+            rate_into(relative, 0, scratch)
+            most = w_bend(0, w_most, u2_most, base, phase, medium.compliance)
+            peak = _raised(peak, relative, 0.0, scratch, t, most)
+    meter[RELATIVE_PEAK] = peak
+    first = phase.first
+    last = phase.first + phase.second * t
+    if not held:
+        first = -medium.compliance * (base.two_zeta * state.w + relative[0])
+        last = -medium.compliance * (base.two_zeta * crossed.w + value(relative, t))
+    ends = max(abs(first), abs(last))
+    peak = max(meter[ACCELERATION_PEAK], ends)
+    if not held:
+        most = u_bend(4, held, w_most, u2_most, base, phase, medium.compliance)
+        if ends + bulge * most > peak:
+            # −κ(2ζ w + x) as a polynomial of the relative motion, which is zero where the base would dominate
+            for n in range(ORDER):
+                shaken[n] = -medium.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
+            shaken[ORDER] = 0.0
+            rate_into(shaken, 0, scratch)
+            most = u_bend(5, held, w_most, u2_most, base, phase, medium.compliance)
+            peak = _raised(peak, shaken, 0.0, scratch, t, most)
+            expand_base(base, phase, shaken)
+    meter[ACCELERATION_PEAK] = peak
+
+
+def measure_quiet(
+    meter: Any,
+    state: Any,
+    crossed: Any,
+    offset: float,
+    held: bool,
+    phase: Any,
+    end: Any,
+    base: Any,
+    medium: Any,
+    friction: Any,
+    u2_most: float,
+) -> bool:
+    """Measure a whole quiet window if that can be done without its polynomials; whether it was done."""
+    return not is_record(base) and bool(
+        _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most)
+    )
+
+
+@by_type(measure_quiet)
+def _measure_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
+    if is_record(base):
+
+        def polynomials_needed(
+            meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most
+        ):
+            return False
+
+        return polynomials_needed
+
+    def quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
+        return _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most)
+
+    return quiet
+
+
+def measure(
+    meter: Any,
+    state: Any,
+    crossed: Any,
+    offset: float,
+    held: bool,
+    phase: Any,
+    end: Any,
+    t: float,
+    whole: bool,
+    base: Any,
+    medium: Any,
+    friction: Any,
+    relative: Any,
+    absolute: Any,
+    scratch: Any,
+    shaken: Any,
+    w_most: float,
+    u2_most: float,
+) -> None:
+    """Measure one segment of length t, `whole` where it is a whole window; its polynomials are given."""
+    chosen = _record_segment if is_record(base) else _sine_segment
+    chosen(
+        meter,
+        state,
+        crossed,
+        offset,
+        held,
+        phase,
+        end,
+        t,
+        whole,
+        base,
+        medium,
+        friction,
+        relative,
+        absolute,
+        scratch,
+        shaken,
+        w_most,
+        u2_most,
+    )
+
+
+@by_type(measure)
+def _measure(
+    meter,
+    state,
+    crossed,
+    offset,
+    held,
+    phase,
+    end,
+    t,
+    whole,
+    base,
+    medium,
+    friction,
+    relative,
+    absolute,
+    scratch,
+    shaken,
+    w_most,
+    u2_most,
+):
+    if is_record(base):
+
+        def segment(
+            meter,
+            state,
+            crossed,
+            offset,
+            held,
+            phase,
+            end,
+            t,
+            whole,
+            base,
+            medium,
+            friction,
+            relative,
+            absolute,
+            scratch,
+            shaken,
+            w_most,
+            u2_most,
+        ):
+            _record_segment(
+                meter,
+                state,
+                crossed,
+                offset,
+                held,
+                phase,
+                end,
+                t,
+                whole,
+                base,
+                medium,
+                friction,
+                relative,
+                absolute,
+                scratch,
+                shaken,
+                w_most,
+                u2_most,
+            )
+
+    else:
+
+        def segment(
+            meter,
+            state,
+            crossed,
+            offset,
+            held,
+            phase,
+            end,
+            t,
+            whole,
+            base,
+            medium,
+            friction,
+            relative,
+            absolute,
+            scratch,
+            shaken,
+            w_most,
+            u2_most,
+        ):
+            _sine_segment(
+                meter,
+                state,
+                crossed,
+                offset,
+                held,
+                phase,
+                end,
+                t,
+                whole,
+                base,
+                medium,
+                friction,
+                relative,
+                absolute,
+                scratch,
+                shaken,
+                w_most,
+                u2_most,
+            )
+
+    return segment

@@ -1,0 +1,162 @@
+"""What a meter reads in a compliant wall: energies, mean square and true peaks, a leap's vibration included exactly."""
+
+from math import inf
+
+from worker.jit import kernel
+from worker.solver.crossing import first_crossing
+from worker.solver.scene import (
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    PEAK,
+    RELATIVE_PEAK,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+)
+from worker.solver.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
+from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+
+TAME = 1e-9
+"""Decay of a vibration over a leap below which its energy is not told from two ends."""
+_MOST_EXTREMA = 3  # of one displacement in a span
+
+
+@kernel
+def measure_contact(meter, moved, offset, held, t, damping, base, friction, buffers):
+    """Add a segment of length t on the polynomials in `buffers`, over which v changes by `moved`."""
+    square = base.frequency_ratio * base.frequency_ratio
+    work = 0.0
+    loss = 0.0
+    mean_square = 0.0
+    struck = 0.0
+    for i in range(GAUSS):
+        at = GAUSS_NODES[i] * t
+        w = 0.0
+        if held:
+            transmitted = value(buffers.push, at) - square * value(buffers.shaken, at)
+        else:
+            w = slope(buffers.relative, at)
+            transmitted = -(base.two_zeta * w + value(buffers.relative, at))
+        u = value(buffers.absolute, at) - offset
+        depth_rate = slope(buffers.depth, at)
+        work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.shaken, at)
+        loss += GAUSS_WEIGHTS[i] * w * w
+        mean_square += GAUSS_WEIGHTS[i] * u * u
+        struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
+    meter[WORK_IN] += t * work
+    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
+    meter[SQUARE] += t * mean_square
+    meter[IMPACT_LOSS] += t * damping * struck
+    if friction is not None:
+        if held:
+            meter[STUCK] += t
+        else:
+            meter[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
+
+
+@kernel
+def raise_peaks(meter, offset, t, friction, buffers):
+    """Raise the peaks to the largest |u| and |v| on the polynomials in `buffers`."""
+    meter[PEAK] = _largest(buffers.absolute, offset, t, meter[PEAK], buffers.scratch)
+    if friction is None:
+        meter[RELATIVE_PEAK] = _largest(buffers.relative, offset, t, meter[RELATIVE_PEAK], buffers.scratch)
+    else:  # with friction, |v| peaks only where a segment ends
+        ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
+        meter[RELATIVE_PEAK] = max(meter[RELATIVE_PEAK], ends)
+
+
+@kernel
+def _largest(polynomial, offset, t, peak, scratch):
+    """The larger of a peak and the largest |p − offset| over [0, t]."""
+    ends = max(abs(polynomial[0] - offset), abs(value(polynomial, t) - offset))
+    peak = max(peak, ends)
+    curvature = curvature_bound(polynomial, t)
+    if ends + 0.125 * t * t * curvature <= peak or abs(polynomial[1]) > t * curvature:
+        return peak
+    rate_into(polynomial, 0, scratch)
+    most = curvature_bound(scratch, t)
+    sign = 1.0 if polynomial[1] > 0.0 else -1.0
+    at = 0.0
+    for _ in range(_MOST_EXTREMA):
+        at = first_crossing(scratch, sign, at, t, most)
+        if at == inf:
+            break
+        peak = max(peak, abs(value(polynomial, at) - offset))
+        sign = -sign
+    return peak
+
+
+@kernel
+def measure_leap(meter, offset, held, t, first, second, one, two, wall, base, motion, buffers):
+    """Add what the vibration f, from (first, second) to (one, two), changes in the integrals of the slow motion.
+
+    Notes
+    -----
+    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·F⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
+    J = ∫ f fᵀ dt solves FJ + JFᵀ = [f fᵀ].
+    """
+    u = motion.writer
+    s = motion.share
+    a, b, c, d = motion.rates[0], motion.rates[1], motion.rates[2], motion.rates[3]
+    q11 = one * one - first * first
+    q12 = one * two - first * second
+    q22 = two * two - second * second
+    # J of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]]
+    trace = a + d
+    determinant = a * d - b * c
+    bottom = 2.0 * trace * determinant
+    j11 = ((determinant + d * d) * q11 - 2.0 * b * d * q12 + b * b * q22) / bottom
+    j12 = (-c * d * q11 + 2.0 * a * d * q12 - a * b * q22) / bottom
+    j22 = (c * c * q11 - 2.0 * a * c * q12 + (determinant + a * a) * q22) / bottom
+    x1, x2 = u[0] + s * u[8], u[1] + s * u[9]
+    w1, w2 = u[2] + s * u[10], u[3] + s * u[11]
+    y1, y2 = u[10], u[11]
+    if held:
+        x1 = x2 = w1 = w2 = 0.0
+    rate, scratch = buffers.rate, buffers.scratch
+    rate_into(buffers.shaken, 0, rate)
+    if held:
+        n1 = wall.stiffness * u[8] + wall.damping * u[10]
+        n2 = wall.stiffness * u[9] + wall.damping * u[11]
+    else:
+        n1 = -(base.two_zeta * w1 + x1)
+        n2 = -(base.two_zeta * w2 + x2)
+    meter[WORK_IN] += _by_parts(rate, n1, n2, t, first, second, one, two, motion.inverse, scratch)
+    rate_into(buffers.depth, 0, rate)
+    cross = _by_parts(rate, y1, y2, t, first, second, one, two, motion.inverse, scratch)
+    own = y1 * y1 * j11 + 2.0 * y1 * y2 * j12 + y2 * y2 * j22
+    meter[IMPACT_LOSS] += wall.damping * (2.0 * cross + own)
+    if held:
+        return
+    rate_into(buffers.relative, 0, rate)
+    cross = _by_parts(rate, w1, w2, t, first, second, one, two, motion.inverse, scratch)
+    own = w1 * w1 * j11 + 2.0 * w1 * w2 * j12 + w2 * w2 * j22
+    meter[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + own)
+    for i in range(TERMS):
+        rate[i] = buffers.absolute[i]
+    rate[0] -= offset
+    cross = _by_parts(rate, x1, x2, t, first, second, one, two, motion.inverse, scratch)
+    own = x1 * x1 * j11 + 2.0 * x1 * x2 * j12 + x2 * x2 * j22
+    meter[SQUARE] += 2.0 * cross + own
+
+
+@kernel
+def _by_parts(polynomial, l1, l2, t, first, second, one, two, inverse, scratch):
+    """∫ p l·f dt over [0, t]."""
+    for i in range(TERMS):
+        scratch[i] = polynomial[i]
+    total = 0.0
+    sign = 1.0
+    for k in range(TERMS):
+        first, second = inverse[0] * first + inverse[1] * second, inverse[2] * first + inverse[3] * second
+        one, two = inverse[0] * one + inverse[1] * two, inverse[2] * one + inverse[3] * two
+        term = value(scratch, t) * (l1 * one + l2 * two) - scratch[0] * (l1 * first + l2 * second)
+        total += sign * term
+        if k > 0 and abs(term) <= 1e-18 * abs(total):
+            break
+        sign = -sign
+        for i in range(ORDER):
+            scratch[i] = (i + 1) * scratch[i + 1]
+        scratch[ORDER] = 0.0
+    return total

@@ -1,0 +1,427 @@
+"""The linear motion of mass and particle pressed against each other by a compliant wall.
+
+Written in X = x − μy and y = u − p ∓ d, with μ = β/(1 + β), K and C those of the wall over k, κ = 1/(1 + β): the contact
+force F = Ky + Cy' moves the common centre of mass only by what it changes in the spring and dashpot of the structure,
+
+    X'' = r² sin φ − κ(2ζ(X' + μy') + X + μy),    y'' = −(2ζ(X' + μy') + X + μy) − F/μ,
+
+so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = −r² sin φ − κF/μ.
+
+Two sets of rows expand the motion: all of it, over spans that the fastest rate of the contact allows, and the part that is
+left when the contact has come to rest. The latter is the slow invariant subspace of the same equations, so it is exact:
+whole windows can be crossed in it however stiff the wall. With φ the one or two fast coordinates (y' where the wall is
+overdamped and yields slowly, else y and y') and σ the others, P and B solve two Riccati equations,
+
+    φ = Pσ + f,   σ = ξ + Bf,   ξ' = Gξ,   f' = Ff,
+
+by iteration, which converges as the ratio of the rates.
+"""
+
+from math import cos, exp, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.jit import kernel
+from worker.physics.contact import reduced_mass
+from worker.solver.memory import address
+from worker.solver.taylor import TERMS
+from worker.solver.windows import LARGEST_WINDOW
+
+DIM = 6
+"""Coordinates X, X', sin φ, cos φ, y, y'."""
+RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
+"""Sets of rows: x, x + s, y, F."""
+# Longest span of the whole motion, in units of the contact's own rate: 0.5^16/16! is below 1e-18.
+_LONGEST = 0.5
+_APART = 10.0  # ratio of rates from which fast and slow are told apart
+_ITERATIONS = 60
+
+
+class Pressed(NamedTuple):
+    """Motion in contact, of a mass that slips or is held.
+
+    Attributes
+    ----------
+    share : float
+        μ where the mass moves with the contact, 0 where it is held: x = X + share · y.
+    step, slow_step : float
+        Longest span of the whole motion, of the slow one [1/ω_n].
+    fast : int
+        Fast coordinates told apart: 0, 1 or 2.
+    weight : float
+        Ω: |f₁| Ω and |f₂| stay below √(f₂² + Ω²f₁²) at the start.
+    rows, slow_rows : array, shape (4 · DIM · TERMS,)
+        Taylor coefficients of x, x + s, y and F for each unit start.
+    reader : array, shape (2 · DIM,)
+        f from the coordinates.
+    writer : array, shape (DIM · 2,)
+        The coordinates of f.
+    rates, inverse : array, shape (4,)
+        F and its inverse.
+    """
+
+    share: float
+    step: float
+    slow_step: float
+    fast: int
+    weight: float
+    rows: NDArray[np.float64]
+    slow_rows: NDArray[np.float64]
+    reader: NDArray[np.float64]
+    writer: NDArray[np.float64]
+    rates: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+
+
+class Buffers(NamedTuple):
+    """Scratch of a march in contact, arrays of shape (TERMS,): polynomials of a segment, and its start."""
+
+    relative: NDArray[np.float64]
+    absolute: NDArray[np.float64]
+    depth: NDArray[np.float64]
+    push: NDArray[np.float64]
+    shaken: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    scratch: NDArray[np.float64]
+    start: NDArray[np.float64]
+
+
+class Contact(NamedTuple):
+    """What replaces the riding `Medium` where walls are compliant.
+
+    Attributes
+    ----------
+    slipping, held : Pressed
+        The motion in contact.
+    buffers : Buffers
+        Scratch.
+    """
+
+    slipping: Pressed
+    held: Pressed
+    buffers: Buffers
+
+
+@kernel
+def make_contact(base, particle, wall):
+    """Motion in contact with a compliant wall."""
+    return Contact(
+        _make_pressed(base, particle.mass_ratio, wall, False),
+        _make_pressed(base, particle.mass_ratio, wall, True),
+        Buffers(
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+            np.zeros(TERMS),
+        ),
+    )
+
+
+@kernel
+def point_contact(contact):
+    """The same contact with addresses for arrays; the arrays must outlive it."""
+    one = contact.buffers
+    buffers = Buffers(
+        address(one.relative, 0),
+        address(one.absolute, 0),
+        address(one.depth, 0),
+        address(one.push, 0),
+        address(one.shaken, 0),
+        address(one.rate, 0),
+        address(one.scratch, 0),
+        address(one.start, 0),
+    )
+    return Contact(_point(contact.slipping), _point(contact.held), buffers)
+
+
+@kernel
+def _point(pressed):
+    return Pressed(
+        pressed.share,
+        pressed.step,
+        pressed.slow_step,
+        pressed.fast,
+        pressed.weight,
+        address(pressed.rows, 0),
+        address(pressed.slow_rows, 0),
+        address(pressed.reader, 0),
+        address(pressed.writer, 0),
+        address(pressed.rates, 0),
+        address(pressed.inverse, 0),
+    )
+
+
+@kernel
+def _equations(base, mass_ratio, wall, held):
+    """The matrix of the coordinates' rates."""
+    r = base.frequency_ratio
+    mu = reduced_mass(mass_ratio)
+    kappa = 1.0 / (1.0 + mass_ratio)
+    a = np.zeros((DIM, DIM))
+    a[2, 3] = r
+    a[3, 2] = -r
+    a[4, 5] = 1.0
+    if held:
+        a[5, 2] = -r * r
+        a[5, 4] = -kappa * wall.stiffness / mu
+        a[5, 5] = -kappa * wall.damping / mu
+        return a
+    a[0, 1] = 1.0
+    a[1, 0] = -kappa
+    a[1, 1] = -kappa * base.two_zeta
+    a[1, 2] = r * r
+    a[1, 4] = -kappa * mu
+    a[1, 5] = -kappa * mu * base.two_zeta
+    a[5, 0] = -1.0
+    a[5, 1] = -base.two_zeta
+    a[5, 4] = -(wall.stiffness / mu + mu)
+    a[5, 5] = -(wall.damping / mu + base.two_zeta * mu)
+    return a
+
+
+@kernel
+def _make_pressed(base, mass_ratio, wall, held):
+    a = _equations(base, mass_ratio, wall, held)
+    share = 0.0 if held else reduced_mass(mass_ratio)
+    fastest, slowest = _contact_rates(-a[5, 4], -a[5, 5])
+    others = (1.0 + 0.5 * base.two_zeta) * max(1.0, base.frequency_ratio)
+    fast = 0
+    if slowest >= _APART * others:
+        fast = 2
+    elif fastest >= _APART * max(others, slowest):
+        fast = 1
+    step = min(base.window, _LONGEST / fastest)
+    slow_step = step if fast == 0 else base.window
+    rows = np.zeros(4 * DIM * TERMS)
+    slow_rows = np.zeros(4 * DIM * TERMS)
+    _fill_rows(rows, a, np.eye(DIM), DIM, base, wall, share, held)
+    reader = np.zeros((2, DIM))
+    writer = np.zeros((DIM, 2))
+    rates = np.zeros((2, 2))
+    inverse = np.zeros((2, 2))
+    weight = 1.0
+    if fast > 0:
+        slow, back, rates, inverse = _split(a, fast)
+        n = DIM - fast
+        column = 2 - fast
+        for i in range(fast):
+            reader[column + i, n + i] = 1.0
+            for j in range(n):
+                reader[column + i, j] = -slow[i, j]
+                writer[j, column + i] = back[j, i]
+            for k in range(fast):
+                total = 1.0 if i == k else 0.0
+                for j in range(n):
+                    total += slow[i, j] * back[j, k]
+                writer[n + i, column + k] = total
+        generator = np.zeros((DIM, DIM))
+        lift = np.zeros((DIM, DIM))
+        for i in range(n):
+            lift[i, i] = 1.0
+            for j in range(n):
+                generator[i, j] = a[i, j]
+                for k in range(fast):
+                    generator[i, j] += a[i, n + k] * slow[k, j]
+        for i in range(fast):
+            for j in range(n):
+                lift[n + i, j] = slow[i, j]
+        _fill_rows(slow_rows, generator, lift, n, base, wall, share, held)
+        if fast == 2:
+            weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
+        else:
+            slow_step = min(base.window, LARGEST_WINDOW / max(1.0, 1.5 * slowest))
+    return Pressed(
+        share,
+        step,
+        slow_step,
+        fast,
+        weight,
+        rows,
+        slow_rows,
+        reader.reshape(-1),
+        writer.reshape(-1),
+        rates.reshape(-1),
+        inverse.reshape(-1),
+    )
+
+
+@kernel
+def _contact_rates(square, damping):
+    """Moduli of the two roots of λ² − damping λ + square, the larger first."""
+    bend = 0.25 * damping * damping - square
+    if bend <= 0.0:
+        return sqrt(square), sqrt(square)
+    larger = 0.5 * damping + sqrt(bend)
+    return larger, square / larger
+
+
+@kernel
+def _split(a, fast):
+    """P, B, F and its inverse, of the last `fast` coordinates."""
+    n = DIM - fast
+    p = np.zeros((fast, n))
+    g = np.zeros((n, n))
+    inverse = _inverse(a[n:, n:])
+    for _ in range(_ITERATIONS):
+        for i in range(n):
+            for j in range(n):
+                g[i, j] = a[i, j]
+                for k in range(fast):
+                    g[i, j] += a[i, n + k] * p[k, j]
+        right = np.zeros((fast, n))
+        for i in range(fast):
+            for j in range(n):
+                total = -a[n + i, j]
+                for k in range(n):
+                    total += p[i, k] * g[k, j]
+                right[i, j] = total
+        changed = False
+        for i in range(fast):
+            for j in range(n):
+                total = 0.0
+                for k in range(fast):
+                    total += inverse[i, k] * right[k, j]
+                changed = changed or total != p[i, j]
+                p[i, j] = total
+        if not changed:
+            break
+    rates = np.zeros((fast, fast))
+    for i in range(fast):
+        for j in range(fast):
+            total = a[n + i, n + j]
+            for k in range(n):
+                total -= p[i, k] * a[k, n + j]
+            rates[i, j] = total
+    inverse = _inverse(rates)
+    b = np.zeros((n, fast))
+    for _ in range(_ITERATIONS):
+        right = a[:n, n:].copy()
+        for i in range(n):
+            for j in range(fast):
+                for k in range(n):
+                    right[i, j] += g[i, k] * b[k, j]
+        changed = False
+        for i in range(n):
+            for j in range(fast):
+                total = 0.0
+                for k in range(fast):
+                    total += right[i, k] * inverse[k, j]
+                changed = changed or total != b[i, j]
+                b[i, j] = total
+        if not changed:
+            break
+    # one fast coordinate stands in the second of two places, so that what follows knows one form
+    whole = np.zeros((2, 2))
+    whole_inverse = np.zeros((2, 2))
+    for i in range(2):
+        whole[i, i] = rates[fast - 1, fast - 1]
+        whole_inverse[i, i] = inverse[fast - 1, fast - 1]
+    if fast == 2:
+        whole[:, :] = rates
+        whole_inverse[:, :] = inverse
+    return p, b, whole, whole_inverse
+
+
+@kernel
+def _inverse(matrix):
+    out = np.empty(matrix.shape)
+    if matrix.shape[0] == 1:
+        out[0, 0] = 1.0 / matrix[0, 0]
+        return out
+    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    out[0, 0] = matrix[1, 1] / determinant
+    out[0, 1] = -matrix[0, 1] / determinant
+    out[1, 0] = -matrix[1, 0] / determinant
+    out[1, 1] = matrix[0, 0] / determinant
+    return out
+
+
+@kernel
+def _fill_rows(rows, generator, lift, units, base, wall, share, held):
+    """Taylor coefficients for each unit start; `lift` gives the six coordinates of those that `generator` moves."""
+    here = np.zeros(DIM)
+    following = np.zeros(DIM)
+    full = np.zeros(DIM)
+    for unit in range(units):
+        at = unit * TERMS
+        here[:] = 0.0
+        here[unit] = 1.0
+        for n in range(TERMS):
+            for i in range(DIM):
+                full[i] = 0.0
+                for j in range(units):
+                    full[i] += lift[i, j] * here[j]
+            x = full[0] + share * full[4]
+            w = full[1] + share * full[5]
+            push = wall.stiffness * full[4] + wall.damping * full[5]
+            rows[DEPTH * DIM * TERMS + at + n] = full[4]
+            rows[PUSH * DIM * TERMS + at + n] = push
+            absolute = ABSOLUTE * DIM * TERMS + at
+            if held:
+                if n == 0:
+                    rows[at] = x
+                    rows[absolute] = x
+                rows[absolute + n] += full[2]
+            else:
+                rows[at + n] = x
+                if n == 0:
+                    rows[absolute] = x + full[2]
+                    rows[absolute + 1] = w + base.frequency_ratio * full[3]
+                if n + 2 < TERMS:
+                    acceleration = -(base.two_zeta * w + x) - push
+                    rows[absolute + n + 2] = acceleration / ((n + 1) * (n + 2))
+            for i in range(units):
+                following[i] = 0.0
+                for j in range(units):
+                    following[i] += generator[i, j] * here[j]
+            for i in range(units):
+                here[i] = following[i] / (n + 1)
+
+
+@kernel
+def combine_rows(which, coordinates, units, rows, out):
+    """Coefficients of one set of rows from the coordinates at the start."""
+    at = which * DIM * TERMS
+    for n in range(TERMS):
+        out[n] = 0.0
+    for unit in range(units):
+        factor = coordinates[unit]
+        for n in range(TERMS):
+            out[n] += factor * rows[at + unit * TERMS + n]
+
+
+@kernel
+def fast_later(rates, first, second, t):
+    """f a time t later: exp(Ft) f."""
+    a, b, c, d = rates[0], rates[1], rates[2], rates[3]
+    middle = 0.5 * (a + d)
+    bend = 0.25 * (a - d) * (a - d) + b * c
+    if bend < 0.0:
+        swing = sqrt(-bend)
+        decay = exp(middle * t)
+        even = decay * cos(swing * t)
+        odd = decay * sin(swing * t) / swing
+    else:
+        spread = sqrt(bend)
+        if spread * t < 1e-4:
+            decay = exp(middle * t)
+            even = decay * (1.0 + 0.5 * (spread * t) ** 2)
+            odd = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
+        else:
+            quick = middle - spread
+            slow = (a * d - b * c) / quick
+            one = exp(quick * t)
+            other = exp(slow * t)
+            even = 0.5 * (other + one)
+            odd = 0.5 * (other - one) / spread
+    lean = 0.5 * (a - d)
+    return (
+        even * first + odd * (lean * first + b * second),
+        even * second + odd * (c * first - lean * second),
+    )
