@@ -10,7 +10,6 @@ from pydantic import (
     Tag,
 )
 
-from studies.available import RESERVED
 from studies.faults import Fault, StudyFaults, describe
 from studies.presets import CONTACT_TIMES
 from studies.quantity import Quantity, read_count
@@ -84,7 +83,10 @@ class DwellContact(Choice):
 
 
 class CompliantContact(Choice):
-    """A unilateral spring and dashpot wall with the given contact time; reserved for a later version."""
+    """A wall of a spring and a dashpot that push and never pull, with this e and contact time in free space.
+
+    As the contact time goes to 0 it tends to `instant`. Its e must not be 0, which takes endless damping.
+    """
 
     model: Literal["compliant"]
     contact_time: Annotated[float, _contact_time()]
@@ -105,7 +107,7 @@ class EventSolver(Choice):
 
 
 class Rk4Solver(Choice):
-    """The paper's method: classical Runge-Kutta with a fixed step; reserved for a later version."""
+    """The paper's method, to compare with: classical Runge-Kutta with a fixed step, impacts noticed at the ends of steps."""
 
     method: Literal["rk4"]
     steps_per_cycle: Annotated[int, whole(20, 1_000_000, "steps per excitation cycle")] = 400
@@ -129,9 +131,7 @@ class Continuation(Choice):
     direction: Literal["up", "down"] = "up"
 
 
-def _choice(
-    field: str, key: str, tags: tuple[str, ...], plain: bool = False
-) -> tuple[Discriminator, BeforeValidator]:
+def _choice(key: str, tags: tuple[str, ...], plain: bool = False) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that pick one model of several by the text under `key`.
 
     The first of `tags` is the default. A choice without settings is written as a mapping, or, where `plain`,
@@ -145,9 +145,8 @@ def _choice(
 
     def check(raw: Any) -> Any:
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
-        able = tuple(tag for tag in tags if tag not in RESERVED[field])
         if not written:
-            allowed = able[0] if plain else f"a mapping, such as {{{key}: {able[0]}}}"
+            allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"
             raise StudyFaults([Fault("", describe(raw), allowed, f"write {allowed}")])
         chosen = name(raw)
         if isinstance(raw, str) and chosen in tags[1:]:
@@ -155,11 +154,7 @@ def _choice(
             raise StudyFaults([Fault("", describe(raw), allowed, "write it as a mapping, with its settings")])
         where = key if isinstance(raw, dict | BaseModel) else ""
         if chosen not in tags:
-            raise StudyFaults([Fault(where, describe(chosen), " or ".join(able), f"write {able[0]}")])
-        if chosen in RESERVED[field]:
-            allowed = f"only {' or '.join(able)} in this version"
-            advice = f"write {able[0]}; {chosen} is reserved for a later version"
-            raise StudyFaults([Fault(where, describe(chosen), allowed, advice)])
+            raise StudyFaults([Fault(where, describe(chosen), " or ".join(tags), f"write {tags[0]}")])
         return raw
 
     return Discriminator(name), BeforeValidator(check)
@@ -169,15 +164,15 @@ Contact = Annotated[
     Annotated[InstantContact, Tag("instant")]
     | Annotated[DwellContact, Tag("dwell")]
     | Annotated[CompliantContact, Tag("compliant")],
-    *_choice("contact", "model", ("instant", "dwell", "compliant")),
+    *_choice("model", ("instant", "dwell", "compliant")),
 ]
 Solver = Annotated[
     Annotated[EventSolver, Tag("event")] | Annotated[Rk4Solver, Tag("rk4")],
-    *_choice("solver", "method", ("event", "rk4")),
+    *_choice("method", ("event", "rk4")),
 ]
 Start = Annotated[
     Annotated[Literal["rest"], Tag("rest")]
     | Annotated[Ensemble, Tag("ensemble")]
     | Annotated[Continuation, Tag("continuation")],
-    *_choice("start", "kind", ("rest", "ensemble", "continuation"), plain=True),
+    *_choice("kind", ("rest", "ensemble", "continuation"), plain=True),
 ]

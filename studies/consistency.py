@@ -8,13 +8,27 @@ from studies.axes import MAX_AXIS_VALUES
 from studies.faults import Fault, counted
 from studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from studies.quantity import DEFAULTS, RATIOS
-from studies.variables import VARIABLES, available_variables
+from studies.variables import STEPPED, VARIABLES, available_variables
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 """Dimensions that a scene without a particle does not have: length 1, value 0."""
+
+
+LEAST_COMPLIANT = 1e-6
+"""Smallest e of a compliant wall: less takes a dashpot whose rates differ by more than double precision tells apart."""
+
+
+def compliant_fault(restitution: float, field: str) -> Fault | None:
+    """Find what is wrong with the smallest e asked of compliant walls: 0 would take endless damping."""
+    if restitution >= LEAST_COMPLIANT:
+        return None
+    allowed = f"from {LEAST_COMPLIANT:g} to 1 with contact compliant"
+    return Fault(
+        field, f"{restitution:g}", allowed, "write a larger e, or contact dwell or instant, which know e = 0"
+    )
 
 
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -33,6 +47,8 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
     filled["axes"] = axes
     if "metrics" not in filled and _start_of(document) == "ensemble":
         filled["metrics"] = list(available_variables("ensemble"))
+    if "metrics" not in filled and _is_stepped(document):
+        filled["metrics"] = list(STEPPED)
     return filled
 
 
@@ -41,7 +57,7 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
-    faults = list(_not_given_by_start(document))
+    faults = [*_not_given_by_start(document), *_not_stepped(document)]
     if not isinstance(axes, dict) or not isinstance(physical, dict):
         return faults
     given = dict(axes)
@@ -75,6 +91,29 @@ def _not_given_by_start(document: Mapping[str, Any]) -> Iterator[Fault]:
         if needed and start != needed:
             allowed = f"{name} only with `start: {{kind: {needed}}}`"
             yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or start with an {needed}")
+
+
+def _is_stepped(document: Mapping[str, Any]) -> bool:
+    solver = document.get("solver")
+    return isinstance(solver, dict) and solver.get("method") == "rk4"
+
+
+def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
+    """What the fixed-step method of the paper does not know."""
+    if not _is_stepped(document):
+        return
+    contact = document.get("contact")
+    if isinstance(contact, dict) and contact.get("model", "instant") != "instant":
+        found = f"{contact.get('model')} with solver rk4"
+        yield Fault("contact.model", found, "instant with solver rk4", "write instant, or use solver event")
+    start = _start_of(document)
+    if start != "rest":
+        yield Fault("start", f"{start} with solver rk4", "rest with solver rk4", "leave `start` out")
+    metrics = document.get("metrics")
+    for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
+        if isinstance(name, str) and name in VARIABLES and name not in STEPPED:
+            allowed = f"with solver rk4 one of {', '.join(STEPPED)}"
+            yield Fault(f"metrics[{index}]", name, allowed, "remove it, or use solver event")
 
 
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:

@@ -25,17 +25,19 @@ from studies.axes import (
 )
 from studies.choices import (
     Choice,
+    CompliantContact,
     Contact,
     Continuation,
     DwellContact,
     Ensemble,
     EventSolver,
     InstantContact,
+    Rk4Solver,
     Solver,
     Start,
     Steady,
 )
-from studies.consistency import OF_PARTICLE, faults_between, with_defaults
+from studies.consistency import OF_PARTICLE, compliant_fault, faults_between, with_defaults
 from studies.digest import study_digest
 from studies.examples import EXAMPLES
 from studies.faults import Fault, StudyFaults, describe, listing, nearest
@@ -171,6 +173,9 @@ class Study(Choice):
         faults.extend(faults_between(document))
         if study is not None and study.physical is not None and not faults:
             faults.extend(derived_faults(study.physical, study.particle))
+        if study is not None and study.particle and not faults and study.contact.model == "compliant":
+            fault = compliant_fault(float(study.coordinates["restitution"][0]), "axes.restitution")
+            faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
         return study
@@ -265,7 +270,9 @@ KEYS: dict[str, tuple[str, ...]] = {
     "steady": tuple(Steady.model_fields),
     "contact.instant": tuple(InstantContact.model_fields),
     "contact.dwell": tuple(DwellContact.model_fields),
+    "contact.compliant": tuple(CompliantContact.model_fields),
     "solver.event": tuple(EventSolver.model_fields),
+    "solver.rk4": tuple(Rk4Solver.model_fields),
     "start.ensemble": tuple(Ensemble.model_fields),
     "start.continuation": tuple(Continuation.model_fields),
 }

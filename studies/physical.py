@@ -30,6 +30,18 @@ FRICTION_FORCE = _si("friction_force_n", "Coulomb friction force F_f [N]", 0.0)
 CLEARANCE = _si("clearance_m", "clearance d on either side of the particle, half the free cavity length [m]")
 PARTICLE_MASS = _si("particle_mass_kg", "mass m of the particle [kg]", 0.0)
 
+QUANTITIES = (
+    MASS,
+    NATURAL_FREQUENCY,
+    BASE_AMPLITUDE,
+    EXCITATION_FREQUENCY,
+    DAMPING,
+    FRICTION_FORCE,
+    CLEARANCE,
+    PARTICLE_MASS,
+)
+"""Every quantity of a physical block."""
+
 
 class Physical(Choice):
     """A physical case; each entry is a number or an axis.

@@ -27,7 +27,8 @@ BALANCED_BLOCKS = 32
 """Blocks that a study of a few seconds or more gets at least: the last one then leaves few workers idle."""
 
 MAX_BLOCK_POINTS = 65_536
-MAX_BLOCKS = 200_000
+MAX_BLOCKS = 50_000
+"""More would come faster than one scheduler hands them out; see the architecture, "How large studies stay small"."""
 
 _SAMPLES_PER_AXIS = (3, 3, 3, 7, 7, 9)
 _CENTRES_AT_ONCE = 16_384

@@ -2,6 +2,7 @@
 
 from functools import cache
 from importlib.resources import files
+from itertools import takewhile
 from pathlib import Path
 
 from studies.definition import Study, parse_study
@@ -72,6 +73,20 @@ def named_study(name: str) -> Study:
 def named_studies() -> dict[str, Study]:
     """Return the named studies of the package: the scenes of the paper, by name."""
     return {name: named_study(name) for name in _named_files()}
+
+
+def named_texts() -> dict[str, bytes]:
+    """Return the named studies as they were written: YAML in UTF-8 with comments, by name."""
+    return dict(_named_files())
+
+
+def named_descriptions() -> dict[str, str]:
+    """Return what each named study is and what to look at in it: the first paragraph above its definition."""
+    found = {}
+    for name, text in _named_files().items():
+        lines = takewhile(lambda line: line.startswith("# "), text.decode("utf-8").splitlines())
+        found[name] = " ".join(line.removeprefix("# ") for line in lines)
+    return found
 
 
 @cache

@@ -268,6 +268,18 @@ VARIABLES: dict[str, Variable] = {
 STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not v.start)
 """Names of the variables that every study can store."""
 
+STEPPED: tuple[str, ...] = (
+    "amplitude_ratio",
+    "amplitude_ratio_max",
+    "relative_amplitude_ratio",
+    "amplitude_error",
+    "impacts_per_cycle",
+    "cycles",
+    "run_time",
+    "status",
+)
+"""Names of the variables that the fixed-step method gives: it knows samples, no energies, orbits or classes."""
+
 
 def available_variables(start: str) -> tuple[str, ...]:
     """Return the names of the variables that a start option gives, in the cube's order."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Container
 
+import numpy as np
 import xarray as xr
 
 FREQUENCY = "frequency_ratio"
@@ -43,3 +44,9 @@ def say_worst(cube: xr.Dataset) -> str:
         f"The largest value over the study's {values.size} frequencies from r = {values.min():.10g} to "
         f"{values.max():.10g}; frequency_ratio_at says where."
     )
+
+
+def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
+    """First and last value of each run of neighbours for which something holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
+    return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]

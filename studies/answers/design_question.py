@@ -11,7 +11,7 @@ from studies.answers.band import has_band
 from studies.answers.faults import QueryFault
 from studies.answers.selection import check_dimension, check_metric
 from studies.faults import Fault, counted, describe, listing
-from studies.variables import DIMENSIONS
+from studies.variables import DIMENSIONS, VARIABLES
 
 OBJECTIVES: dict[str, str] = {
     "resonance": "amplitude ratio at the frequency nearest r = 1",
@@ -31,7 +31,11 @@ METRIC = "amplitude_ratio"
 
 @dataclass(frozen=True)
 class DesignQuestion:
-    """The question, checked; `axes` holds the grid indices that count, the frequencies in ascending order."""
+    """The question, checked.
+
+    `axes` holds the grid indices that count, the frequencies in ascending order; `limits` the results that must lie
+    within a range at every frequency that counts.
+    """
 
     objective: str
     top: int
@@ -41,6 +45,7 @@ class DesignQuestion:
     nearest: int
     exclude_locked: bool
     max_impact_speed: float | None
+    limits: dict[str, tuple[float, float]]
 
     @property
     def long_name(self) -> str:
@@ -88,7 +93,18 @@ class DesignQuestion:
             check_metric(cube, "impact_speed_max", "max_impact_speed")
         if exclude_locked:
             check_metric(cube, "response_class", "exclude_locked")
+        limits = {name: limit for name, limit in ranges.items() if name in VARIABLES}
+        for name, limit in limits.items():
+            check_metric(cube, name, name)
+            if VARIABLES[name].flags is not None:
+                allowed = "a result that is a quantity, or a design dimension"
+                raise QueryFault(
+                    Fault(name, "a range of codes", allowed, "codes have no order: leave it out")
+                )
+            _check_limits(name, limit)
         for name in ranges:
+            if name in limits:
+                continue
             if name == FREQUENCY:
                 raise QueryFault(
                     Fault(
@@ -116,6 +132,7 @@ class DesignQuestion:
             int(np.abs(frequencies - 1.0).argmin()),
             exclude_locked,
             max_impact_speed,
+            limits,
         )
 
 
@@ -124,9 +141,7 @@ def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float]
     if limits is None:
         return np.arange(values.size)
     low, high = limits
-    shown = f"{low:.10g} to {high:.10g}"
-    if math.isnan(low) or math.isnan(high) or low > high:
-        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "mend the range"))
+    shown = _check_limits(field, limits)
     inside = np.flatnonzero((values >= low) & (values <= high))
     if inside.size == 0:
         span = f"{values.min():.10g} to {values.max():.10g}"
@@ -140,6 +155,15 @@ def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float]
             )
         )
     return inside
+
+
+def _check_limits(field: str, limits: tuple[float, float]) -> str:
+    """Refuse what is no range; return it in words."""
+    low, high = limits
+    shown = f"{low:.10g} to {high:.10g}"
+    if math.isnan(low) or math.isnan(high) or low > high:
+        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "mend the range"))
+    return shown
 
 
 def _trapezoid(frequencies: np.ndarray) -> np.ndarray:

@@ -33,6 +33,8 @@ def flatness(
         last grid points on either side with at most `LOSS` more, nothing worse or unknown in between),
         `below` and `above` (the next grid points, where that no longer holds; None at the end of the axis).
         The border lies between `low` and `below`, and between `high` and `above`: nothing is interpolated.
+        `resolved`: whether the next design on either side is still as good. Where it is not, the response changes by
+        more than `LOSS` from one grid point to the next, and a much better design may lie between them.
     """
     found = []
     for name in DESIGN:
@@ -60,6 +62,7 @@ def flatness(
                 "high": float(ranked[high]),
                 "below": float(ranked[low - 1]) if low > 0 else None,
                 "above": float(ranked[high + 1]) if high < axis.size - 1 else None,
+                "resolved": bool((low < here or here == 0) and (high > here or here == axis.size - 1)),
             }
         )
     return found
@@ -74,4 +77,11 @@ def say_flatness(found: list[dict[str, Any]]) -> str:
         f"to {entry['high']:.6g}{'' if entry['above'] is not None else ' (end of the axis)'}"
         for entry in found
     ]
-    return f"Within {LOSS:.0%} of the best, one parameter at a time: {'; '.join(spans)}."
+    said = f"Within {LOSS:.0%} of the best, one parameter at a time: {'; '.join(spans)}."
+    coarse = [entry["dimension"] for entry in found if not entry["resolved"]]
+    if coarse:
+        said += (
+            f" The grid does not resolve the optimum in {', '.join(coarse)}: the next design is more than {LOSS:.0%} worse, "
+            "so a better one may lie between; refine looks there."
+        )
+    return said

@@ -14,6 +14,7 @@ REASONS: dict[str, str] = {
     "failed": "failed at a frequency that counts",
     "locked": "locked to the base near resonance",
     "too_fast": "impact faster than allowed",
+    "outside": "outside a limit on a result",
 }
 """Why a design may be left out."""
 
@@ -92,6 +93,12 @@ def judge(
         too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
+    for name, (low, high) in question.limits.items():
+        values = load(name)
+        # as of the impact speed: what a response does not have is no reason
+        outside = ((values < low) | (values > high)).any(axis=1)
+        tally["outside"] += int((keep & outside).sum())
+        keep &= ~outside
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
     place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)

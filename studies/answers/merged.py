@@ -57,7 +57,7 @@ def merged_designs(
         same = ("band", "frequencies")
         if [answers[name].attrs[key] for key in same] != [first.attrs[key] for key in same]:
             low, high = answers[name].attrs["band"]
-            found = f"{name}, judged at {counted(answers[name].attrs['frequencies'], 'frequency')} {low:g} to {high:g}"
+            found = f"{name}, judged at {counted(answers[name].attrs['frequencies'], 'frequency ratio')} {low:g} to {high:g}"
             advice = "name follow-ups of this study, refined with the same objective and band"
             raise QueryFault(Fault("with", found, "studies at the same frequencies", advice))
     parts = [

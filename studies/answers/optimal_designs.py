@@ -43,7 +43,8 @@ def optimal_designs(
     max_impact_speed : float, optional
         Leave out designs that impact faster than this anywhere in the band, over Z·ω_n.
     ranges : mapping of (float, float), optional
-        Lowest and highest value of design dimensions.
+        Lowest and highest value of design dimensions, and of results such as stick_fraction: a design that leaves the
+        range of a result at a frequency that counts is left out.
 
     Returns
     -------
@@ -54,7 +55,7 @@ def optimal_designs(
         errors of a periodic response do not average out; NaN where the study keeps none), `response_class`
         at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
         locked. Attributes: `objective`, `designs` (all in the ranges), `incomplete`, `failed`, `locked`,
-        `too_fast` (those left out, by reason), `complete` (share of the designs that were computed), `band`,
+        `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that were computed), `band`,
         `frequencies`, `flatness` of the best (see `flatness.flatness`), and `note`, which says it in words.
 
     Raises

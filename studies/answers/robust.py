@@ -17,7 +17,7 @@ from studies.answers.faults import QueryFault
 from studies.answers.judging import attributes_of, judge, new_tally
 from studies.faults import Fault, counted
 from studies.store.slabs import BUDGET
-from studies.variables import ResponseClass
+from studies.variables import DIMENSIONS, ResponseClass
 
 RAY = ("clearance_ratio", "friction_ratio")
 OTHERS = ("damping_ratio", "restitution", "mass_ratio")
@@ -64,7 +64,7 @@ def robust_designs(
     exclude_locked : bool
         Leave out dampers that friction locks to the base over the whole range of amplitudes.
     ranges : mapping of (float, float), optional
-        Limits of the nominal values of the design dimensions.
+        Limits of the nominal values of the design dimensions, and of results at every amplitude.
 
     Returns
     -------
@@ -92,7 +92,8 @@ def robust_designs(
             )
         )
     ranges = ranges or {}
-    question = DesignQuestion.ask(cube, objective, band, top, False, max_impact_speed, {})
+    limits = {name: limit for name, limit in ranges.items() if name not in DIMENSIONS}
+    question = DesignQuestion.ask(cube, objective, band, top, False, max_impact_speed, limits)
     nominal = DesignQuestion.ask(cube, objective, band, top, False, None, ranges).axes
     factors = _factors(cube, low, high)
     tracks = {name: _track(cube[name].values, factors) for name in RAY}

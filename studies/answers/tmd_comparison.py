@@ -7,12 +7,12 @@ from typing import Any, get_args
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import FREQUENCY, WHY
+from studies.answers.band import FREQUENCY, WHY, runs
 from studies.answers.faults import QueryFault
 from studies.answers.frequency_response import frequency_response
 from studies.answers.selection import check_metric
 from studies.faults import Fault, describe, listing
-from studies.tmd.transfer import amplitude_ratio, highest, without_absorber
+from studies.tmd.transfer import Excitation, amplitude_ratio, highest, without_absorber
 from studies.tmd.tunings import CRITERIA, Criterion, tuned
 
 METRIC = "amplitude_ratio"
@@ -27,6 +27,7 @@ def tmd_comparison(
     detuning: float = 0.0,
     damping_detuning: float = 0.0,
     at: Mapping[str, float] | None = None,
+    excitation: str = "base",
 ) -> xr.Dataset:
     """Compare one design of a study with a tuned mass damper on the same shaken structure.
 
@@ -42,6 +43,9 @@ def tmd_comparison(
         Shares by which its frequency and its damping are off: 0.05 is five per cent too high.
     at : mapping of float, optional
         The design, as in `frequency_response`.
+    excitation : {"base", "force"}
+        What the tuned mass damper, and the structure without a damper, answer to: a shaken base like the study's
+        damper, or a force on the structure, X over its static deflection.
 
     Returns
     -------
@@ -67,6 +71,10 @@ def tmd_comparison(
         raise QueryFault(
             Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
         )
+    if excitation not in get_args(Excitation):
+        advice = "write force for a force on the structure"
+        raise QueryFault(Fault("excitation", describe(excitation), "base or force", advice))
+    shaken: Excitation = "force" if excitation == "force" else "base"
     for name, share in (("detuning", detuning), ("damping_detuning", damping_detuning)):
         if not -1 < share <= MOST_DETUNING:
             allowed = f"a share above -1, at most {MOST_DETUNING:g}"
@@ -79,21 +87,21 @@ def tmd_comparison(
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
     structural = float(curve["damping_ratio"])
     # the name is one of Criterion's, see above
-    absorber = tuned(criterion, mass, structural).detuned(detuning, damping_detuning)  # type: ignore[arg-type]
+    absorber = tuned(criterion, mass, structural, shaken).detuned(detuning, damping_detuning)  # type: ignore[arg-type]
     order = np.argsort(curve[FREQUENCY].values)
     curve = curve.isel({FREQUENCY: order})
     r = curve[FREQUENCY].values
     hybrid = curve[METRIC].values
-    beside = amplitude_ratio(r, absorber, structural)
+    beside = amplitude_ratio(r, absorber, structural, shaken)
     answer = curve.rename({METRIC: "hybrid"})
     answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
     for name, values, long_name in (
         ("tmd", beside, "amplitude ratio X/Z, tuned mass damper"),
-        ("no_damper", without_absorber(r, structural), "amplitude ratio X/Z, no damper"),
+        ("no_damper", without_absorber(r, structural, shaken), "amplitude ratio X/Z, no damper"),
     ):
         answer[name] = (FREQUENCY, values, {"units": "1", "long_name": long_name})
     error = curve["amplitude_error"].values if "amplitude_error" in curve else np.zeros(r.size)
-    top = highest(absorber, structural, band=(float(r[0]), float(r[-1])))
+    top = highest(absorber, structural, shaken, (float(r[0]), float(r[-1])))
     known = np.isfinite(hybrid)
     place = int(np.nanargmax(hybrid)) if known.any() else -1
     peak = float(hybrid[place]) if known.any() else math.nan
@@ -103,6 +111,7 @@ def tmd_comparison(
         "criterion_means": CRITERIA[criterion],
         "detuning": detuning,
         "damping_detuning": damping_detuning,
+        "excitation": excitation,
         "tmd_mass_ratio": mass,
         "tmd_tuning": absorber.tuning,
         "tmd_damping_ratio": absorber.damping_ratio,
@@ -113,11 +122,11 @@ def tmd_comparison(
         "hybrid_peak_at": float(r[place]) if known.any() else math.nan,
         "tmd_peak": top.value,
         "tmd_peak_at": top.frequency_ratio,
-        "tmd_peak_everywhere": highest(absorber, structural).value,
+        "tmd_peak_everywhere": highest(absorber, structural, shaken).value,
         "ratio": peak / top.value,
         "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
         "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
-        "hybrid_better": _runs(r, better),
+        "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
     }
     answer.attrs["note"] = f"{curve.attrs['note']} {_words(answer)}"
@@ -143,11 +152,6 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     return float(weights[known & (values > level)].sum() / total) if total > 0 else math.nan
 
 
-def _runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
-    return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]
-
-
 def _words(answer: xr.Dataset) -> str:
     said: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
@@ -156,6 +160,11 @@ def _words(answer: xr.Dataset) -> str:
         f"γ = {said['tmd_tuning']:.6g}, ζ = {said['tmd_damping_ratio']:.6g} over its own frequency "
         f"({said['tmd_damping_over_structure']:.6g} over the structure's)."
     ]
+    if said["excitation"] == "force":
+        sentences.append(
+            "It and the structure without a damper answer to a force here, X over the static deflection; the study's "
+            "damper is shaken through its base."
+        )
     if r.size == 1:
         sentences.append(f"Compared at r = {r[0]:.10g} only, where both may look better than they are. {WHY}")
     else:

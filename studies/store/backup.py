@@ -4,10 +4,8 @@ A backup is a data directory like any other. Files are copied before the catalog
 in one transaction: a backup that was cut short holds no study, and never a study without its files.
 """
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +13,13 @@ from sqlalchemy import Row, func, insert, select, text
 
 from studies.faults import Fault
 from studies.store.chunks import chunk_file, chunk_key, damaged
+from studies.store.coding import coordinate_key, describe_cube
 from studies.store.cube import block_grid
-from studies.store.durable import sync_tree
-from studies.store.faults import StoreFault, StudyNotFound
+from studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from studies.store.rows import ALIVE, record_of
+from studies.store.shelf import Shelf
 from studies.store.store import Store
 from studies.store.tables import done_blocks, events, keys, studies
-from studies.variables import VARIABLES
 
 _AT_ONCE = 1000  # rows in one statement
 _TRIES = 5  # at a study whose blocks are taken back while it is copied
@@ -76,10 +74,6 @@ def copy_store(source: Store, target: Store) -> Copied:
     with source.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
     copies = [copy for study_id in ids if (copy := _copy_study(source, target, study_id)) is not None]
-    try:
-        sync_tree(target.data_dir / "cubes")
-    except OSError as error:
-        raise _cannot_write(target.data_dir, error) from error
     with source.catalogue.reading() as connection:
         kept = {
             table: [row._asdict() for row in connection.execute(select(table))] for table in (keys, events)
@@ -128,34 +122,37 @@ def _copy_study(
 
 def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row[Any]]) -> int:
     record = record_of(row)
-    here, there = source.folder(row.id, row.number), target.folder(row.id, row.number)
+    here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
     grid = block_grid(record.shape, record.chunk)
-    variables = [name for name in VARIABLES if (here / name).is_dir()]
+    try:
+        metadata = here.get("zarr.json")
+        described = describe_cube(metadata)
+        first = [f"{name}/zarr.json" for name in (*described.arrays, *described.coordinates)]
+        first += [coordinate_key(name) for name in described.coordinates]
+        found = {"zarr.json": metadata, **{key: here.get(key) for key in first}}
+    except (OSError, ValueError) as error:
+        raise damaged(here, None, "zarr.json", str(error)) from error
     size = 0
     try:
-        shutil.rmtree(there, ignore_errors=True)
-        shutil.copytree(
-            here, there, ignore=lambda _, names: [name for name in names if name.startswith("c.")]
-        )
+        there.clear()
+        there.fill(found)
         for mark in marks:
             place = [int(at) for at in np.unravel_index(mark.block, grid)]
-            for variable in variables:
-                name = chunk_file(chunk_key(variable, place), mark.generation)
-                if not (here / name).exists():
-                    raise damaged(here, mark.block, variable, "its file is lost")
-                shutil.copyfile(here / name, there / name)
-                size += (there / name).stat().st_size
-    except (OSError, shutil.Error) as error:
-        raise _cannot_write(there, error) from error
+            files = {}
+            for variable in described.arrays:
+                key = chunk_file(chunk_key(variable, place), mark.generation)
+                files[key] = _chunk(here, key, mark.block, variable)
+            there.put_all(files)
+            size += sum(map(len, files.values()))
+    except OSError as error:
+        raise cannot_use(there.address, error) from error
     return size
 
 
-def _cannot_write(path: Path, error: Exception) -> StoreFault:
-    return StoreFault(
-        Fault(
-            str(path),
-            str(error),
-            "a folder that can be written",
-            "check its permissions and the free space of its disk",
-        )
-    )
+def _chunk(shelf: Shelf, key: str, block: int, variable: str) -> bytes:
+    try:
+        return shelf.get(key)
+    except FileNotFoundError as error:
+        raise damaged(shelf, block, variable, "its file is lost") from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error

@@ -22,7 +22,7 @@ from studies.store.faults import StoreFault
 from studies.store.migrations import HEAD
 
 BUSY_SECONDS = 60.0
-"""How long a transaction waits for its turn before it gives up [s]."""
+"""How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
 
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
@@ -34,6 +34,8 @@ class Catalogue:
     ----------
     url : URL
         Of the database, `sqlite:///path` or `postgresql://…`; its tables are made or brought up to date.
+    wait_seconds : float
+        How long a transaction waits for its turn before it gives up [s].
 
     Raises
     ------
@@ -41,13 +43,14 @@ class Catalogue:
         If it cannot be reached, opened or written, is no catalogue, or was made by a newer version.
     """
 
-    def __init__(self, url: URL) -> None:
+    def __init__(self, url: URL, wait_seconds: float = BUSY_SECONDS) -> None:
         self._url = url
+        self._wait_seconds = wait_seconds
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
         self._sqlite = url.get_backend_name() == "sqlite"
         with self._faults():
-            self._engine = _sqlite_engine(url) if self._sqlite else _postgresql_engine(url)
+            self._engine = (_sqlite_engine if self._sqlite else _postgresql_engine)(url, wait_seconds)
             self._writer = self._engine.execution_options(writes=True)
             try:
                 self._prepare()
@@ -119,10 +122,20 @@ class Catalogue:
             trouble = type(cause).__name__ in ("OperationalError", "InterfaceError", "LockNotAvailable")
             if not trouble and "not a database" not in str(cause) and "malformed" not in str(cause):
                 raise
+            found = str(cause).strip()
+            if "database is locked" in found or "lock timeout" in found:
+                raise StoreFault(
+                    Fault(
+                        self.name,
+                        found,
+                        f"a turn at writing within {self._wait_seconds:g} s",
+                        "another process holds the catalogue: try again when it has let go; nothing was lost",
+                    )
+                ) from error
             raise StoreFault(
                 Fault(
                     self.name,
-                    str(cause).strip(),
+                    found,
                     "a catalogue that can be reached, read and written",
                     "check that its server runs and its address and password are right"
                     if not self._sqlite
@@ -131,8 +144,8 @@ class Catalogue:
             ) from error
 
 
-def _sqlite_engine(url: URL) -> Engine:
-    engine = create_engine(url, connect_args={"timeout": BUSY_SECONDS})
+def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
+    engine = create_engine(url, connect_args={"timeout": wait_seconds})
 
     @event.listens_for(engine, "connect")
     def _connect(connection: Any, _: Any) -> None:
@@ -149,14 +162,14 @@ def _sqlite_engine(url: URL) -> Engine:
     return engine
 
 
-def _postgresql_engine(url: URL) -> Engine:
+def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
     # a connection that died while it lay in the pool is replaced before it is used
     engine = create_engine(url, pool_pre_ping=True)
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
         if connection.get_execution_options().get("writes", False):
-            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * BUSY_SECONDS)}")
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * wait_seconds)}")
             connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS_LOCK})")
         else:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
@@ -184,7 +197,9 @@ def _migrate(connection: Connection, found: str) -> None:
     command.upgrade(config, HEAD)
 
 
-def open_catalogue(data_dir: Path, address: str | None = None) -> Catalogue:
+def open_catalogue(
+    data_dir: Path, address: str | None = None, wait_seconds: float = BUSY_SECONDS
+) -> Catalogue:
     """Open the catalogue of a data directory, making both where they are missing.
 
     Parameters
@@ -193,6 +208,8 @@ def open_catalogue(data_dir: Path, address: str | None = None) -> Catalogue:
         The data directory.
     address : str, optional
         URL of the database; by default a SQLite file in the data directory.
+    wait_seconds : float
+        See `Catalogue`.
 
     Raises
     ------
@@ -212,8 +229,8 @@ def open_catalogue(data_dir: Path, address: str | None = None) -> Catalogue:
     if not os.access(data_dir, os.W_OK | os.X_OK):
         raise StoreFault(fault)
     if address is None:
-        return Catalogue(URL.create("sqlite", database=str(data_dir / "catalogue.sqlite")))
-    return Catalogue(_postgresql_url(address))
+        return Catalogue(URL.create("sqlite", database=str(data_dir / "catalogue.sqlite")), wait_seconds)
+    return Catalogue(_postgresql_url(address), wait_seconds)
 
 
 def _postgresql_url(address: str) -> URL:

@@ -7,10 +7,9 @@ A file that is lost or damaged is an error for its reader and never a fill value
 """
 
 import json
-import shutil
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,20 +23,16 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 from zarr.codecs import BloscCodec, Crc32cCodec
+from zarr.storage import MemoryStore
 
 from studies.definition import Study
 from studies.plan import Block
 from studies.store.checksum import checksum
-from studies.store.chunks import (
-    MarkedChunks,
-    Marks,
-    NewGeneration,
-    chunk_file,
-    chunk_key,
-    damaged,
-)
-from studies.store.decoded import KEPT, plainly_coded, read_outer
-from studies.store.durable import sync_paths, sync_tree
+from studies.store.chunks import Marks, chunk_file, chunk_key, damaged
+from studies.store.coding import StoredArray, coordinate_key, decode_coordinate, describe_cube
+from studies.store.decoded import KEPT, DecodedChunks, read_outer
+from studies.store.faults import cannot_use
+from studies.store.shelf import Shelf, open_shelf
 from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Variable
 
 
@@ -56,13 +51,13 @@ def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
-def create_cube(path: Path, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
-    """Make an empty cube and wait until it is on the disk; whatever lies at `path` is replaced.
+def create_cube(shelf: Shelf, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
+    """Make an empty cube and wait until it is safe; whatever lies on the shelf is removed.
 
     Parameters
     ----------
-    path : Path
-        The folder to make.
+    shelf : Shelf
+        Where it shall be.
     study : Study
         Coordinates and variables.
     chunk : tuple of int
@@ -73,9 +68,27 @@ def create_cube(path: Path, study: Study, chunk: tuple[int, ...], provenance: Ma
     Raises
     ------
     OSError
-        If the folder cannot be written.
+        If the shelf cannot be written.
     """
-    shutil.rmtree(path, ignore_errors=True)
+    shelf.clear()
+    shelf.fill(_first_files(study, chunk, provenance))
+
+
+def restore_metadata(
+    shelf: Shelf, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]
+) -> None:
+    """Write a cube's metadata and coordinates anew; the files of its blocks stay.
+
+    Raises
+    ------
+    OSError
+        If the shelf cannot be written.
+    """
+    shelf.fill(_first_files(study, chunk, provenance))
+
+
+def _first_files(study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> dict[str, bytes]:
+    """Give the files of a cube without blocks: the metadata and the coordinates."""
     attributes = {
         "title": study.name,
         "study": json.dumps(study.document()),
@@ -84,7 +97,8 @@ def create_cube(path: Path, study: Study, chunk: tuple[int, ...], provenance: Ma
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "provenance": json.dumps(dict(provenance)),
     }
-    group = zarr.create_group(str(path), zarr_format=3, attributes=attributes)
+    memory: dict[str, Any] = {}
+    group = zarr.create_group(MemoryStore(memory), zarr_format=3, attributes=attributes)
     for name, values in study.coordinates.items():
         coordinate = group.create_array(
             name,
@@ -110,36 +124,17 @@ def create_cube(path: Path, study: Study, chunk: tuple[int, ...], provenance: Ma
             # one flat folder per variable: a block syncs one folder each instead of six
             chunk_key_encoding={"name": "default", "separator": "."},
         )
-    _consolidate(path)
-    sync_tree(path)
-
-
-def restore_metadata(path: Path, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
-    """Write a cube's metadata and coordinates anew; the files of its blocks stay.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be written.
-    """
-    fresh = path.with_name(f"{path.name}.fresh")
-    create_cube(fresh, study, chunk, provenance)
-    for file in sorted(fresh.rglob("*"), reverse=True):
-        if file.is_file():
-            target = path / file.relative_to(fresh)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            file.replace(target)
-    shutil.rmtree(fresh)
-    sync_tree(path)
+    files = {key: content.to_bytes() for key, content in memory.items()}
+    return files | {"zarr.json": _consolidated(files)}
 
 
 def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = "") -> str:
-    """Write the region of one block and wait until it is on the disk; its done-mark may be set afterwards.
+    """Write the region of one block and wait until it is safe; its done-mark may be set afterwards.
 
     Parameters
     ----------
     cube_path : str
-        The cube's folder, `Store.cube_path`.
+        Where the cube is, `Store.cube_path`.
     block : Block
         The block, aligned with the chunks of the cube.
     values : mapping of array
@@ -163,96 +158,87 @@ def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray],
     OSError
         If the disk refuses, a full one for instance.
     """
-    root = Path(cube_path)
-    if not (root / "zarr.json").exists():
-        raise FileNotFoundError(f"{root}: the cube is gone")  # which Zarr would make anew, empty
-    group = zarr.open_group(NewGeneration(root, generation), mode="r+", use_consolidated=True)
-    arrays = [(name, array) for name, array in group.arrays() if name not in DIMENSIONS]
-    for name, _ in arrays:
+    shelf = open_shelf(cube_path)
+    arrays = describe_cube(shelf.get("zarr.json")).arrays
+    for name in arrays:
         if values[name].shape != block.shape:
             raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
-    stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays}
-    chunks: list[Path] = []
-    for name, array in arrays:
-        # a chunk of nothing but NaN is written too: what is missing on the disk is then known to be lost
-        array.with_config({"write_empty_chunks": True})[block.slices] = stored[name]
+    stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
+    files: dict[str, bytes] = {}
+    for name, array in arrays.items():
         place = (start // step for start, step in zip(block.start, array.chunks, strict=True))
-        chunks.append(root / chunk_file(chunk_key(name, place), generation))
-    sync_paths(chunks)
-    sync_paths(root / name for name, _ in arrays)
+        # a chunk of nothing but NaN is written too: what is missing is then known to be lost
+        files[chunk_file(chunk_key(name, place), generation)] = array.encode(stored[name])
+    shelf.put_all(files)
     return checksum(stored)
 
 
-def open_cube(path: Path, marks: Marks) -> xr.Dataset:
+def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Dataset:
     """Open a cube lazily; points of blocks that are not done read as not computed.
 
     Opening costs the same for a small and a large cube, and indexing reads the chunks that it touches.
 
     Parameters
     ----------
-    path : Path
-        The cube's folder.
+    shelf : Shelf
+        Where the cube is.
     marks : mapping
         The generation of every block that is done.
+    kept : DecodedChunks
+        What was read before.
 
     Returns
     -------
     Dataset
         Of numpy arrays read on demand. The marks say what was done when they were taken: no file is written
         twice, so what is read later agrees with them, and newer blocks stay hidden. Reading raises
-        `BlockDamaged` where a done block cannot be read.
+        `BlockDamaged` where a done block cannot be read, and `StoreFault` where nothing can.
 
     Raises
     ------
-    FileNotFoundError
-        If there is no cube at `path`.
+    OSError
+        If there is no cube, or it cannot be read.
     """
-    plain = zarr.open_group(str(path), mode="r", use_consolidated=True)
+    metadata = shelf.get("zarr.json")
+    described = describe_cube(metadata)
     variables: dict[str, xr.Variable] = {}
-    grid: tuple[int, ...] = ()
-    for name, array in plain.arrays():
-        if name in DIMENSIONS:
-            variables[name] = xr.Variable((name,), np.asarray(array[:]), dict(array.attrs))
-        else:
-            grid = block_grid(array.shape, array.chunks)
-    marked = zarr.open_group(MarkedChunks(path, grid, marks), mode="r", use_consolidated=True)
-    for name, array in marked.arrays():
-        if name in DIMENSIONS:
-            continue
-        attributes: dict[str, Any] = dict(array.attrs)
+    for name, attributes in described.coordinates.items():
+        values = kept.get(shelf, coordinate_key(name), partial(decode_coordinate, metadata, name))
+        variables[name] = xr.Variable((name,), values, dict(attributes))
+    for name, array in described.arrays.items():
+        attributes = dict(array.attributes)
         if "flag_values" in attributes:
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_CheckedArray(path, name, array, marks))
+        lazy = LazilyIndexedArray(_CheckedArray(shelf, array, marks, kept))
         variables[name] = xr.Variable(DIMENSIONS, lazy, attributes, {"chunks": array.chunks})
     ordered = [name for name in (*DIMENSIONS, *VARIABLES) if name in variables]
-    return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(plain.attrs))
+    return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(described.attributes))
+
+
+def read_region(shelf: Shelf, array: StoredArray, marks: Marks, region: tuple[slice, ...]) -> np.ndarray:
+    """Read a part of one array; what is not done reads as not computed, and what cannot be read raises as in `open_cube`."""
+    return _CheckedArray(shelf, array, marks, KEPT).read(region)
 
 
 class _CheckedArray(BackendArray):
-    """A Zarr array whose damaged chunks are told by their block."""
+    """A stored array whose damaged chunks are told by their block."""
 
-    def __init__(self, path: Path, name: str, array: zarr.Array[Any], marks: Marks) -> None:
-        self._path = path
-        self._name = name
+    def __init__(self, shelf: Shelf, array: StoredArray, marks: Marks, kept: DecodedChunks) -> None:
+        self._shelf = shelf
         self._array = array
         self._marks = marks
-        self._chunks = array.chunks
+        self._kept = kept
         self._grid = block_grid(array.shape, array.chunks)
         self.shape = array.shape
         self.dtype = array.dtype
 
     def __getitem__(self, key: ExplicitIndexer) -> Any:
-        return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self._read)
+        return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self.read)
 
-    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
-        try:
-            if plainly_coded(self._array):
-                return read_outer(self._array, key, self._chunk)
-            return np.asarray(self._array.oindex[key])
-        except (ValueError, RuntimeError) as error:
-            # what the codecs raise for bytes that they cannot decode; they do not say whose
-            raise damaged(self._path, None, self._name, str(error)) from error
+    def read(self, key: tuple[Any, ...]) -> np.ndarray:
+        """Read along each dimension on its own."""
+        return read_outer(self._array, key, self._chunk, self._shelf.readers)
 
     def _chunk(self, place: tuple[int, ...]) -> np.ndarray | None:
         """Give a decoded chunk; None where its block is not done."""
@@ -262,12 +248,17 @@ class _CheckedArray(BackendArray):
         generation = self._marks.get(index)
         if generation is None:
             return None
-        file = f"{self._path}/{chunk_file(chunk_key(self._name, place), generation)}"
+        name = self._array.name
         try:
-            return KEPT.get(file, self.dtype, self._chunks)
+            file = chunk_file(chunk_key(name, place), generation)
+            return self._kept.get(self._shelf, file, self._array.decode)
         except FileNotFoundError as error:
             found = "its file is lost, or replaced since the cube was opened"
-            raise damaged(self._path, index, self._name, found) from error
+            raise damaged(self._shelf, index, name, found) from error
+        except OSError as error:
+            raise cannot_use(self._shelf.address, error) from error
+        except (ValueError, RuntimeError) as error:
+            raise damaged(self._shelf, index, name, str(error)) from error
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:
@@ -282,14 +273,14 @@ def _attributes(variable: Variable) -> dict[str, Any]:
     return attributes
 
 
-def _consolidate(path: Path) -> None:
+def _consolidated(files: Mapping[str, bytes]) -> bytes:
     # every array's metadata in the group's own file, in zarr-python's inline form: a cube opens with one
     # read, also over HTTP, where nothing can be listed. By hand: zarr's own function warns about its format
-    document = json.loads((path / "zarr.json").read_text())
-    members = sorted(p.parent.name for p in path.glob("*/zarr.json"))
+    document = json.loads(files["zarr.json"])
+    members = sorted(key.partition("/")[0] for key in files if key.endswith("/zarr.json"))
     document["consolidated_metadata"] = {
         "kind": "inline",
         "must_understand": False,
-        "metadata": {name: json.loads((path / name / "zarr.json").read_text()) for name in members},
+        "metadata": {name: json.loads(files[f"{name}/zarr.json"]) for name in members},
     }
-    (path / "zarr.json").write_text(json.dumps(document, indent=2))
+    return json.dumps(document, indent=2).encode()

@@ -1,27 +1,23 @@
-"""Chunks read and decoded without Zarr's own overhead, the last ones kept, so that slices of a large cube are quick.
+"""Chunks read and decoded, the last ones kept, so that slices of a large cube are quick.
 
-A slice across the leading dimensions touches hundreds of small chunks, and Zarr spends most of its time between
-them. A chunk's file is never overwritten and its name carries its generation, so what is kept does not grow stale;
-its size and time are looked at all the same, so that a file that was lost or damaged since is not overlooked.
+A chunk is never overwritten and its name carries its generation, so what is kept does not grow stale; in a folder its
+size and time are looked at all the same, so that a file that was lost or damaged since is not overlooked.
 """
 
-import os
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
-from itertools import product
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice, product
 from typing import Any
 
-import google_crc32c
 import numpy as np
-import zarr
-from numcodecs.blosc import decompress  # type: ignore[import-untyped]
-from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec
+
+from studies.store.coding import StoredArray
+from studies.store.shelf import Shelf
 
 KEPT_BYTES = 64 * 2**20
 """Decoded chunks that a process keeps, whatever the size of its cubes."""
-
-_CHECKSUM_BYTES = 4
 
 
 class DecodedChunks:
@@ -35,32 +31,34 @@ class DecodedChunks:
 
     def __init__(self, limit: int = KEPT_BYTES) -> None:
         self._limit = limit
-        self._kept: OrderedDict[tuple[str, int, int], np.ndarray] = OrderedDict()
+        self._kept: OrderedDict[tuple[str, str, tuple[int, ...]], np.ndarray] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def get(self, path: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> np.ndarray:
-        """Give the chunk in a file, decoding it where it is not kept.
+    def __reduce__(self) -> tuple[type["DecodedChunks"], tuple[int]]:
+        """Copy without what is kept: each process and each copy fills its own."""
+        return DecodedChunks, (self._limit,)
+
+    def get(self, shelf: Shelf, key: str, decode: Callable[[bytes], np.ndarray]) -> np.ndarray:
+        """Give what a file holds, decoding it where it is not kept.
 
         Raises
         ------
-        FileNotFoundError
-            If the file is gone.
+        OSError
+            If it cannot be read.
         ValueError, RuntimeError
             If its bytes are not what was written.
         """
-        now = os.stat(path)  # noqa: PTH116
-        key = (path, now.st_mtime_ns, now.st_size)
+        kept_as = (shelf.address, key, shelf.stamp(key))
         with self._lock:
-            found = self._kept.get(key)
+            found = self._kept.get(kept_as)
             if found is not None:
-                self._kept.move_to_end(key)
+                self._kept.move_to_end(kept_as)
                 return found
-        with open(path, "rb") as file:  # noqa: PTH123
-            found = _decode(file.read(), dtype, shape)
+        found = decode(shelf.get(key))
         with self._lock:
-            if key not in self._kept:
-                self._kept[key] = found
+            if kept_as not in self._kept:
+                self._kept[kept_as] = found
                 self._bytes += found.nbytes
             while self._bytes > self._limit:
                 _, oldest = self._kept.popitem(last=False)
@@ -72,40 +70,24 @@ KEPT = DecodedChunks()
 """Of this process."""
 
 
-def plainly_coded(array: "zarr.Array[Any]") -> bool:
-    """Whether the array is coded as this module decodes it: little-endian bytes, Blosc, a checksum."""
-    metadata = array.metadata
-    codecs = getattr(metadata, "codecs", ())
-    if len(codecs) != 3 or array.dtype.byteorder == ">":
-        return False
-    return all(
-        isinstance(codec, kind)
-        for codec, kind in zip(codecs, (BytesCodec, BloscCodec, Crc32cCodec), strict=True)
-    )
-
-
-def _decode(data: bytes, dtype: np.dtype[Any], shape: tuple[int, ...]) -> np.ndarray:
-    body, checksum = data[:-_CHECKSUM_BYTES], data[-_CHECKSUM_BYTES:]
-    if len(checksum) < _CHECKSUM_BYTES or google_crc32c.value(body) != int.from_bytes(checksum, "little"):
-        raise ValueError("the checksum of the file is not that of its contents")
-    return np.frombuffer(decompress(body), dtype).reshape(shape)
-
-
 def read_outer(
-    array: "zarr.Array[Any]",
+    array: StoredArray,
     key: tuple[Any, ...],
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
+    readers: int = 1,
 ) -> np.ndarray:
     """Index an array along each dimension on its own, chunk by chunk.
 
     Parameters
     ----------
-    array : Array
+    array : StoredArray
         For shape, chunks, type and fill value.
     key : tuple
         For each dimension an integer, a slice, or an array of integers.
     chunk : callable
         Gives the decoded chunk at a place of the grid of chunks, or None where everything is fill value.
+    readers : int
+        How many chunks are asked for side by side.
 
     Returns
     -------
@@ -116,7 +98,7 @@ def read_outer(
         np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))
         for index, extent in zip(key, array.shape, strict=True)
     ]
-    values = np.full([p.size for p in points], array.fill_value, array.dtype)
+    values = np.full([p.size for p in points], array.fill, array.dtype)
     # for each dimension: the chunks that are touched, where they land, and what of them is taken
     touched: list[list[tuple[int, Any, Any]]] = []
     for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
@@ -131,15 +113,30 @@ def read_outer(
     paired = (
         sum(any(not isinstance(to, slice) or not isinstance(t, slice) for _, to, t in p) for p in touched) > 1
     )
-    for parts_here in product(*touched):
-        places, into, taken = zip(*parts_here, strict=True)
-        found = chunk(places)
+    for into, taken, found in _found(product(*touched), chunk, readers):
         if found is not None and paired:
             values[_outer(into, values.shape)] = found[_outer(taken, found.shape)]
         elif found is not None:
             values[into] = found[taken]
     kept = tuple(0 if isinstance(index, int | np.integer) else slice(None) for index in key)
     return np.asarray(values[kept])
+
+
+def _found(
+    boxes: Iterable[tuple[tuple[int, Any, Any], ...]],
+    chunk: Callable[[tuple[int, ...]], np.ndarray | None],
+    readers: int,
+) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
+    """Give for every chunk that is touched where it lands, what of it is taken, and what it holds."""
+    turned = (tuple(zip(*box, strict=True)) for box in boxes)
+    if readers == 1:
+        yield from ((into, taken, chunk(place)) for place, into, taken in turned)
+        return
+    with ThreadPoolExecutor(readers) as pool:
+        # no more at once than are read side by side: a slab of a large cube must not be held twice
+        while some := list(islice(turned, readers)):
+            found = pool.map(chunk, [place for place, _, _ in some])
+            yield from ((into, taken, values) for (_, into, taken), values in zip(some, found, strict=True))
 
 
 def _compact(index: np.ndarray) -> Any:

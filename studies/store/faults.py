@@ -1,6 +1,7 @@
 """What the store tells its users when it cannot do what was asked."""
 
 from studies.faults import Fault
+from studies.store.shelf import ShelfAway
 
 
 class StoreFault(Exception):
@@ -35,3 +36,27 @@ class KeyTaken(StoreFault):
 
 class RevisionGone(StoreFault):
     """The study's cube cannot be shown as it was at that revision."""
+
+
+class StoreAway(StoreFault):
+    """What is stored cannot be reached, or may not be: nothing is known of its state."""
+
+
+class QuotaReached(StoreFault):
+    """A study would take more than studies may."""
+
+
+def cannot_use(place: str, error: OSError) -> StoreFault:
+    """Put what keeps cubes from being read or written into the user's words."""
+    away = isinstance(error, (ShelfAway, PermissionError))
+    return (StoreAway if away else StoreFault)(
+        Fault(
+            place,
+            str(error),
+            "a cube that can be read and written",
+            "check the server and the AWS_… variables; what is stored is not touched, and studies go on once it answers"
+            if place.startswith("s3://")
+            else "check the disk's free space and the folder's permissions; a cube that is lost can be "
+            "computed again after `damperlab delete`",
+        )
+    )

@@ -5,8 +5,19 @@ import os
 import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
-_PACKAGES = ("numpy", "numba", "dask", "distributed", "xarray", "zarr", "sqlalchemy")
+_PACKAGES = (
+    "numpy",
+    "numba",
+    "llvmlite",
+    "dask",
+    "distributed",
+    "xarray",
+    "zarr",
+    "numcodecs",
+    "sqlalchemy",
+)
 
 
 def provenance() -> dict[str, str]:
@@ -16,10 +27,14 @@ def provenance() -> dict[str, str]:
     -------
     dict of str
         `solver_version` is this project's own version; the package versions go by the packages' names.
+        `processor` and `libc` are there because the last bits of a sine may be theirs. Seeds are not: they are
+        part of the study's definition.
     """
     found = {"solver_version": _version("damperlab"), "python": platform.python_version()}
     found |= {name: _version(name) for name in _PACKAGES}
     found["machine"] = f"{platform.system()} {platform.machine()}"
+    found["processor"] = _processor()
+    found["libc"] = " ".join(part for part in platform.libc_ver() if part) or "unknown"
     found["host"] = platform.node()
     found["cores"] = str(os.cpu_count() or "unknown")
     found["user"] = _user()
@@ -32,6 +47,16 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "not installed"
+
+
+def _processor() -> str:
+    # Linux keeps the model's name where `platform` does not look
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, "") or platform.processor() or "unknown"
 
 
 def _user() -> str:

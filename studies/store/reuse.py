@@ -1,7 +1,6 @@
 """Points that earlier studies hold already: same solver, same settings, coordinates equal to the last bit."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from sqlalchemy import select
@@ -12,6 +11,7 @@ from studies.store.cube import block_grid, open_cube, stored_variables
 from studies.store.faults import StoreFault, StudyNotFound
 from studies.store.record import Record
 from studies.store.rows import ALIVE, record_of
+from studies.store.shelf import open_shelf
 from studies.store.store import Store
 from studies.store.tables import studies
 from studies.variables import DIMENSIONS, Status
@@ -81,7 +81,7 @@ class Overlaps:
             if not all(map(len, ours)):
                 continue
             try:
-                path, marks = self._store.snapshot(overlap.record.id)
+                shelf, marks = self._store.snapshot(overlap.record.id)
             except StudyNotFound:
                 continue  # deleted meanwhile
             grid = block_grid(overlap.record.shape, overlap.record.chunk)
@@ -89,7 +89,7 @@ class Overlaps:
             touched = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), grid).reshape(-1)
             generations = {int(index): marks[int(index)] for index in touched if int(index) in marks}
             if generations:
-                found.append(Source(str(path), generations, tuple(theirs), tuple(ours)))
+                found.append(Source(shelf.address, generations, tuple(theirs), tuple(ours)))
         return tuple(found)
 
 
@@ -117,7 +117,7 @@ def known_points(
     values = {v.name: np.full(block.shape, v.fill, v.dtype) for v in variables}
     for source in sources:
         try:
-            cube = open_cube(Path(source.cube_path), source.generations)
+            cube = open_cube(open_shelf(source.cube_path), source.generations)
             part = cube.isel(dict(zip(DIMENSIONS, source.theirs, strict=True)))
             found = {v.name: part[v.name].values for v in variables}
         except (StoreFault, OSError):

@@ -6,12 +6,12 @@ import json
 import time
 from typing import Any
 
-from sqlalchemy import Connection, Row, select
+from sqlalchemy import Connection, Row, insert, select
 
 from studies.faults import Fault, describe
 from studies.store.faults import StoreFault, StudyNotFound
 from studies.store.record import Record, utc
-from studies.store.tables import done_blocks, studies
+from studies.store.tables import done_blocks, events, studies
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
@@ -42,11 +42,16 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     return StudyNotFound(Fault("study", describe(ref), allowed, "`damperlab studies` lists what there is"))
 
 
-def marks_of(connection: Connection, number: int, revision: int | None = None) -> dict[int, str]:
-    """Give the generation of every block of a study that is done, or was by a revision, by the block's index."""
-    query = select(done_blocks.c.block, done_blocks.c.generation).where(done_blocks.c.study == number)
-    if revision is not None:
-        query = query.where(done_blocks.c.revision <= revision)
+def marks_of(
+    connection: Connection, number: int, *, after: int | None = None, upto: int | None = None
+) -> dict[int, str]:
+    """Give the generation of every done block of a study by the block's index, or of those done between revisions."""
+    c = done_blocks.c
+    query = select(c.block, c.generation).where(c.study == number)
+    if after is not None:
+        query = query.where(c.revision > after)
+    if upto is not None:
+        query = query.where(c.revision <= upto)
     return {int(row.block): str(row.generation) for row in connection.execute(query)}
 
 
@@ -116,3 +121,8 @@ def number_before(cursor: str) -> int:
     raise StoreFault(
         Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
     )
+
+
+def log_event(connection: Connection, study_id: str, what: str) -> None:
+    """Note among a study's events what has happened to it now."""
+    connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))

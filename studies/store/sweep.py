@@ -1,7 +1,9 @@
 """Files that nobody needs: left by killed attempts, interrupted deletes and exports."""
 
-import shutil
+import math
+import socket
 import time
+import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +12,10 @@ from sqlalchemy import select
 
 from studies.store.chunks import Marks, chunk_place
 from studies.store.cube import block_grid
-from studies.store.faults import StudyNotFound
+from studies.store.faults import StudyNotFound, cannot_use
+from studies.store.folder import Folder
+from studies.store.rows import ALIVE
+from studies.store.shelf import Entry, Shelf
 from studies.store.store import Store
 from studies.store.tables import studies
 from studies.variables import VARIABLES
@@ -59,12 +64,21 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     ------
     StudyNotFound
         If there is no such study.
+    StoreFault
+        If its files cannot be listed or removed.
     """
     record = store.find(study_id)
-    path, marks = store.snapshot(record.id)
-    shape = tuple(record.shape)
-    limit = time.time() - older_than
-    return _remove(_strays(path, block_grid(shape, record.chunk), marks, limit), dry_run)
+    shelf, marks = store.snapshot(record.id)
+    grid = block_grid(record.shape, record.chunk)
+    swept = Swept()
+    try:
+        for stray in list(_strays(shelf, grid, marks, _limit(older_than))):
+            if not dry_run:
+                shelf.remove(stray.key)
+            swept += Swept(1, stray.size)
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    return swept
 
 
 def collect_garbage(store: Store, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
@@ -87,58 +101,89 @@ def collect_garbage(store: Store, older_than: float = LEFT_ALONE_SECONDS, *, dry
     Swept
         What went.
     """
-    limit = time.time() - older_than
-    # listed before the catalogue is read: a cube is made before its study is committed
-    folders = [path for path in (store.data_dir / "cubes").iterdir() if _changed(path) < limit]
-    with store.catalogue.reading() as connection:
-        rows = connection.execute(
-            select(studies.c.id, studies.c.number, studies.c.deleted, studies.c.claim_expires)
-        ).all()
-    owned = {store.folder(row.id, row.number) for row in rows if row.deleted is None or row.deleted >= limit}
-    unused = [path for path in folders if path not in owned]
-    unused += [path for path in store.data_dir.glob("export-*") if _changed(path) < limit]
-    swept = _remove(unused, dry_run)
+    limit = _limit(older_than)
+    try:
+        swept = _unowned_cubes(store, limit, dry_run) + _exports(store.data_dir, limit, dry_run)
+    except OSError as error:
+        raise cannot_use(store.shelf.address, error) from error
     if not dry_run:
         store.bury(limit)
-    for row in rows:
-        if row.deleted is None and (row.claim_expires or 0.0) < time.time():
-            try:
-                swept += sweep(store, row.id, older_than, dry_run=dry_run)
-            except StudyNotFound:
-                continue  # deleted meanwhile
-    return swept
-
-
-def _strays(path: Path, grid: tuple[int, ...], marks: Marks, limit: float) -> Iterator[Path]:
-    for variable in VARIABLES:
-        folder = path / variable
-        if not folder.is_dir():
-            continue
-        for file in folder.iterdir():
-            if file.name == "zarr.json":
-                continue
-            name, _, generation = file.name.partition("~")
-            place = chunk_place(f"{variable}/{name}", grid)
-            if (place is None or marks.get(place[1]) != generation) and _changed(file) < limit:
-                yield file
-
-
-def _changed(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:
-        return float("inf")  # gone meanwhile
-
-
-def _remove(paths: Iterator[Path] | list[Path], dry_run: bool) -> Swept:
-    swept = Swept()
-    for path in paths:
-        size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file()) if path.is_dir() else 0
+    with store.catalogue.reading() as connection:
+        ids = connection.execute(select(studies.c.id).where(ALIVE)).scalars().all()
+    for study_id in ids:
         try:
-            size += path.lstat().st_size
-            if not dry_run:
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-        except FileNotFoundError:
-            continue
-        swept += Swept(1, size)
+            swept += _sweep_idle(store, study_id, older_than, dry_run)
+        except StudyNotFound:
+            continue  # deleted meanwhile
     return swept
+
+
+def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -> Swept:
+    if not store.abandoned(study_id):
+        return Swept()
+    found = sweep(store, study_id, older_than, dry_run=True)
+    if dry_run or not found.paths:
+        return found
+    # claimed for as long as it is swept: whoever is at work all the same may mark nothing that goes
+    owner = f"gc on {socket.gethostname()}, {uuid.uuid4().hex[:8]}"
+    if not store.claim(study_id, owner):
+        return Swept()
+    try:
+        return sweep(store, study_id, older_than)
+    finally:
+        store.release(study_id, owner)
+
+
+def _limit(older_than: float) -> float:
+    # without an age to compare, no clock counts: a server has its own
+    return time.time() - older_than if older_than > 0.0 else math.inf
+
+
+def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
+    # a cube is made before its study is committed: listed first, and then the catalogue asked in a turn at writing,
+    # which waits for who is about to commit
+    names = sorted(store.shelf.shelves())
+    with store.catalogue.writing() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+    owned = {
+        store.cube_shelf(row.id, row.number).name
+        for row in rows
+        if row.deleted is None or row.deleted >= limit
+    }
+    swept = Swept()
+    for name in names:
+        shelf = store.shelf.at(name)
+        entries = [] if name in owned else list(shelf.entries())
+        if name not in owned and max((shelf.made(), *(entry.changed for entry in entries))) < limit:
+            if not dry_run:
+                shelf.clear()
+            swept += Swept(1, sum(entry.size for entry in entries))
+    return swept
+
+
+def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
+    swept = Swept()
+    for path in data_dir.glob("export-*"):
+        folder = Folder(path)
+        try:
+            if path.stat().st_mtime < limit:
+                size = sum(entry.size for entry in folder.entries())
+                if not dry_run:
+                    folder.clear()
+                swept += Swept(1, size)
+        except FileNotFoundError:
+            continue  # ended meanwhile
+    return swept
+
+
+def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> Iterator[Entry]:
+    for entry in shelf.entries():
+        variable, slash, name = entry.key.partition("/")
+        if slash and (variable not in VARIABLES or name == "zarr.json"):
+            continue
+        if not slash and not variable.endswith(".partial"):
+            continue
+        file, _, generation = name.partition("~")
+        place = chunk_place(f"{variable}/{file}", grid)
+        if (place is None or marks.get(place[1]) != generation) and entry.changed < limit:
+            yield entry

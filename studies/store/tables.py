@@ -32,6 +32,8 @@ studies = Table(
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),
     Column("blocks_total", Integer, nullable=False),
+    # when every point is there, before compression: what a quota counts
+    Column("bytes_total", BigInteger, nullable=False, default=0),
     # running sums over done_blocks: a record stays one row to read, however many blocks there are
     Column("points_done", BigInteger, nullable=False, default=0),
     Column("points_failed", BigInteger, nullable=False, default=0),
@@ -105,3 +107,11 @@ events = Table(
     sqlite_autoincrement=True,
 )
 Index("events_of_study", events.c.study, events.c.number)
+
+facts = Table(
+    "facts",
+    metadata,
+    # about the catalogue itself: its id, and where its cubes are
+    Column("key", String, primary_key=True),
+    Column("value", Text, nullable=False),
+)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -13,8 +12,10 @@ from studies.plan import Block, plan_with_chunk
 from studies.store.checksum import checksum
 from studies.store.chunks import BlockDamaged
 from studies.store.cube import open_cube, restore_metadata
-from studies.store.faults import StoreFault
+from studies.store.decoded import DecodedChunks
+from studies.store.faults import StoreAway, StoreFault, cannot_use
 from studies.store.record import Record
+from studies.store.shelf import Shelf, ShelfAway
 from studies.store.store import Store
 from studies.store.tables import done_blocks
 from studies.variables import DIMENSIONS
@@ -56,9 +57,9 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     StudyNotFound
         If the study is gone.
     """
-    path, _ = store.snapshot(record.id)
+    shelf, _ = store.snapshot(record.id)
     study = parse_study(record.definition)
-    found = _description(path, record, study.coordinates)
+    found = _description(shelf, record, study.coordinates)
     if found is not None:
         yield Damage(None, found)
         return
@@ -69,7 +70,7 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
             .where(done_blocks.c.study == store.number(connection, record.id))
             .order_by(done_blocks.c.block)
         ).all()
-    cube = open_cube(path, {mark.block: mark.generation for mark in marks})
+    cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))
     for mark in marks:
         trouble = _trouble(cube, plan.block(mark.block), mark.checksum)
         if trouble is not None:
@@ -100,15 +101,17 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     """
     if any(damage.block is None for damage in damages):
         restore_metadata(
-            Path(store.cube_path(record.id)), parse_study(record.definition), record.chunk, record.provenance
+            store.snapshot(record.id)[0], parse_study(record.definition), record.chunk, record.provenance
         )
     blocks = [damage.block for damage in damages if damage.block is not None]
     return store.forget(record.id, blocks, "damaged") if blocks else store.find(record.id)
 
 
-def _description(path: Path, record: Record, coordinates: dict[str, np.ndarray]) -> str | None:
+def _description(shelf: Shelf, record: Record, coordinates: dict[str, np.ndarray]) -> str | None:
     try:
-        cube = open_cube(path, {})
+        cube = open_cube(shelf, {}, DecodedChunks(0))
+    except (ShelfAway, PermissionError) as error:
+        raise cannot_use(shelf.address, error) from error  # which says nothing of what is stored
     except Exception as error:  # whatever Zarr raises for bytes that are no metadata
         return f"the cube's description cannot be read ({type(error).__name__}: {error})"
     if cube.attrs.get("digest") != record.digest:
@@ -123,6 +126,8 @@ def _trouble(cube: xr.Dataset, block: Block, expected: str | None) -> str | None
     place = dict(zip(DIMENSIONS, block.slices, strict=True))
     try:
         values = {str(name): array.values for name, array in cube.isel(place).data_vars.items()}
+    except StoreAway:
+        raise  # which says nothing of what is stored
     except BlockDamaged as error:
         return f"{error.fault.found}"
     except (StoreFault, OSError) as error:

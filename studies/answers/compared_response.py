@@ -1,0 +1,109 @@
+"""Two curves of one design: hysteresis, and whatever else differs between two studies on the same frequencies."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from studies.answers.band import runs
+from studies.answers.faults import QueryFault
+from studies.answers.frequency_response import FREQUENCY, frequency_response
+from studies.answers.selection import coded
+from studies.faults import Fault, counted
+
+ERRORS = 3.0
+"""Of a value's stated errors; two values farther apart than both together are two responses."""
+ROUNDING = 1e-6
+"""Relative difference below which two values are one response, whatever their errors."""
+
+
+def compared_response(
+    cube: xr.Dataset,
+    other: xr.Dataset,
+    metric: str = "amplitude_ratio",
+    at: Mapping[str, float] | None = None,
+) -> xr.Dataset:
+    """Follow one design along the frequency ratio in two studies, and say where they differ.
+
+    For hysteresis: a study whose frequencies are run through upwards, and one downwards.
+
+    Parameters
+    ----------
+    cube, other : Dataset
+        The cubes of two studies with the same frequencies.
+    metric : str
+        A quantity, not a code.
+    at : mapping of float, optional
+        The design, as in `frequency_response`; both studies must hold the same one.
+
+    Returns
+    -------
+    Dataset
+        As of `frequency_response` on `cube`, with `other`, `other_amplitude_error`, `other_response_class` and
+        `other_status` of the second study, and `differs`: 1 where the two are farther apart than `ERRORS` times their
+        errors and `ROUNDING`. Attributes: `apart` (lowest and highest frequency of each run of differing ones),
+        `largest_difference` and `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
+
+    Raises
+    ------
+    QueryFault
+        As `frequency_response`, or if the frequencies or the designs are not the same, or the metric has codes.
+    """
+    first, second = frequency_response(cube, metric, at), frequency_response(other, metric, at)
+    if coded(cube, metric):
+        advice = "choose a quantity, or ask for each study alone"
+        raise QueryFault(Fault("metric", metric, "a quantity where two studies are compared", advice))
+    for name in first.coords:
+        ours, theirs = first[name].values, second[name].values
+        if not np.array_equal(ours, theirs):
+            found = f"a study with other values of {name} than the first"
+            advice = f"name one with the same {name}, such as the way down for the way up"
+            raise QueryFault(Fault("with", found, f"a study with the same {name}", advice))
+    errors = np.zeros(first.sizes[FREQUENCY])
+    if metric == "amplitude_ratio":
+        for one in (first, second):
+            errors += np.nan_to_num(one["amplitude_error"].values) if "amplitude_error" in one else 0.0
+    a, b = first[metric].values, second[metric].values
+    distance = np.abs(a - b)
+    limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
+    differs = np.nan_to_num(distance, nan=0.0) > np.nan_to_num(limit)
+    answer = first.copy()
+    for name, source in (
+        ("other", metric),
+        ("other_amplitude_error", "amplitude_error"),
+        ("other_response_class", "response_class"),
+        ("other_status", "status"),
+    ):
+        if source in second:
+            attributes = dict(second[source].attrs)
+            attributes["long_name"] = f"{attributes.get('long_name', source)}, second study"
+            answer[name] = (FREQUENCY, second[source].values, attributes)
+    answer["differs"] = (
+        FREQUENCY,
+        differs.astype(np.int8),
+        {"units": "1", "long_name": "whether the two studies differ by more than their errors"},
+    )
+    r = first[FREQUENCY].values
+    order = np.argsort(r)
+    spans = runs(r[order], differs[order])
+    points = first.attrs["points"] + second.attrs["points"]
+    answer.attrs |= {
+        "apart": spans,
+        "points": points,
+        "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
+        "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
+    }
+    sentence = "The two do not differ by more than their errors anywhere."
+    if differs.any():
+        place = int(np.argmax(np.where(differs, distance, -1.0)))
+        answer.attrs |= {
+            "largest_difference": float(distance[place]),
+            "largest_difference_at": float(r[place]),
+        }
+        where = ", ".join(f"{low:.6g} to {high:.6g}" if low < high else f"{low:.6g}" for low, high in spans)
+        sentence = (
+            f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}, at "
+            f"r = {where}; most at r = {r[place]:.6g}, {a[place]:.6g} against {b[place]:.6g}."
+        )
+    answer.attrs["note"] = f"{first.attrs['note']} {sentence}"
+    return answer

@@ -1,0 +1,204 @@
+"""Records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
+
+import re
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.faults import describe, listing, printable
+from studies.ground.motion import STANDARD_GRAVITY, UNITS, GroundMotion, checked, refused
+
+Layout = Literal["at2", "csv"]
+
+MOST_BYTES = 16 * 1024 * 1024
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[EeDd][+-]?\d{1,3})?"
+# Fortran writes columns of fixed width: a minus sign may follow the last digit of the number before it.
+_NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
+_ONE = re.compile(_NUMBER)
+_MODERN = re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*({_NUMBER})", re.IGNORECASE)
+_OLD = re.compile(rf"\s*(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT", re.IGNORECASE)
+_HEADER_LINES = 10
+_LONGEST_LINE = 1000
+_UNEVEN = 0.02  # of a step: time stamps are often rounded
+
+
+def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
+    """Read a record.
+
+    Parameters
+    ----------
+    text : bytes or str
+        The file; bytes are UTF-8 or, as old files are, Latin-1.
+    layout : {"at2", "csv"}
+        PEER's AT2; or two columns, time [s] and acceleration, apart by comma, semicolon, tab or blanks.
+    name : str
+        Name of the record; by default what an AT2 file calls it.
+    units : {"g", "m/s2", "cm/s2"}, optional
+        Of the acceleration. Needed where the file does not say: an AT2 file does in its third line, columns may in
+        their heading, as in ``time (s), acc (g)``.
+
+    Raises
+    ------
+    StudyFaults
+        With the line and what is wrong in it.
+    """
+    if len(text) > MOST_BYTES:
+        raise refused(
+            "record", f"{len(text):,} bytes", f"at most {MOST_BYTES:,}", "cut or resample the record"
+        )
+    if units is not None and units not in UNITS:
+        raise refused("units", describe(units), listing(UNITS), "write the unit of the acceleration")
+    # Only these end a line: splitlines() would also split at odd characters and miscount.
+    lines = _decoded(text).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    for number, line in enumerate(lines, start=1):
+        if len(line) > _LONGEST_LINE:
+            found = f"{len(line):,} characters"
+            raise refused(_at(number), found, f"at most {_LONGEST_LINE:,}", "give a text file of short lines")
+    return _read_at2(lines, name, units) if layout == "at2" else _read_columns(lines, name, units)
+
+
+def _decoded(text: bytes | str) -> str:
+    if isinstance(text, str):
+        return text
+    try:
+        return text.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return text.decode("latin-1")
+
+
+def _at(number: int) -> str:
+    return f"line {number}"
+
+
+def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
+    index, found = _header(lines)
+    if found is None:
+        place = _at(min(4, len(lines)))
+        seen = printable(lines[min(3, len(lines) - 1)])
+        raise refused(
+            place,
+            seen,
+            "NPTS= a number, DT= a number",
+            "give a PEER file (.AT2) whole, or write csv for two columns",
+        )
+    header, count, step = index + 1, int(found[1][:12]), _float(found[2])
+    heading = lines[:index]
+    factor = UNITS[units] if units else _stated_units(heading)
+    samples: list[float] = []
+    for number, line in enumerate(lines[index + 1 :], start=header + 1):
+        if not line.strip():
+            continue
+        if not _NUMBERS.match(line):
+            raise refused(
+                _at(number),
+                printable(line.strip()),
+                "numbers alone",
+                "mend the line, or remove what is no data",
+            )
+        samples.extend(_float(one) for one in _ONE.findall(line))
+        if len(samples) > count:
+            advice = "correct NPTS, or remove the samples too many"
+            raise refused(
+                _at(number), f"sample {len(samples):,}", f"{count:,} samples, as line {header} says", advice
+            )
+    if len(samples) < count:
+        found_here = f"the end after {len(samples):,} samples"
+        allowed = f"{count:,} samples, as line {header} says"
+        raise refused(_at(len(lines)), found_here, allowed, "give the file whole, or correct NPTS")
+    title = ", ".join(line.strip() for line in heading[1:2] if line.strip())
+    return checked(
+        GroundMotion(name or title[:200] or "record", step, np.array(samples) * factor, title[:200]),
+        _at(header),
+    )
+
+
+def _header(lines: list[str]) -> tuple[int, re.Match[str] | None]:
+    """Find the line that says how many samples follow, at which step."""
+    for index, line in enumerate(lines[:_HEADER_LINES]):
+        if found := _MODERN.search(line) or _OLD.match(line):
+            return index, found
+    return 0, None
+
+
+def _stated_units(heading: list[str]) -> float:
+    for line in heading:
+        said = re.search(r"UNITS?\s+OF\s+([A-Z0-9/^*²]+(?:\s*/\s*[A-Z0-9^²]+)*)", line.upper())
+        if said:
+            unit = said[1].replace(" ", "").replace("^", "").replace("²", "2").replace("S/S", "S2")
+            unit = unit.replace("SEC/SEC", "S2").replace("SEC2", "S2")
+            known = {"G": STANDARD_GRAVITY, "CM/S2": 0.01, "M/S2": 1.0, "GAL": 0.01}
+            if unit in known:
+                return known[unit]
+    raise refused(
+        _at(min(3, max(1, len(heading)))),
+        printable(heading[2]) if len(heading) > 2 else "no unit",
+        "a line with `UNITS OF G`",
+        f"give the unit: {listing(UNITS)}",
+    )
+
+
+def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotion:
+    rows: list[tuple[float, float]] = []
+    places: list[int] = []
+    heading = ""
+    for number, line in enumerate(lines, start=1):
+        bare = line.strip()
+        if not bare or bare.startswith("#"):
+            heading += bare if not rows else ""
+            continue
+        cells = [cell.strip() for cell in re.split(r"[,;\t]|\s+", bare) if cell.strip()]
+        numbers = [cell for cell in cells if _ONE.fullmatch(cell)]
+        if not rows and not numbers:
+            heading += bare
+            continue
+        if len(cells) != 2 or len(numbers) != 2:
+            allowed = "two numbers, time [s] and acceleration"
+            raise refused(_at(number), printable(bare), allowed, "mend or remove the line")
+        rows.append((_float(cells[0]), _float(cells[1])))
+        places.append(number)
+    if len(rows) < 2:
+        raise refused(
+            _at(len(lines)),
+            f"the end after {len(rows)} rows",
+            "two rows or more",
+            "give time and acceleration",
+        )
+    factor = UNITS[units] if units else _units_of_heading(heading)
+    time, acceleration = np.array(rows).T
+    step = float(time[-1] - time[0]) / (len(rows) - 1)
+    _check_steps(time, step, places)
+    return checked(GroundMotion(name or "record", step, acceleration * factor, "two columns"), _at(places[0]))
+
+
+def _units_of_heading(heading: str) -> float:
+    # the last brackets belong to the last column
+    for said in reversed(re.findall(r"[(\[]([^)\]]*)[)\]]", heading)):
+        unit = said.strip().lower().replace("²", "2").replace("^", "").replace("s/s", "s2")
+        if unit in UNITS:
+            return UNITS[unit]
+        break
+    found = printable(heading) if heading else "no heading"
+    allowed = f"the unit of the acceleration: {listing(UNITS)}"
+    raise refused("units", found, allowed, "state it, or write the heading as `time (s), acceleration (g)`")
+
+
+def _check_steps(time: NDArray[np.float64], step: float, places: list[int]) -> None:
+    if step > 0:
+        off = np.abs(time - (time[0] + step * np.arange(time.size))) > _UNEVEN * step
+        # rounded stamps do not run on: only a sample beside its neighbours is named
+        if not off.any():
+            return
+        steps = np.diff(time)
+        usual = float(np.median(steps))
+        wrong = int(np.argmax(np.abs(steps - usual) > _UNEVEN * abs(usual)))
+        found = f"a step of {steps[wrong]:.6g} s after steps of {usual:.6g} s"
+        raise refused(_at(places[wrong + 1]), found, "equal time steps", "resample the record to equal steps")
+    raise refused(
+        _at(places[-1]), f"the time {time[-1]:g} s at the end", "a time that grows", "order the lines by time"
+    )
+
+
+def _float(text: str) -> float:
+    return float(text.replace("D", "E").replace("d", "e"))

@@ -1,0 +1,137 @@
+"""Artificial records with the spectrum of Kanai and Tajimi: white noise in the rock, filtered by the soil above it."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
+from studies.quantity import Quantity, read_count
+
+_QUANTITIES: dict[str, tuple[Quantity, float]] = {
+    name: (Quantity(name, meaning, low, high, advice), default)
+    for name, meaning, low, high, advice, default in (
+        ("duration_s", "duration [s]", 0.1, 1000.0, "some tens of seconds are usual", 30.0),
+        ("step_s", "time step [s]", 1e-4, 0.1, "0.01 s is usual", 0.01),
+        (
+            "ground_frequency_hz",
+            "natural frequency of the soil [Hz]",
+            0.01,
+            100.0,
+            "2.5 Hz is firm soil",
+            2.5,
+        ),
+        ("ground_damping_ratio", "damping ratio of the soil", 0.01, 10.0, "0.6 is firm soil", 0.6),
+        ("peak_g", "largest acceleration [g]", 1e-6, 100.0, "give it in g", 0.3),
+        ("rise_s", "time over which the motion grows [s]", 0.0, 1000.0, "0 starts at full strength", 3.0),
+        ("fall_s", "time over which it dies down [s]", 0.0, 1000.0, "0 ends at full strength", 10.0),
+    )
+}
+_LARGEST_SEED = 2**63 - 1
+
+
+def spectrum(
+    frequency_hz: ArrayLike, ground_frequency_hz: float, ground_damping_ratio: float
+) -> NDArray[np.float64]:
+    """Shape of the power spectral density of the acceleration, 1 at frequency 0.
+
+    With ξ = f/f_g: (1 + 4ζ²ξ²)/((1 − ξ²)² + 4ζ²ξ²). K. Kanai (1957), H. Tajimi (1960).
+    """
+    square = (np.asarray(frequency_hz, dtype=float) / ground_frequency_hz) ** 2
+    loss = 4.0 * ground_damping_ratio**2 * square
+    return np.asarray((1.0 + loss) / ((1.0 - square) ** 2 + loss))
+
+
+def read_kanai_tajimi(document: object) -> GroundMotion:
+    """Generate a record from a document with any of ``seed``, ``duration_s``, ``step_s``, ``peak_g``, ….
+
+    Raises
+    ------
+    StudyFaults
+        With every fault.
+    """
+    if not isinstance(document, dict):
+        raise StudyFaults([Fault("kanai_tajimi", describe(document), "a mapping", 'write {"seed": 1}')])
+    known = ("seed", *_QUANTITIES, "name")
+    faults = [unknown_key("kanai_tajimi", key, known) for key in document if key not in known]
+    values: dict[str, float] = {}
+    seed, name = 0, document.get("name", "")
+    for key, (quantity, default) in _QUANTITIES.items():
+        try:
+            values[key] = quantity.read(document.get(key, default), f"kanai_tajimi.{key}")
+        except StudyFaults as caught:
+            faults.extend(caught.faults)
+    try:
+        seed = read_count(document.get("seed", 0), 0, _LARGEST_SEED, "kanai_tajimi.seed")
+    except StudyFaults as caught:
+        faults.extend(caught.faults)
+    if not isinstance(name, str) or len(name) > 200 or not name.isprintable():
+        faults.append(Fault("kanai_tajimi.name", describe(name), "a short text on one line", "shorten it"))
+    if faults:
+        raise StudyFaults(faults)
+    return kanai_tajimi(seed, name=name, **values)
+
+
+def kanai_tajimi(
+    seed: int,
+    duration_s: float = 30.0,
+    step_s: float = 0.01,
+    ground_frequency_hz: float = 2.5,
+    ground_damping_ratio: float = 0.6,
+    peak_g: float = 0.3,
+    rise_s: float = 3.0,
+    fall_s: float = 10.0,
+    name: str = "",
+) -> GroundMotion:
+    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same record, bit for bit.
+    duration_s, step_s : float
+        Length and time step [s].
+    ground_frequency_hz, ground_damping_ratio : float
+        Of the soil.
+    peak_g : float
+        Largest acceleration [g], to which the whole is scaled.
+    rise_s, fall_s : float
+        The motion grows linearly at the start and falls linearly at the end over these times [s].
+    name : str
+        Name of the record.
+
+    Raises
+    ------
+    StudyFaults
+        Where there are too many samples, or rise and fall leave nothing.
+
+    Notes
+    -----
+    M. Shinozuka, G. Deodatis, Simulation of stochastic processes by spectral representation, Appl. Mech. Rev. 44 (1991)
+    191: before the trapezoid the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
+    """
+    count = round(duration_s / step_s) + 1
+    if count > MOST_SAMPLES:
+        allowed = f"at most {MOST_SAMPLES:,} samples"
+        raise StudyFaults([Fault("kanai_tajimi.step_s", f"{count:,} samples", allowed, "take a longer step")])
+    if rise_s + fall_s > duration_s:
+        found, advice = f"{rise_s + fall_s:g} s of rise and fall", "shorten rise_s or fall_s"
+        raise StudyFaults([Fault("kanai_tajimi.rise_s", found, f"at most {duration_s:g} s", advice)])
+    length = 2 * math.ceil(count / 2)
+    frequency = np.fft.rfftfreq(length, step_s)[1:-1]
+    phase = 2.0 * np.pi * np.random.default_rng(seed).random(frequency.size)
+    lines = np.zeros(length // 2 + 1, dtype=complex)
+    lines[1:-1] = np.sqrt(spectrum(frequency, ground_frequency_hz, ground_damping_ratio)) * np.exp(1j * phase)
+    wave = np.fft.irfft(lines)[:count]
+    time = step_s * np.arange(count)
+    if rise_s > 0:
+        wave = wave * np.minimum(time / rise_s, 1.0)
+    if fall_s > 0:
+        wave = wave * np.clip((time[-1] - time) / fall_s, 0.0, 1.0)
+    wave = wave * (peak_g * STANDARD_GRAVITY / np.abs(wave).max())
+    source = (
+        f"Kanai–Tajimi, seed {seed}, ground {ground_frequency_hz:g} Hz, damping {ground_damping_ratio:g}, "
+        f"peak {peak_g:g} g"
+    )
+    return checked(GroundMotion(name or f"Kanai–Tajimi {seed}", step_s, wave, source), "kanai_tajimi")

@@ -1,0 +1,113 @@
+"""A ground motion: base acceleration at equal time steps, taken as linear in between."""
+
+import hashlib
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.faults import Fault, StudyFaults
+
+STANDARD_GRAVITY = 9.80665
+"""m/s² in one g, by definition."""
+
+UNITS: dict[str, float] = {"g": STANDARD_GRAVITY, "m/s2": 1.0, "cm/s2": 0.01}
+"""Units that an acceleration may be given in, and what one of each is in m/s²."""
+
+MOST_SAMPLES = 400_000
+SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0
+"""Bounds of a time step [s]."""
+MOST_ACCELERATION = 1e4
+"""Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit is wrong."""
+
+
+@dataclass(frozen=True)
+class GroundMotion:
+    """A record of base acceleration.
+
+    Parameters
+    ----------
+    name : str
+        What people call it.
+    step_s : float
+        Time between samples [s].
+    acceleration_m_s2 : ndarray, shape (samples,)
+        Base acceleration [m/s²], linear from sample to sample; the base is at rest before the first.
+    source : str
+        Where it comes from.
+    """
+
+    name: str
+    step_s: float
+    acceleration_m_s2: NDArray[np.float64] = field(repr=False)
+    source: str = ""
+
+    @property
+    def digest(self) -> str:
+        """First twelve hex digits of the hash of steps and samples: the same motion under whatever name."""
+        content = hashlib.sha256(np.float64(self.step_s).tobytes())
+        content.update(np.ascontiguousarray(self.acceleration_m_s2, dtype="<f8").tobytes())
+        return content.hexdigest()[:12]
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return (self.acceleration_m_s2.size - 1) * self.step_s
+
+    @property
+    def peak_m_s2(self) -> float:
+        """Largest |acceleration| [m/s²]."""
+        return float(np.abs(self.acceleration_m_s2).max())
+
+    def base_motion(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Velocity [m/s] and displacement [m] of the base at the samples, from rest, exact for the linear pieces."""
+        a, h = self.acceleration_m_s2, self.step_s
+        velocity = np.concatenate(([0.0], np.cumsum(h * (a[:-1] + a[1:]) / 2)))
+        way = velocity[:-1] * h + h * h * (2 * a[:-1] + a[1:]) / 6
+        return velocity, np.concatenate(([0.0], np.cumsum(way)))
+
+    def summary(self) -> dict[str, object]:
+        """Return what a list of records shows, in SI units."""
+        velocity, displacement = self.base_motion()
+        return {
+            "name": self.name,
+            "source": self.source,
+            "samples": int(self.acceleration_m_s2.size),
+            "step_s": self.step_s,
+            "duration_s": self.duration_s,
+            "peak_acceleration_m_s2": self.peak_m_s2,
+            "peak_acceleration_g": self.peak_m_s2 / STANDARD_GRAVITY,
+            "peak_velocity_m_s": float(np.abs(velocity).max()),
+            "peak_displacement_m": float(np.abs(displacement).max()),
+            "digest": self.digest,
+        }
+
+
+def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
+    """Return the motion where it can be computed with.
+
+    Raises
+    ------
+    StudyFaults
+        Where it is too short or too long, its step is out of bounds, or nothing moves.
+    """
+    size = motion.acceleration_m_s2.size
+    if not 2 <= size <= MOST_SAMPLES:
+        raise refused(place, f"{size:,} samples", f"from 2 to {MOST_SAMPLES:,}", "cut or resample the record")
+    if not SHORTEST_STEP <= motion.step_s <= LONGEST_STEP:
+        allowed = f"a time step from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s"
+        raise refused(place, f"a step of {motion.step_s:g} s", allowed, "check the unit of time")
+    peak = motion.peak_m_s2
+    if not peak <= MOST_ACCELERATION:
+        allowed = f"at most {MOST_ACCELERATION:g} m/s²"
+        raise refused(place, f"an acceleration of {peak:.6g} m/s²", allowed, "check the unit of acceleration")
+    if peak < 1e-9:
+        raise refused(
+            place, f"a peak of {peak:g} m/s²", "a base that moves", "check the unit of acceleration"
+        )
+    return motion
+
+
+def refused(place: str, found: str, allowed: str, advice: str) -> StudyFaults:
+    """Return the refusal of a record for one fault."""
+    return StudyFaults([Fault(place, found, allowed, advice)])

@@ -1,0 +1,158 @@
+"""A question about earthquakes as validated data: a structure, its dampers, a record, and how to compare them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from studies.ground.kanai_tajimi import read_kanai_tajimi
+from studies.ground.motion import GroundMotion
+from studies.ground.paper import BASE_AMPLITUDES_M, CASES, friction_force_n
+from studies.ground.shelf import RecordNotFound, Shelf
+from studies.guard import guard
+from studies.quantity import Quantity, read_count
+from studies.tmd.tunings import CRITERIA, Criterion
+
+PAPER_STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038}
+_STIFFNESS = 1.605 * (2.0 * 3.141592653589793 * 2.5) ** 2
+
+QUANTITIES: dict[str, tuple[Quantity, float]] = {
+    name: (Quantity(name, meaning, low, high, advice, below), default)
+    for name, meaning, low, high, advice, below, default in (
+        ("mass_kg", "mass M of the primary structure [kg]", 1e-6, 1e12, "give it in kg", False, 1.605),
+        (
+            "natural_frequency_hz", "undamped natural frequency of the structure [Hz]", 1e-3, 1e3,
+            "give it in Hz", False, 2.5,
+        ),
+        ("damping_ratio", "damping ratio ζ of the structure", 0.0, 1.0, "below 1", True, 0.0038),
+        ("particle_mass_kg", "mass m of the particle [kg]", 0.0, 1e12, "give it in kg; 0 for none", False, 0.1605),
+        (
+            "clearance_m", "clearance d on either side of the particle, half the free cavity length [m]", 1e-9, 1e6,
+            "give it in m", False, 0.0075,
+        ),
+        ("restitution", "coefficient of restitution e", 0.0, 1.0, "from 0 to 1", False, 0.47),
+        (
+            "friction_force_n", "Coulomb friction force F_f [N]", 0.0, 1e12, "give it in N; 0 for none", False,
+            round(friction_force_n(BASE_AMPLITUDES_M[0], _STIFFNESS, 0.0038), 3),
+        ),
+        ("tmd_mass_kg", "mass of the tuned mass damper [kg]; that of the particle by default", 1e-9, 1e12, "give it in kg",
+            False, float("nan")),
+        ("scale", "factor on the record", 1e-6, 1e6, "1 leaves the record as it is", False, 1.0),
+        ("tail_s", "free vibration after the record [s]", 0.0, 1000.0, "0 stops with the record", False, 0.0),
+        ("perturbation_m", "size of the perturbed starts [m]", 0.0, 1e3, "a millionth of the motion is usual", False, 1e-7),
+    )
+}  # fmt: skip
+"""What a comparison takes, with the paper's prototype as defaults (Tables 2 and 4; for the force see `paper`)."""
+
+MOST_STARTS = 256
+
+
+@dataclass(frozen=True)
+class Earthquake:
+    """A comparison of dampers under one record.
+
+    Parameters
+    ----------
+    record_id : str
+        Of the record; what it was generated from where it is not kept.
+    motion : GroundMotion
+        The record itself.
+    values : dict of float
+        The `QUANTITIES`.
+    criterion : str
+        How the mass damper is tuned.
+    cases : tuple of str
+        Which of `paper.CASES` are compared.
+    starts : int
+        Perturbed starts besides the one at rest; 0 for none.
+    seed : int
+        Of their draw.
+    """
+
+    record_id: str
+    motion: GroundMotion
+    values: dict[str, float]
+    criterion: Criterion
+    cases: tuple[str, ...]
+    starts: int
+    seed: int
+
+
+KEYS = ("record", *QUANTITIES, "tmd_criterion", "cases", "starts", "seed")
+
+
+def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
+    """Read a comparison.
+
+    Parameters
+    ----------
+    document : object
+        As read from JSON or YAML: ``record`` (an id, an earthquake's name, or ``{"kanai_tajimi": {…}}``), and any of
+        `KEYS`.
+    shelf : Shelf
+        Where records are.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault.
+    """
+    if not isinstance(document, dict):
+        advice = 'write keys and values, at least {"record": "loma-prieta"}'
+        raise StudyFaults([Fault("body", describe(document), "a mapping", advice)])
+    held, faults = guard(document)
+    faults += [unknown_key(str(key), key, KEYS) for key in held if key not in KEYS]
+    values: dict[str, float] = {}
+    for name, (quantity, default) in QUANTITIES.items():
+        raw = held.get(name)
+        try:
+            values[name] = default if raw is None else quantity.read(raw, name)
+        except StudyFaults as caught:
+            faults.extend(caught.faults)
+    criterion = held.get("tmd_criterion", "den_hartog")
+    if criterion not in tuple(CRITERIA):
+        faults.append(Fault("tmd_criterion", describe(criterion), listing(CRITERIA), "choose one of these"))
+    cases = _cases(held.get("cases", list(CASES)), faults)
+    counts = {"starts": 16, "seed": 0}
+    for name, most in (("starts", MOST_STARTS), ("seed", 2**63 - 1)):
+        try:
+            counts[name] = read_count(held.get(name, counts[name]), 0, most, name)
+        except StudyFaults as caught:
+            faults.extend(caught.faults)
+    record_id, motion = "", None
+    try:
+        record_id, motion = read_record_reference(held.get("record", "loma-prieta"), shelf)
+    except StudyFaults as caught:
+        faults.extend(caught.faults)
+    if faults or motion is None:
+        raise StudyFaults(faults)
+    tuning: Any = criterion
+    return Earthquake(record_id, motion, values, tuning, cases, counts["starts"], counts["seed"])
+
+
+def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:
+    """Find or generate the record that a document names.
+
+    Raises
+    ------
+    StudyFaults
+        Where there is none.
+    """
+    if isinstance(raw, dict):
+        if set(raw) != {"kanai_tajimi"}:
+            allowed = 'the id of a record, or {"kanai_tajimi": {"seed": 1}}'
+            raise StudyFaults([Fault("record", describe(raw), allowed, "name a record")])
+        motion = read_kanai_tajimi(raw["kanai_tajimi"])
+        return f"u-{motion.digest}", motion
+    if not isinstance(raw, str):
+        raise StudyFaults([Fault("record", describe(raw), "the id of a record", "name a record")])
+    try:
+        return shelf.get(raw)
+    except RecordNotFound as missing:
+        raise StudyFaults([missing.fault]) from None
+
+
+def _cases(raw: object, faults: list[Fault]) -> tuple[str, ...]:
+    if isinstance(raw, list | tuple) and raw and all(isinstance(case, str) and case in CASES for case in raw):
+        return tuple(case for case in CASES if case in raw)
+    faults.append(Fault("cases", describe(raw), f"a list of {listing(CASES)}", "leave it out for all"))
+    return ()

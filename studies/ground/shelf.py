@@ -1,0 +1,116 @@
+"""Where records are found by their id: the built-in ones, and those that were uploaded into a data directory."""
+
+import io
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+import numpy as np
+
+from studies.faults import Fault, describe, listing, nearest
+from studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
+from studies.ground.motion import GroundMotion
+from studies.store.durable import sync_path
+from studies.store.faults import StoreFault
+
+MOST_RECORDS = 1000
+"""Uploaded records that one data directory keeps."""
+
+
+class RecordNotFound(StoreFault):
+    """There is no record of that id."""
+
+
+class ShelfFull(StoreFault):
+    """No more records can be kept."""
+
+
+class Shelf:
+    """The records of one data directory; a record is two files that are never changed: samples and summary.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory; its folder `records` is made when the first record comes.
+    """
+
+    def __init__(self, data_dir: Path) -> None:
+        self.folder = Path(data_dir) / "records"
+
+    def ids(self) -> tuple[str, ...]:
+        """Return the ids of all records, the built-in ones first."""
+        return (*builtin_ids(), *self._uploaded())
+
+    def summaries(self) -> list[dict[str, Any]]:
+        """Return id and summary of every record, without reading the samples of uploaded ones."""
+        built_in = [{"id": name, **builtin_record(name).summary()} for name in builtin_ids()]
+        return built_in + [{"id": name, **self._summary(name)} for name in self._uploaded()]
+
+    def _summary(self, record_id: str) -> dict[str, Any]:
+        kept: dict[str, Any] = json.loads((self.folder / f"{record_id}.json").read_text(encoding="utf-8"))
+        return kept
+
+    def _uploaded(self) -> Iterator[str]:
+        return (path.stem for path in sorted(self.folder.glob("u-*.json")))
+
+    def get(self, record_id: str) -> tuple[str, GroundMotion]:
+        """Return the whole id and the record of an id, or of an earthquake's name.
+
+        Raises
+        ------
+        RecordNotFound
+            Where there is none.
+        """
+        whole = FIRST_COMPONENTS.get(record_id, record_id)
+        if whole in builtin_ids():
+            return whole, builtin_record(whole)
+        if whole in set(self._uploaded()):
+            kept = self._summary(whole)
+            samples = np.load(self.folder / f"{whole}.npy", allow_pickle=False)
+            return whole, GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
+        near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
+        advice = f"write {near} if that is meant" if near else "list the records, or upload this one"
+        allowed = f"{listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
+        raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
+
+    def put(self, motion: GroundMotion) -> tuple[str, bool]:
+        """Keep a record; the same samples are one record.
+
+        Returns
+        -------
+        record_id : str
+            Under which it is found.
+        new : bool
+            False where it was there already.
+
+        Raises
+        ------
+        ShelfFull
+            Beyond `MOST_RECORDS`.
+        """
+        record_id = f"u-{motion.digest}"
+        kept = set(self._uploaded())
+        if record_id in kept:
+            return record_id, False
+        if len(kept) >= MOST_RECORDS:
+            advice = f"remove files from {self.folder}"
+            raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice))
+        self.folder.mkdir(parents=True, exist_ok=True)
+        samples = io.BytesIO()
+        np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
+        # the summary last: a record is there when its summary is
+        self._keep(f"{record_id}.npy", samples.getvalue())
+        self._keep(f"{record_id}.json", json.dumps(motion.summary()).encode())
+        return record_id, True
+
+    def _keep(self, name: str, content: bytes) -> None:
+        """Write a file that is there whole or not at all, also after a power cut."""
+        with NamedTemporaryFile(dir=self.folder, suffix=".new", delete=False) as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(file.name).replace(self.folder / name)
+        sync_path(self.folder)

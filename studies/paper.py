@@ -1,0 +1,30 @@
+"""The numbers that the paper prints, read from the one file that holds them."""
+
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import yaml
+
+
+@dataclass(frozen=True)
+class PaperNumber:
+    """A number as printed.
+
+    Parameters
+    ----------
+    value : float
+        In the unit that the name ends in; a ratio without one.
+    place : str
+        Where the paper prints it.
+    """
+
+    value: float
+    place: str
+
+
+@cache
+def paper_numbers() -> dict[str, PaperNumber]:
+    """Return every number of `studies/paper.yaml` by name."""
+    document = yaml.safe_load((files("studies") / "paper.yaml").read_text(encoding="utf-8"))
+    return {name: PaperNumber(float(entry["value"]), entry["place"]) for name, entry in document.items()}

@@ -1,0 +1,159 @@
+"""Which blocks are done: the marks, set once a block is safe and taken back where it was damaged."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from sqlalchemy import delete, func, insert, select, update
+
+from studies.store.base import StoreBase
+from studies.store.claims import require_free
+from studies.store.record import BlockOutcome, Record
+from studies.store.rows import log_event, marks_of, record_of, study_row
+from studies.store.tables import done_blocks, studies
+
+_AT_ONCE = 500  # values in one statement
+
+
+class Blocks(StoreBase):
+    """The done-marks of a store."""
+
+    def pending(self, study_id: str) -> np.ndarray:
+        """Give the indices of the blocks without a done-mark, ascending, int64."""
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            done = np.zeros(row.blocks_total, bool)
+            done[np.fromiter(marks_of(connection, row.number), np.int64)] = True
+            return np.flatnonzero(~done)
+
+    def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
+        """Set the done-marks of blocks whose regions are on the disk; a block that has one keeps its first.
+
+        With this transaction every reader that looks from now on sees the blocks, whole and in this generation.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        outcomes : BlockOutcome
+            What became of the blocks; all are marked, or none.
+        owner : str, optional
+            Who claims to work on the study. An owner that was thought dead and is not may hold results whose
+            files the next one has swept: with its name given, they are refused.
+
+        Returns
+        -------
+        bool
+            False where the claim is somebody else's, and nothing was marked.
+
+        Raises
+        ------
+        StudyNotFound
+            If the study is gone.
+        """
+        now = time.time()
+        b, c = done_blocks.c, studies.c
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            if owner is not None and row.claim_owner != owner:
+                return False
+            fresh = {outcome.index: outcome for outcome in reversed(outcomes)}
+            for index in fresh:
+                if not 0 <= index < row.blocks_total:
+                    raise ValueError(f"block {index} of {row.blocks_total}")
+            for start in range(0, len(outcomes), _AT_ONCE):
+                piece = [outcome.index for outcome in outcomes[start : start + _AT_ONCE]]
+                known = select(b.block).where(b.study == row.number, b.block.in_(piece))
+                for index in connection.execute(known).scalars():
+                    del fresh[index]
+            if not fresh:
+                return True
+            marks = [
+                {
+                    "study": row.number,
+                    "block": outcome.index,
+                    "points": outcome.points,
+                    "failed": outcome.failed,
+                    "reused": outcome.reused,
+                    "seconds": outcome.seconds,
+                    "kernel_seconds": outcome.kernel_seconds,
+                    "message": outcome.message,
+                    "at": now,
+                    "generation": outcome.generation,
+                    "checksum": outcome.checksum,
+                    "revision": row.revision + 1 + place,
+                }
+                for place, outcome in enumerate(fresh.values())
+            ]
+            connection.execute(insert(done_blocks), marks)
+            added = list(fresh.values())
+            change: dict[Any, Any] = {
+                c.points_done: c.points_done + sum(outcome.points for outcome in added),
+                c.points_failed: c.points_failed + sum(outcome.failed for outcome in added),
+                c.points_reused: c.points_reused + sum(outcome.reused for outcome in added),
+                c.blocks_done: c.blocks_done + len(added),
+                c.seconds: c.seconds + sum(outcome.seconds for outcome in added),
+                c.kernel_seconds: c.kernel_seconds + sum(outcome.kernel_seconds for outcome in added),
+                c.revision: c.revision + len(added),
+                c.last_mark: now,
+            }
+            failure = next((outcome for outcome in added if outcome.message is not None), None)
+            if failure is not None:
+                change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
+            connection.execute(update(studies).where(c.number == row.number).values(change))
+            return True
+
+    def forget(self, study_id: str, blocks: Sequence[int], why: str) -> Record:
+        """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        blocks : sequence of int
+            Indices of blocks; those without a mark count for nothing.
+        why : str
+            Kept among the study's events.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it.
+        """
+        b, c = done_blocks.c, studies.c
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            require_free(row, "take blocks back from")
+            for start in range(0, len(blocks), _AT_ONCE):
+                piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
+                connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
+            sums = connection.execute(
+                select(
+                    func.count(),
+                    *(
+                        func.coalesce(func.sum(column), 0)
+                        for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
+                    ),
+                ).where(b.study == row.number)
+            ).one()
+            names = (
+                c.blocks_done,
+                c.points_done,
+                c.points_failed,
+                c.points_reused,
+                c.seconds,
+                c.kernel_seconds,
+            )
+            change: dict[Any, Any] = dict(zip(names, sums, strict=True))
+            change |= {
+                c.revision: row.revision + 1,
+                c.taken_back: row.revision + 1,
+                c.state: "queued",
+                c.finished: None,
+            }
+            connection.execute(update(studies).where(c.number == row.number).values(change))
+            log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks taken back: {why}")
+            return record_of(study_row(connection, study_id))

@@ -1,0 +1,98 @@
+"""Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
+
+import time
+from typing import Any
+
+from sqlalchemy import Connection, Row, update
+
+from studies.faults import Fault
+from studies.store.base import StoreBase
+from studies.store.faults import StudyBusy
+from studies.store.rows import alive_row, claim_owner
+from studies.store.tables import studies
+
+CLAIM_SECONDS = 60.0
+"""How long a claim holds without being renewed [s]."""
+
+
+class Claims(StoreBase):
+    """The claims on the studies of a store.
+
+    A claim ends when its time is over by the wall clock, or when whoever looks has not seen it renewed for that
+    long by a clock that nobody sets: a clock that was set back keeps no dead owner alive. One that was set forward
+    may end the claim of a living one; what that owner still has to say is then refused (`Blocks.mark`).
+    """
+
+    def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+        """Take a study to work on; False while another owner's claim holds.
+
+        Parameters
+        ----------
+        study_id, owner : str
+            The study, and a name that no other runner has.
+        seconds : float, optional
+            The claim ends by itself unless it is renewed within this time [s]; by default `CLAIM_SECONDS`.
+        """
+        with self.catalogue.writing() as connection:
+            row = alive_row(connection, study_id)
+            if row is None or (row.claim_owner != owner and self._holds(row)):
+                return False
+            self._set_claim(connection, row.number, owner, _end(seconds))
+            return True
+
+    def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+        """Hold a claim for longer; False if it went to somebody else, and then the work must stop."""
+        return self._if_owned(study_id, owner, owner, _end(seconds))
+
+    def release(self, study_id: str, owner: str) -> None:
+        """Give a claim up; nothing happens if it is somebody else's."""
+        self._if_owned(study_id, owner, None, None)
+
+    def abandoned(self, study_id: str) -> bool:
+        """Whether nobody works on a study; ask now and then, to see whether its claim is renewed."""
+        with self.catalogue.reading() as connection:
+            row = alive_row(connection, study_id)
+        return row is not None and not self._holds(row)
+
+    def _holds(self, row: Row[Any]) -> bool:
+        if row.claim_owner is None:
+            self._renewals.pop(row.number, None)
+            return False
+        now, renewal = time.monotonic(), (row.claim_owner, row.claim_expires)
+        seen, since = self._renewals.get(row.number, (None, now))
+        if seen != renewal:
+            since = now
+            self._renewals[row.number] = renewal, now
+        return claim_owner(row) is not None and now - since <= CLAIM_SECONDS
+
+    def _if_owned(self, study_id: str, owner: str, heir: str | None, expires: float | None) -> bool:
+        with self.catalogue.writing() as connection:
+            row = alive_row(connection, study_id)
+            if row is None or row.claim_owner != owner:
+                return False
+            self._set_claim(connection, row.number, heir, expires)
+            return True
+
+    def _set_claim(
+        self, connection: Connection, number: int, owner: str | None, expires: float | None
+    ) -> None:
+        change = update(studies).where(studies.c.number == number)
+        connection.execute(change.values(claim_owner=owner, claim_expires=expires))
+
+
+def _end(seconds: float | None) -> float:
+    return time.time() + (CLAIM_SECONDS if seconds is None else seconds)
+
+
+def require_free(row: Row[Any], what: str) -> None:
+    """Refuse to do `what` to a study that somebody works on; raise `StudyBusy`."""
+    owner = claim_owner(row)
+    if owner is not None:
+        raise StudyBusy(
+            Fault(
+                "study",
+                f"{row.id} is {row.state}, worked on by {owner}",
+                f"a study that nobody works on, to {what} it",
+                f"cancel it first: damperlab cancel {row.id}",
+            )
+        )

@@ -1,0 +1,112 @@
+"""The cubes of a store, each shown with the blocks that are done, and the room that is left for them."""
+
+import os
+import shutil
+
+import xarray as xr
+
+from studies.faults import Fault
+from studies.store.base import StoreBase
+from studies.store.chunks import Marks
+from studies.store.cube import open_cube
+from studies.store.faults import RevisionGone, cannot_use
+from studies.store.quota import Taken, taken
+from studies.store.rows import marks_of, study_row
+from studies.store.shelf import Shelf
+
+RESERVE_BYTES = 16 * 2**20
+"""Room on the disk that no block is begun without."""
+
+_MARKS_KEPT = 16  # studies whose marks are remembered
+
+
+class Cubes(StoreBase):
+    """The cubes of a store."""
+
+    def cube_path(self, study_id: str) -> str:
+        """Give the address of a study's cube, by which a worker finds it."""
+        with self.catalogue.reading() as connection:
+            return self.cube_shelf(study_id, study_row(connection, study_id).number).address
+
+    def cube(self, study_id: str) -> xr.Dataset:
+        """Open a study's cube as it is now: lazy, and every block wholly there or wholly not computed.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StoreFault
+            If its files are gone.
+        """
+        shelf, marks = self.snapshot(study_id)
+        try:
+            return open_cube(shelf, marks)
+        except OSError as error:
+            raise cannot_use(shelf.address, error) from error
+
+    def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
+        """Give a cube's shelf, and the generation of every block that is done.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        revision : int, optional
+            Only blocks that were done by then; now by default.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        RevisionGone
+            If there was no such revision, or blocks were taken back since.
+        """
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            shelf = self.cube_shelf(study_id, row.number)
+            if revision is not None and not row.taken_back <= revision <= row.revision:
+                raise RevisionGone(
+                    Fault(
+                        "revision",
+                        str(revision),
+                        f"{row.taken_back} to {row.revision}",
+                        "open the study anew: its blocks were computed again",
+                    )
+                )
+            if revision is not None and revision != row.revision:
+                return shelf, marks_of(connection, row.number, upto=revision)
+            kept = self._marks.get(row.number)
+            if kept is None or kept[0] != row.revision:
+                # one entry per study, each taken and put as a whole: threads need no lock
+                if kept is not None and kept[0] >= row.taken_back:
+                    newer = marks_of(connection, row.number, after=kept[0])
+                    kept = row.revision, {**kept[1], **newer}
+                else:
+                    kept = row.revision, marks_of(connection, row.number)
+                self._marks[row.number] = kept
+                while len(self._marks) > _MARKS_KEPT:
+                    self._marks.pop(next(iter(self._marks)), None)
+        return shelf, kept[1]
+
+    def trouble(self) -> str | None:
+        """Say why no more can be written, in words; None while all is well.
+
+        Some room is kept free, so that the catalogue can still say what happened when the cubes have filled the disk.
+        """
+        try:
+            free = shutil.disk_usage(self.data_dir).free
+        except OSError as error:
+            return f"the data directory cannot be used ({error})"
+        if not os.access(self.data_dir / "cubes", os.W_OK | os.X_OK):
+            return f"{self.data_dir / 'cubes'} cannot be written; change its permissions, or how its disk is mounted"
+        if free < RESERVE_BYTES:
+            return (
+                f"the disk of {self.data_dir} is full: {free / 1e6:.3g} MB are free, "
+                f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
+            )
+        return None
+
+    def taken(self) -> Taken:
+        """Say how much the studies take, as a quota counts it."""
+        with self.catalogue.reading() as connection:
+            return taken(connection)

@@ -1,0 +1,96 @@
+"""A shelf that is a folder: whole files renamed into place, and synced together with their folders."""
+
+import math
+import os
+import shutil
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from studies.store.durable import sync_path
+from studies.store.shelf import Entry, Shelf
+
+
+class Folder(Shelf):
+    """A folder and what lies below it.
+
+    Parameters
+    ----------
+    address : path-like
+        The folder, which need not be there.
+    """
+
+    def __init__(self, address: str | os.PathLike[str]) -> None:
+        self._path = Path(address)
+        super().__init__(str(self._path))
+
+    def at(self, name: str) -> "Folder":
+        """Give the folder below this one."""
+        return Folder(self._path / name)
+
+    def get(self, key: str) -> bytes:
+        """Read a file."""
+        # opened by its text: a slice reads hundreds of files, and paths take longer than they do
+        with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
+            return file.read()
+
+    def stamp(self, key: str) -> tuple[int, ...]:
+        """Give a file's time and size, so that one that was lost or damaged is not overlooked."""
+        now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
+        return now.st_mtime_ns, now.st_size
+
+    def put(self, key: str, content: bytes) -> None:
+        """Write a file, whose folder must be there, and wait until both are on the disk."""
+        target = self._path / key
+        partial = target.with_name(f"{target.name}.{uuid.uuid4().hex}.partial")
+        try:
+            with partial.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(target)
+        except BaseException:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+            raise
+        sync_path(target.parent)
+
+    def fill(self, pieces: Mapping[str, bytes]) -> None:
+        """Write files into a folder that may not be there yet."""
+        for parent in {(self._path / key).parent for key in pieces}:
+            parent.mkdir(parents=True, exist_ok=True)
+        self.put_all(pieces)
+        sync_path(self._path)
+        sync_path(self._path.parent)
+
+    def entries(self) -> Iterator[Entry]:
+        """List every file at any depth."""
+        for folder, _, names in os.walk(self._path):
+            for name in names:
+                file = Path(folder, name)
+                with suppress(FileNotFoundError):
+                    found = file.stat()
+                    key = file.relative_to(self._path).as_posix()
+                    yield Entry(key, found.st_size, found.st_mtime)
+
+    def shelves(self) -> Iterator[str]:
+        """List the folders in this one."""
+        with suppress(FileNotFoundError):
+            yield from [path.name for path in self._path.iterdir() if path.is_dir()]
+
+    def made(self) -> float:
+        """Say when the folder was made, or a file in it last came or went."""
+        try:
+            return self._path.stat().st_mtime
+        except FileNotFoundError:
+            return math.inf
+
+    def remove(self, key: str) -> None:
+        """Remove a file."""
+        (self._path / key).unlink(missing_ok=True)
+
+    def clear(self) -> None:
+        """Remove the folder."""
+        with suppress(FileNotFoundError):
+            shutil.rmtree(self._path)

@@ -1,0 +1,169 @@
+"""Studies looked up: one by its name, all page by page, the state of one and what happened to it."""
+
+import time
+from typing import Any
+
+from sqlalchemy import func, select, update
+
+from studies.faults import Fault, describe, listing
+from studies.store.base import StoreBase
+from studies.store.faults import StoreFault, StudyNotFound
+from studies.store.record import STATES, Page, Record
+from studies.store.rows import (
+    ALIVE,
+    alive_row,
+    cursor_of,
+    log_event,
+    number_before,
+    record_of,
+    study_row,
+    unknown_study,
+)
+from studies.store.tables import events, studies
+
+PAGE_LIMIT = 1000
+"""Most records on one page."""
+
+
+class Lookup(StoreBase):
+    """What the catalogue says about studies."""
+
+    def find(self, ref: str) -> Record:
+        """Look a study up by its id, a prefix of it that no other id has, or its name (the newest so named).
+
+        Raises
+        ------
+        StudyNotFound
+            If none is found, or a prefix fits several.
+        """
+        # no database takes half characters, and one no NUL; a command line or an address may hold them
+        ref = _sayable(ref)
+        with self.catalogue.reading() as connection:
+            row = alive_row(connection, ref)
+            if row is not None:
+                return record_of(row)
+            newest = select(studies).where(ALIVE).order_by(studies.c.number.desc())
+            starts = func.substr(studies.c.id, 1, len(ref)) == ref.lower()
+            fits = connection.execute(newest.where(starts).limit(4)).all() if ref else []
+            if len(fits) == 1:
+                return record_of(fits[0])
+            named = connection.execute(newest.where(studies.c.name == ref).limit(1)).one_or_none()
+            if named is not None:
+                return record_of(named)
+            if fits:
+                several = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
+                raise StudyNotFound(
+                    Fault(
+                        "study",
+                        describe(ref),
+                        f"one study; this fits {several}",
+                        "write more digits of the id",
+                    )
+                )
+            raise unknown_study(connection, ref)
+
+    def page(
+        self,
+        limit: int = 50,
+        cursor: str | None = None,
+        state: str | None = None,
+        name: str | None = None,
+    ) -> Page:
+        """Give one page of records, newest first.
+
+        Parameters
+        ----------
+        limit : int
+            Most records on the page, 1 to `PAGE_LIMIT`.
+        cursor : str, optional
+            The cursor of the page before. Studies that come meanwhile do not shift the pages.
+        state : str, optional
+            Only studies in this state.
+        name : str, optional
+            Only studies whose name holds this text; ASCII letters fit in either case.
+
+        Raises
+        ------
+        StoreFault
+            If an argument is not allowed.
+        """
+        if not 1 <= limit <= PAGE_LIMIT:
+            raise StoreFault(Fault("limit", str(limit), f"1 to {PAGE_LIMIT}", "ask page by page"))
+        if state is not None and state not in STATES:
+            raise StoreFault(Fault("state", describe(state), listing(STATES), "leave it out for every state"))
+        query = select(studies).where(ALIVE)
+        if cursor is not None:
+            query = query.where(studies.c.number < number_before(cursor))
+        if state is not None:
+            query = query.where(studies.c.state == state)
+        if name:
+            query = query.where(studies.c.name.icontains(_sayable(name), autoescape=True))
+        query = query.order_by(studies.c.number.desc()).limit(limit + 1)
+        with self.catalogue.reading() as connection:
+            rows = connection.execute(query).all()
+        more = len(rows) > limit
+        return Page(tuple(map(record_of, rows[:limit])), cursor_of(rows[limit - 1].number) if more else None)
+
+    def set_state(
+        self,
+        study_id: str,
+        state: str,
+        message: str | None = None,
+        *,
+        only_from: tuple[str, ...] = STATES,
+        owner: str | None = None,
+    ) -> Record:
+        """Put a study into a state.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        state : str
+            One of `STATES`.
+        message : str, optional
+            Kept with the study; None keeps the one that is there, an empty one removes it.
+        only_from : tuple of str
+            Nothing changes unless the study is in one of these states; the record that comes back says
+            which it is in.
+        owner : str, optional
+            Who claims to work on the study; nothing changes where the claim is somebody else's.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        """
+        if state not in STATES:
+            raise ValueError(f"{state!r} is none of {STATES}")
+        now = time.time()
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            if row.state not in only_from or owner not in (None, row.claim_owner):
+                return record_of(row)
+            change: dict[str, Any] = {"state": state}
+            if message is not None:
+                change["message"] = message or None
+            if state == "running":
+                change |= {"started": row.started or now, "finished": None}
+                change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}
+            elif state == "queued":
+                change["finished"] = None
+            elif row.state != state:
+                change["finished"] = now
+            connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+            if row.state != state:
+                log_event(
+                    connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else "")
+                )
+            return record_of(study_row(connection, study_id))
+
+    def events(self, study_id: str) -> list[tuple[float, str]]:
+        """Give what has happened to a study, oldest first: seconds since 1970, and what."""
+        query = select(events.c.at, events.c.what).where(events.c.study == study_id).order_by(events.c.number)
+        with self.catalogue.reading() as connection:
+            return [(at, what) for at, what in connection.execute(query)]
+
+
+def _sayable(text: str) -> str:
+    return text.encode(errors="replace").decode().replace("\0", "?")
