@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from service.columns import columns
 from studies.definition import Study
 from studies.plan import Plan
 from studies.store.cube import bytes_per_point
@@ -50,7 +51,7 @@ def map_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
     dict
         ``x`` and ``y`` (the grid values), ``values`` as [y][x], and beside them, in the same shape, what
         says how far a value can be trusted; ``at`` the grid point of the other dimensions, ``note`` that
-        choice in words.
+        choice in words, ``columns`` what each of them is.
     """
     y, x = (str(name) for name in answer[metric].dims)
     return {
@@ -95,15 +96,21 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
         by name and what else the answer says of it; ``designs_total``, and the counts of those that were left out.
     """
     first = ("rank", *DIMENSIONS, "value", "error", "response_class")
-    columns = (*first, *(str(name) for name in answer.data_vars if name not in first))
-    rows = zip(*(answer[name].values.tolist() for name in columns), strict=True)
+    names_of = (*first, *(str(name) for name in answer.data_vars if name not in first))
+    rows = zip(*(answer[name].values.tolist() for name in names_of), strict=True)
     names = _flags("response_class")
-    designs = [dict(zip(columns, row, strict=True)) for row in rows]
+    designs = [dict(zip(names_of, row, strict=True)) for row in rows]
     for design in designs:
         design["response_class"] = names[str(design["response_class"])]
     said = {str(name): value for name, value in answer.attrs.items()}
     said["designs_total"] = said.pop("designs")
-    return {"units": "1", "long_name": answer["value"].attrs["long_name"], "designs": designs, **said}
+    return {
+        "units": "1",
+        "long_name": answer["value"].attrs["long_name"],
+        "designs": designs,
+        "columns": columns(answer),
+        **said,
+    }
 
 
 def _described(answer: xr.Dataset, metric: str) -> dict[str, Any]:
@@ -117,6 +124,7 @@ def _described(answer: xr.Dataset, metric: str) -> dict[str, Any]:
         **beside,
         "meanings": {variable.name: _flags(variable.name) for variable in known if variable.flags},
         "at": {str(name): float(value) for name, value in answer.coords.items() if np.ndim(value) == 0},
+        "columns": columns(answer),
         **answer.attrs,
     }
 

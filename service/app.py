@@ -20,13 +20,28 @@ from service.access import AccessLog
 from service.cluster import SharedCluster
 from service.dispatch import Dispatcher
 from service.examples import complete
-from service.routes import accuracy, export, health, home, queries, refine, simulate, studies, tmd, zarr
+from service.routes import (
+    accuracy,
+    axes,
+    catalog,
+    earthquakes,
+    export,
+    health,
+    home,
+    queries,
+    refine,
+    simulate,
+    studies,
+    tmd,
+    zarr,
+)
 from service.settings import Settings
 from service.state import Service
-from studies.store.store import Store
 from worker.cluster import core_count
 from worker.provenance import code_version
 
+SUBMISSIONS = 8
+"""Most submissions that are worked on at once; the threads that are left answer questions."""
 DRAIN_SECONDS = 10
 """How long a shutdown waits for answers that are under way, before it stops the studies."""
 
@@ -56,7 +71,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=code_version(),
         description=DESCRIPTION,
         lifespan=_lifespan,
-        # The framework's own pages load their scripts from elsewhere; / is ours and loads nothing.
+        # The framework's own pages load their scripts from elsewhere; / is ours and loads nothing from there.
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -70,7 +85,21 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    for route in (home, studies, queries, tmd, refine, export, zarr, simulate, accuracy, health):
+    for route in (
+        home,
+        catalog,
+        studies,
+        axes,
+        queries,
+        tmd,
+        refine,
+        export,
+        zarr,
+        simulate,
+        earthquakes,
+        accuracy,
+        health,
+    ):
         app.include_router(route.router)
     app.add_middleware(
         GZipMiddleware,
@@ -95,10 +124,14 @@ def create_app(settings: Settings) -> FastAPI:
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
-    store = await run_sync(Store.open, settings.data_dir, settings.catalogue)
+    runs = await run_sync(settings.open_store)
+    wait = settings.catalogue_wait_seconds
+    store = await run_sync(lambda: settings.open_store(wait_seconds=wait))
     cluster = SharedCluster(settings.workers, settings.scheduler)
-    dispatcher = Dispatcher(store, cluster, settings.studies_at_once)
-    service = Service(settings, store, dispatcher, CapacityLimiter(core_count()))
+    dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
+    service = Service(
+        settings, store, dispatcher, CapacityLimiter(core_count()), CapacityLimiter(SUBMISSIONS)
+    )
     app.state.service = service
     dispatcher.start()
     try:
@@ -107,6 +140,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         service.closing.set()
         await run_sync(dispatcher.close)
         await run_sync(store.close)
+        await run_sync(runs.close)
 
 
 class _Server(uvicorn.Server):

@@ -4,6 +4,7 @@ from typing import Any
 
 import xarray as xr
 
+from service.columns import columns
 from studies.answers.refine import Refinement
 from studies.variables import VARIABLES
 
@@ -19,23 +20,18 @@ def columns_document(answer: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        The dimension and every variable by name, ``columns`` (unit and long name of each), ``at`` (coordinates
+        The dimension and every variable by name, ``columns`` (what each of them is), ``at`` (coordinates
         without a dimension), ``meanings`` of codes, and the attributes.
     """
     (dimension,) = (str(name) for name in answer.sizes)
-    columns = {name: answer[name] for name in (dimension, *(str(name) for name in answer.data_vars))}
+    arrays = {name: answer[name] for name in (dimension, *(str(name) for name in answer.data_vars))}
     return {
-        **{name: array.values for name, array in columns.items()},
-        "columns": {
-            name: {
-                key: array.attrs.get(key, fallback) for key, fallback in (("units", "1"), ("long_name", name))
-            }
-            for name, array in columns.items()
-        },
+        **{name: array.values for name, array in arrays.items()},
+        "columns": columns(answer),
         "at": {str(name): float(value) for name, value in answer.coords.items() if value.ndim == 0},
         "meanings": {
             name: {str(flag.value): flag.name.lower() for flag in flags}
-            for name in columns
+            for name in arrays
             if name in VARIABLES and (flags := VARIABLES[name].flags) is not None
         },
         **answer.attrs,

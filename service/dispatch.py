@@ -41,18 +41,21 @@ class Dispatcher:
     Parameters
     ----------
     store : Store
-        Studies and cubes.
+        Studies and cubes, as requests see them: it waits for its turn at writing no longer than a request may.
+    runs : Store
+        The same for the runners, which would rather wait than compute a block again.
     cluster : SharedCluster
         Where blocks are computed.
     at_once : int
         Most studies that run side by side.
     """
 
-    def __init__(self, store: Store, cluster: SharedCluster, at_once: int) -> None:
+    def __init__(self, store: Store, runs: Store, cluster: SharedCluster, at_once: int) -> None:
         self.cluster = cluster
         self.trouble: str | None = None
         """Why the cluster could not be used when it was last asked for; None while all is well."""
         self._store = store
+        self._runners_store = runs
         self._at_once = at_once
         self._lock = threading.Lock()
         self._runs: dict[str, _Run] = {}
@@ -175,7 +178,11 @@ class Dispatcher:
                 found += [
                     (record.created, record.id)
                     for record in page.records
-                    if (record.owner is None or owner_is_dead(record.owner))
+                    if (
+                        record.owner is None
+                        or owner_is_dead(record.owner)
+                        or self._store.abandoned(record.id)
+                    )
                     and self._not_before.get(record.id, 0.0) <= now
                 ]
                 cursor = page.cursor
@@ -188,7 +195,7 @@ class Dispatcher:
             with self.cluster.borrow():
                 self.trouble = None
             record = run_study(
-                self._store,
+                self._runners_store,
                 study_id,
                 self.cluster.borrow,
                 lambda progress: None,

@@ -62,6 +62,70 @@ SIMULATE_BODY: dict[str, Any] = {
 }
 
 
+RECORD_BODY: dict[str, Any] = {
+    "required": True,
+    "description": "A PEER AT2 file, two columns of time and acceleration, or what to generate.",
+    "content": {
+        "text/plain": {
+            "schema": {"type": "string"},
+            "examples": {
+                "at2": {
+                    "summary": "A PEER file",
+                    "value": "PEER NGA STRONG MOTION DATABASE RECORD\nA quake, 1/1/2000, A station, 90\n"
+                    "ACCELERATION TIME SERIES IN UNITS OF G\nNPTS=   4, DT=   .0100 SEC,\n"
+                    "  .1000000E-01 -.3000000E-01  .2000000E-01  .0000000E+00\n",
+                }
+            },
+        },
+        "text/csv": {
+            "schema": {"type": "string"},
+            "examples": {
+                "columns": {
+                    "summary": "Two columns, the unit in the heading",
+                    "value": "time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.05\n0.03, 0\n",
+                }
+            },
+        },
+        "application/json": {
+            "schema": {"type": "object"},
+            "examples": {
+                "kanai-tajimi": {
+                    "summary": "An artificial record",
+                    "value": {"kanai_tajimi": {"seed": 1, "duration_s": 20, "peak_g": 0.3}},
+                }
+            },
+        },
+    },
+}
+
+COMPARISON_BODY: dict[str, Any] = {
+    "required": True,
+    "description": "A record, and what of the paper's prototype is different. Physical units: kg, Hz, m, N.",
+    "content": {
+        "application/json": {
+            "schema": {"type": "object"},
+            "examples": {
+                "table-a1": {"summary": "Table A1 under Loma Prieta", "value": {"record": "loma-prieta"}},
+                "building": {
+                    "summary": "Another structure, half the record",
+                    "value": {
+                        "record": "el-centro",
+                        "scale": 0.5,
+                        "mass_kg": 1000,
+                        "natural_frequency_hz": 1.0,
+                        "damping_ratio": 0.01,
+                        "particle_mass_kg": 50,
+                        "clearance_m": 0.1,
+                        "friction_force_n": 200,
+                        "starts": 4,
+                    },
+                },
+            },
+        }
+    },
+}
+
+
 def complete(document: dict[str, Any]) -> None:
     """Mend the framework's OpenAPI document in place.
 

@@ -16,9 +16,11 @@ from service.documents import Document
 from studies.answers.faults import QueryFault
 from studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
 from studies.store.chunks import BlockDamaged
-from studies.store.faults import KeyTaken, RevisionGone, StoreFault, StudyBusy, StudyNotFound
+from studies.store.faults import KeyTaken, QuotaReached, RevisionGone, StoreFault, StudyBusy, StudyNotFound
 
 MEDIA_TYPE = "application/problem+json"
+RETRY_SECONDS = 10
+"""When a client may try again what the service could not do just now."""
 
 _log = logging.getLogger("damperlab.problems")
 
@@ -171,11 +173,19 @@ def _store(request: Request, error: Exception) -> Response:
             problem = Problem(422, "key-taken", "The key stands for another definition.", (error.fault,))
         case RevisionGone():
             problem = Problem(410, "revision-gone", "The study is not what it was then.", (error.fault,))
+        case QuotaReached():
+            problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
         case BlockDamaged():
             problem = Problem(503, "block-damaged", "Stored results cannot be read.", (error.fault,))
         case _:
             # Not the request's fault: the disk is full, or its folder cannot be written.
-            problem = Problem(503, "store-unavailable", "The service cannot use its data.", (error.fault,))
+            problem = Problem(
+                503,
+                "store-unavailable",
+                "The service cannot use its data.",
+                (error.fault,),
+                {"Retry-After": str(RETRY_SECONDS)},
+            )
     return _respond(request, problem)
 
 

@@ -2,10 +2,13 @@
 
 import os
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+if TYPE_CHECKING:
+    from studies.store.store import Store
 
 
 def default_data_dir() -> Path:
@@ -41,6 +44,15 @@ class Settings(BaseSettings):
         description="postgresql://… for the catalogue; by default it is a SQLite file in the data folder.",
         repr=False,
     )
+    store: str | None = Field(
+        None,
+        description="s3://bucket/prefix for the cubes; by default where the catalogue has them, at first in the data "
+        "folder. The server and the keys come from AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
+    )
+    quota_bytes: ByteSize | None = Field(
+        None, ge=0, description="Most bytes that studies may take before compression, as in 50GB."
+    )
+    quota_points: int | None = Field(None, ge=0, description="Most points that studies may have.")
     reuse: bool = Field(True, description="Take points that earlier studies hold from them.")
     host: str = Field(
         "127.0.0.1", description="Address to listen on. Loopback unless told otherwise: no login yet."
@@ -52,6 +64,9 @@ class Settings(BaseSettings):
     )
     studies_at_once: int = Field(
         2, ge=1, le=64, description="Studies that run side by side on the one cluster."
+    )
+    catalogue_wait_seconds: float = Field(
+        10.0, gt=0.0, le=60.0, description="How long a request waits for its turn to change the catalogue."
     )
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
@@ -77,3 +92,17 @@ class Settings(BaseSettings):
                 "a scheduler brings its own workers, so leave `workers` out"
             )
         return self
+
+    def open_store(self, **options: Any) -> "Store":
+        """Open the store that the settings name; see `Store.open`.
+
+        Raises
+        ------
+        StoreFault
+            If it cannot be used.
+        """
+        from studies.store.quota import Quota
+        from studies.store.store import Store
+
+        quota = Quota(self.quota_points, self.quota_bytes)
+        return Store.open(self.data_dir, self.catalogue, self.store, quota, **options)

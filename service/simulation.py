@@ -8,13 +8,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import Contact, DwellContact
+from studies.choices import CompliantContact, Contact, DwellContact
+from studies.consistency import compliant_fault
 from studies.definition import parse_contact
 from studies.faults import Fault, StudyFaults, describe, unknown_key
 from studies.guard import guard
 from studies.quantity import DEFAULTS, RATIOS, read_count
 from studies.variables import DIMENSIONS, ResponseClass, Status
-from worker.lower import contact_time_of
+from worker.lower import contact_time_of, wall_of
 from worker.simulate import Design, Simulation, simulate
 from worker.solver.scene import Particle
 from worker.steady.settle import Settings as Steadiness
@@ -109,9 +110,12 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             contact = parse_contact(document["contact"])
         except StudyFaults as caught:
             faults.extend(caught.faults)
-        if method == "rk4" and isinstance(contact, DwellContact):
+        if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
             allowed = "contact instant with method rk4"
             faults.append(Fault("contact", contact.model, allowed, "write method event"))
+    if isinstance(contact, CompliantContact) and has_particle:
+        fault = compliant_fault(ratios["restitution"], "restitution")
+        faults.extend([fault] if fault else [])
     cycles = document.get("cycles")
     if cycles is not None:
         cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
@@ -132,6 +136,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             ratios["restitution"],
             ratios["mass_ratio"],
             contact_time_of(contact),
+            wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
         )
     design = Design(ratios["damping_ratio"], ratios["frequency_ratio"], ratios["friction_ratio"], particle)
     return Asked(design, cycles, history, samples, method)
@@ -151,12 +156,16 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
     -------
     dict
         ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
-        ``status`` and ``response_class`` in words.
+        ``status`` and ``response_class`` in words; ``wall`` with the ``stiffness`` over k and the ``damping`` over k/ω_n
+        of a compliant one.
     """
     slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
     settings = Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
     answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
-    return simulation_document(answer, asked.samples)
+    found = simulation_document(answer, asked.samples)
+    if asked.design.particle is not None and asked.design.particle.wall is not None:
+        found["wall"] = asked.design.particle.wall._asdict()
+    return found
 
 
 def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:

@@ -30,6 +30,8 @@ class Service:
         Runs the queued studies.
     simulations : CapacityLimiter
         Bounds the simulations that compute at once, so that they leave threads to the queries.
+    submissions : CapacityLimiter
+        Bounds those that wait for a turn at writing, for the same reason.
     closing : Event
         Set when the service shuts down: streams end.
     """
@@ -38,6 +40,7 @@ class Service:
     store: Store
     dispatcher: Dispatcher
     simulations: CapacityLimiter
+    submissions: CapacityLimiter
     closing: threading.Event = field(default_factory=threading.Event)
 
 
@@ -51,10 +54,11 @@ TheService = Annotated[Service, Depends(_service)]
 """The running service, as a parameter of a route."""
 
 
-def _study(
-    service: TheService,
-    study_id: Annotated[str, Path(description="A study's id, the start of it, or its name.")],
-) -> Record:
+StudyId = Annotated[str, Path(description="A study's id, the start of it, or its name.")]
+"""What names a study in an address."""
+
+
+def _study(service: TheService, study_id: StudyId) -> Record:
     return service.store.find(study_id)
 
 

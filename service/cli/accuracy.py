@@ -28,7 +28,7 @@ def accuracy(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the solver: error against run time on six scenes, and a table of extreme cases."""
+    """Measure the solver: error against run time on the scenes of the solver, and a table of extreme cases."""
     from service.documents import plain
     from service.figures.accuracy import draw_work_precision
     from service.figures.style import save

@@ -3,17 +3,20 @@
 import platform
 import shutil
 import time
+import uuid
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.failures import FAILED
-from service.cli.options import AsJson, DataDir, Scheduler
+from service.cli.options import AsJson, DataDir, Scheduler, StoreAddress
 from service.cli.output import print_json, print_table, working
-from service.cli.store import data_folder
+from service.cli.store import settings_of
+
+if TYPE_CHECKING:
+    from service.settings import Settings
 
 LINEAR_DAMPING_RATIO = 0.0038
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -53,6 +56,7 @@ class Check:
 
 def doctor(
     data_dir: DataDir = None,
+    place: StoreAddress = None,
     scheduler: Scheduler = None,
     cluster: Annotated[
         bool, typer.Option(help="Also start (or reach) a Dask cluster; takes some seconds.")
@@ -65,7 +69,7 @@ def doctor(
         "cores": _cores,
         "closed form": _closed_form,
         "kernels": _kernels,
-        "store": lambda: _store(data_folder(data_dir)),
+        "store": lambda: _store(settings_of(data_dir, store=place)),
     }
     if cluster:
         tries["cluster"] = lambda: _cluster(scheduler)
@@ -136,16 +140,37 @@ def _kernels() -> str:
     return f"ready in {took:.1f} s, energy balanced to {residual:.1g}; {files} compiled in {CACHE_FOLDER}"
 
 
-def _store(folder: Path) -> str:
-    from studies.store.store import Store
-
-    store = Store.open(folder)
+def _store(settings: "Settings") -> str:
+    """Open the store; write, read and remove a file where the cubes are."""
+    store = settings.open_store()
     try:
         store.page(1)
+        trial = f"doctor-{uuid.uuid4().hex}.partial"
+        began = time.perf_counter()
+        try:
+            store.shelf.put(trial, trial.encode())
+            if store.shelf.get(trial) != trial.encode():
+                raise OSError(f"{store.shelf.address} gives back other bytes than were written")
+        finally:
+            store.shelf.remove(trial)
+        took = time.perf_counter() - began
+        used, quota = store.taken(), store.quota
+        trouble = store.trouble()
     finally:
         store.close()
-    free = shutil.disk_usage(folder).free
-    return f"{folder}, {free / 1e9:.1f} GB free"
+    if trouble is not None:
+        raise OSError(trouble)
+    free = shutil.disk_usage(settings.data_dir).free
+    return (
+        f"catalogue {store.catalogue.name}, {free / 1e9:.1f} GB free; cubes in {store.shelf.address}, "
+        f"written, read and removed there in {1e3 * took:.0f} ms; studies take "
+        f"{used.bytes / 1e9:.3g} GB before compression{_of(quota.bytes, 1e9, 'GB')} "
+        f"and {used.points} points{_of(quota.points, 1, '')}"
+    )
+
+
+def _of(limit: int | None, unit: float, name: str) -> str:
+    return "" if limit is None else f" of {limit / unit:.6g} {name} allowed".replace("  ", " ")
 
 
 def _cluster(scheduler: str | None) -> str:

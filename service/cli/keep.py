@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.options import AsJson, DataDir
+from service.cli.options import AsJson, DataDir, StoreAddress
 from service.cli.output import note, print_json, working
 from service.cli.store import open_store
 
@@ -36,6 +36,7 @@ def backup(
 def restore(
     folder: Annotated[Path, typer.Argument(help="What `damperlab backup` made.")],
     data_dir: DataDir = None,
+    place: StoreAddress = None,
     as_json: AsJson = False,
 ) -> None:
     """Copy a backup into a data directory without studies, and into the catalogue that the settings name."""
@@ -43,7 +44,7 @@ def restore(
 
     if not (folder / "catalogue.sqlite").is_file():
         raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
-    _copy(Store.open(folder), open_store(data_dir), as_json, f"Restored {folder}")
+    _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}")
 
 
 def gc(

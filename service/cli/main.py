@@ -6,15 +6,18 @@ import typer
 
 from service.cli.accuracy import accuracy
 from service.cli.doctor import doctor
+from service.cli.earthquake import earthquake, records
 from service.cli.export import export
 from service.cli.failures import DONE, FAILED, report
 from service.cli.keep import backup, gc, restore
 from service.cli.output import note
 from service.cli.queries import map_, optimum, response
+from service.cli.reproduce import reproduce
 from service.cli.run import resume, run
 from service.cli.serve import serve
 from service.cli.simulate import simulate
 from service.cli.studies import cancel, delete, show, studies
+from service.cli.survey import survey
 from service.cli.tmd import precision, refine, robust, tmd
 from service.cli.verify import verify
 
@@ -34,6 +37,10 @@ for name, command, panel in (
     ("resume", resume, "Compute"),
     ("refine", refine, "Compute"),
     ("simulate", simulate, "Compute"),
+    ("reproduce", reproduce, "Compute"),
+    ("earthquake", earthquake, "Compute"),
+    ("survey", survey, "Compute"),
+    ("records", records, "Compute"),
     ("map", map_, "Ask"),
     ("response", response, "Ask"),
     ("optimum", optimum, "Ask"),

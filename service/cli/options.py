@@ -1,17 +1,39 @@
 """Arguments and options that several commands share, and how their values are read."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from studies.variables import DIMENSIONS
+from studies.variables import DIMENSIONS, VARIABLES
 
 DataDir = Annotated[
     Path | None,
     typer.Option(
         "--data-dir",
         help="Folder of the catalogue and the cubes; DAMPERLAB_DATA_DIR or ~/.local/share/damperlab by default.",
+    ),
+]
+
+StoreAddress = Annotated[
+    str | None,
+    typer.Option(
+        "--store",
+        metavar="s3://BUCKET/PREFIX",
+        help="Keep the cubes in an object store; its server and keys come from AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID, … "
+        "The catalogue remembers the place. DAMPERLAB_STORE, or the data folder, by default.",
+        show_default=False,
+    ),
+]
+
+QuotaBytes = Annotated[
+    str | None,
+    typer.Option(
+        "--quota",
+        metavar="SIZE",
+        help="Most bytes that all studies may take before compression, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, "
+        "by default.",
+        show_default=False,
     ),
 ]
 
@@ -38,6 +60,32 @@ At = Annotated[
     ),
 ]
 
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
+    ),
+]
+Objective = Annotated[
+    str | None,
+    typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
+]
+Band = Annotated[str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")]
+ExcludeLocked = Annotated[
+    bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
+]
+MaxImpactSpeed = Annotated[
+    float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
+]
+Within = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=LO,HI",
+        help="Only designs with a dimension, or a result such as stick_fraction at every frequency that counts, in "
+        "this range; may be repeated.",
+    ),
+]
+Top = Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")]
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""
@@ -56,9 +104,23 @@ def read_at(assignments: list[str] | None) -> dict[str, float]:
     return {name: _float("--at", text) for name, text in _pairs("--at", assignments)}
 
 
-def read_within(assignments: list[str] | None) -> dict[str, tuple[float, float]]:
-    """Read `--within dimension=lo,hi …` into a mapping of ranges."""
-    return {name: read_range("--within", text) for name, text in _pairs("--within", assignments)}
+def read_judging(
+    objective: str | None,
+    band: str | None,
+    exclude_locked: bool,
+    max_impact_speed: float | None,
+    within: list[str] | None,
+) -> dict[str, Any]:
+    """Read what every ranking is told into the arguments of `studies.answers`."""
+    quantities = tuple(name for name, variable in VARIABLES.items() if variable.flags is None)
+    pairs = _pairs("--within", within, (*DIMENSIONS, *quantities))
+    return {
+        "objective": objective,
+        "band": None if band is None else read_range("--band", band),
+        "exclude_locked": exclude_locked,
+        "max_impact_speed": max_impact_speed,
+        "ranges": {name: read_range("--within", text) for name, text in pairs},
+    }
 
 
 def read_range(option: str, text: str) -> tuple[float, float]:
@@ -86,13 +148,15 @@ def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None
         )
 
 
-def _pairs(option: str, assignments: list[str] | None) -> list[tuple[str, str]]:
+def _pairs(
+    option: str, assignments: list[str] | None, names: tuple[str, ...] = DIMENSIONS
+) -> list[tuple[str, str]]:
     pairs = []
     for assignment in assignments or []:
         name, equals, text = assignment.partition("=")
         if not equals:
             raise typer.BadParameter(f"found {assignment!r}, allowed: dimension=value", param_hint=option)
-        check_name(option, name, DIMENSIONS)
+        check_name(option, name, names)
         pairs.append((name, text))
     return pairs
 

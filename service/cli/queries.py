@@ -1,19 +1,25 @@
 """Commands that ask a stored study: map, response, optimum. A table, a JSON document, or a file."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from service.cli.options import (
     AsJson,
     At,
+    Band,
     DataDir,
+    ExcludeLocked,
+    MaxImpactSpeed,
+    Objective,
+    Output,
     StudyId,
+    Top,
+    Within,
     check_file,
     read_at,
-    read_range,
-    read_within,
+    read_judging,
 )
 from service.cli.output import make_parent, note, print_json, print_table, say, working
 from service.cli.store import label, open_store
@@ -34,12 +40,6 @@ if TYPE_CHECKING:
 
     from studies.store.record import Record
 
-Output = Annotated[
-    Path | None,
-    typer.Option(
-        "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
-    ),
-]
 Interpolate = Annotated[
     bool,
     typer.Option(
@@ -47,15 +47,6 @@ Interpolate = Annotated[
     ),
 ]
 Metric = Annotated[str, typer.Option(help="Which result variable.")]
-FAVOURITES = (
-    "clearance_ratio",
-    "friction_ratio",
-    "frequency_ratio",
-    "mass_ratio",
-    "restitution",
-    "damping_ratio",
-)
-"""Which dimensions a map shows unless it is told; in this order, those with more than one value first."""
 
 
 def map_(
@@ -75,24 +66,27 @@ def map_(
     check_file(output)
     fixed = read_at(at)
     record, cube = ask(study, data_dir)
-    x, y = _choose_axes(cube, x, y, {*fixed, over})
+    from service.answers import map_document
     from studies.answers.resonance_map import resonance_map
+    from studies.answers.shown import shown_axes
+
+    x, y = shown_axes({str(name): size for name, size in cube.sizes.items()}, x, y, {*fixed, over})
 
     with working("Reading the cube"):
         answer = resonance_map(cube, x, y, metric, over, reduce, fixed, interpolate)
-    if output is not None:
+
+    def draw() -> "Figure":
         from service.figures.resonance_map import draw_map
 
-        write(answer, lambda: draw_map(answer, metric), output)
-    if as_json:
-        from service.answers import map_document
+        return draw_map(answer, metric)
 
-        print_json(answered(record, map_document(answer, metric)))
-    elif output is None:
+    def tell() -> None:
         say(slice_sentence(answer, metric, label(record)))
         print_table(*map_table(answer, metric))
-        _say_if(columns_left_out(answer, metric))
-        _say_if(completeness_sentence(answer))
+        say_if(columns_left_out(answer, metric))
+        say_if(completeness_sentence(answer))
+
+    hand_out(record, answer, output, as_json, draw, lambda: map_document(answer, metric), tell)
 
 
 def response(
@@ -100,52 +94,57 @@ def response(
     metric: Metric = "amplitude_ratio",
     at: At = None,
     interpolate: Interpolate = False,
+    with_: Annotated[
+        str | None,
+        typer.Option(
+            "--with", metavar="ID", help="A second study to show beside it, as the way down of a hysteresis."
+        ),
+    ] = None,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a result over the frequency ratio at one design."""
+    """Show a result over the frequency ratio at one design, or where two studies differ in it."""
     check_file(output)
+    if interpolate and with_ is not None:
+        raise typer.BadParameter("found both --interpolate and --with, allowed: one of the two")
     fixed = read_at(at)
     record, cube = ask(study, data_dir)
+    from service.answers import response_document
+    from studies.answers.compared_response import compared_response
     from studies.answers.frequency_response import frequency_response
 
-    with working("Reading the cube"):
-        answer = frequency_response(cube, metric, fixed, interpolate)
-    if output is not None:
-        from service.figures.curves import draw_response
+    if with_ is None:
+        with working("Reading the cube"):
+            answer = frequency_response(cube, metric, fixed, interpolate)
+    else:
+        other, second = ask(with_, data_dir)
+        with working("Reading the cubes"):
+            answer = compared_response(cube, second, metric, fixed)
+        answer.attrs["studies"] = [record.id, other.id]
+        names = (record.name or record.id, other.name or other.id)
 
-        write(answer, lambda: draw_response(answer, metric), output)
-    if as_json:
-        from service.answers import response_document
+    def draw() -> "Figure":
+        from service.figures.curves import draw_compared, draw_response
 
-        print_json(answered(record, response_document(answer, metric)))
-    elif output is None:
+        return draw_response(answer, metric) if with_ is None else draw_compared(answer, metric, names)
+
+    def tell() -> None:
         say(slice_sentence(answer, metric, label(record)))
         print_table(*rows_table(answer))
-        _say_if(completeness_sentence(answer))
+        say_if(completeness_sentence(answer))
+
+    hand_out(record, answer, output, as_json, draw, lambda: response_document(answer, metric), tell)
 
 
 def optimum(
     study: StudyId,
-    objective: Annotated[
-        str | None,
-        typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
-    ] = None,
-    band: Annotated[
-        str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")
-    ] = None,
-    top: Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")] = 10,
-    exclude_locked: Annotated[
-        bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
-    ] = False,
-    max_impact_speed: Annotated[
-        float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
-    ] = None,
-    within: Annotated[
-        list[str] | None,
-        typer.Option(metavar="DIMENSION=LO,HI", help="Only designs in this range; may be repeated."),
-    ] = None,
+    objective: Objective = None,
+    band: Band = None,
+    top: Top = 10,
+    exclude_locked: ExcludeLocked = False,
+    max_impact_speed: MaxImpactSpeed = None,
+    within: Within = None,
     pareto: Annotated[
         str | None,
         typer.Option(
@@ -165,39 +164,38 @@ def optimum(
     check_file(output)
     if pareto is not None and with_:
         raise typer.BadParameter("found both --pareto and --with, allowed: one of the two")
-    limits = None if band is None else read_range("--band", band)
-    ranges = read_within(within)
+    judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir)
+    from service.answers import designs_document
     from studies.answers.design_question import MOST
     from studies.answers.merged import merged_designs
     from studies.answers.optimal_designs import optimal_designs
     from studies.answers.pareto import pareto_front, read_respects
 
-    question = (objective, limits, MOST, exclude_locked, max_impact_speed, ranges)
     with working("Judging the designs"):
         # More than are shown: the sentences count the designs that are as good, and look for one with impacts.
         if pareto is not None:
-            ranked = pareto_front(cube, read_respects(pareto), *question)
+            ranked = pareto_front(cube, read_respects(pareto), top=MOST, **judging)
         elif with_:
             follow_ups = [ask(other, data_dir) for other in with_]
             cubes = {record.id: cube} | {other.id: its for other, its in follow_ups}
-            ranked = merged_designs(cubes, *question)
+            ranked = merged_designs(cubes, top=MOST, **judging)
         else:
-            ranked = optimal_designs(cube, *question)
+            ranked = optimal_designs(cube, top=MOST, **judging)
         answer = ranked.isel(rank=slice(top))
-    if output is not None:
+
+    def draw() -> "Figure":
         from service.figures.curves import draw_ranking
 
-        write(answer, lambda: draw_ranking(answer), output)
-    if as_json:
-        from service.answers import designs_document
+        return draw_ranking(answer)
 
-        print_json(answered(record, designs_document(answer)))
-    elif output is None:
+    def tell() -> None:
         for sentence in (*([] if pareto else best_sentences(ranked)), answer.attrs["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
             print_table(*rows_table(answer))
+
+    hand_out(record, answer, output, as_json, draw, lambda: designs_document(answer), tell)
 
 
 def ask(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
@@ -207,31 +205,50 @@ def ask(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
     return record, store.cube(record.id)
 
 
-def _choose_axes(cube: "xr.Dataset", x: str | None, y: str | None, taken: set[str | None]) -> tuple[str, str]:
-    """Fill in the axes that were not named with the dimensions that vary and are not spoken for."""
-    free = [name for name in FAVOURITES if name not in {*taken, x, y}]
-    free.sort(key=lambda name: cube.sizes[name] == 1)
-    return x or free.pop(0), y or free.pop(0)
+def hand_out(
+    record: "Record",
+    answer: "xr.Dataset",
+    output: Path | None,
+    as_json: bool,
+    draw: "Callable[[], Figure] | None",
+    document: "Callable[[], dict[str, Any]]",
+    tell: "Callable[[], None]",
+) -> None:
+    """Give an answer in the form that was asked for: a file, a JSON document, or words.
+
+    Parameters
+    ----------
+    record, answer : Record, Dataset
+        The study and what it answered.
+    output : Path or None
+        The file to write: the numbers as CSV, else a figure.
+    as_json : bool
+        Whether to print the document.
+    draw, document, tell : callable
+        Make the figure (None where there is none), make the document, print the words.
+    """
+    if output is not None:
+        with working(f"Writing {output}"):
+            make_parent(output)
+            if output.suffix == ".csv" or draw is None:
+                answer.to_dataframe().to_csv(output)
+            else:
+                from service.figures.style import save
+
+                save(draw(), output)
+        note(f"Wrote {output}.")
+    if as_json:
+        print_json(answered(record, document()))
+    elif output is None:
+        tell()
 
 
-def answered(record: "Record", answer: dict[str, object]) -> dict[str, object]:
+def answered(record: "Record", answer: dict[str, Any]) -> dict[str, Any]:
     """Put the study in front of its answer."""
     return {"study": record.id, "name": record.name, "state": record.state, **answer}
 
 
-def write(answer: "xr.Dataset", draw: "Callable[[], Figure] | None", output: Path) -> None:
-    """Write an answer: its numbers as CSV, else a figure in the format of the suffix."""
-    with working(f"Writing {output}"):
-        make_parent(output)
-        if output.suffix == ".csv" or draw is None:
-            answer.to_dataframe().to_csv(output)
-        else:
-            from service.figures.style import save
-
-            save(draw(), output)
-    note(f"Wrote {output}.")
-
-
-def _say_if(text: str) -> None:
+def say_if(text: str) -> None:
+    """Say a sentence that there may not be."""
     if text:
         say(text)

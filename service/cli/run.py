@@ -2,21 +2,32 @@
 
 import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.failures import FAILED
-from service.cli.options import AsJson, DataDir, Scheduler, StudyId, Workers, check_cluster
+from service.cli.options import (
+    AsJson,
+    DataDir,
+    QuotaBytes,
+    Scheduler,
+    StoreAddress,
+    StudyId,
+    Workers,
+    check_cluster,
+)
 from service.cli.output import duration, note, print_json, say, working
 from service.cli.progress import StudyProgress
 from service.cli.store import label, open_store, settings_of
 from service.cli.studies import summary
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from studies.definition import Study
     from studies.store.record import Record
     from studies.store.store import Store
@@ -36,6 +47,8 @@ def run(
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    place: StoreAddress = None,
+    quota: QuotaBytes = None,
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing."),
@@ -53,8 +66,8 @@ def run(
     if dry_run:
         _print_size(asked, as_json)
         return
-    store = open_store(data_dir)
-    record = _stored(store, asked) or _submit(store, asked, reuse and settings_of(data_dir).reuse)
+    store = open_store(data_dir, store=place, quota_bytes=quota)
+    record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
     _finish(store, record, workers, scheduler, as_json)
 
 
@@ -71,24 +84,36 @@ def resume(
     _finish(store, store.find(study), workers, scheduler, as_json)
 
 
-def _stored(store: "Store", asked: "Study") -> "Record | None":
-    """Look the study up first: a plan, with the cost model behind it, is needed for a new one alone."""
+def find_or_submit(
+    store: "Store", asked: "Study", reuse: bool, more: "Mapping[str, str] | None" = None
+) -> "Record":
+    """Find a study in the store, or put it there.
+
+    Parameters
+    ----------
+    store : Store
+        Where.
+    asked : Study
+        The study.
+    reuse : bool
+        Take points that earlier studies hold from them.
+    more : mapping, optional
+        Put beside the provenance of a new study.
+    """
     from studies.store.faults import StudyNotFound
 
     try:
         return store.find(asked.digest[:12])
     except StudyNotFound:
-        return None
-
-
-def _submit(store: "Store", asked: "Study", reuse: bool) -> "Record":
+        pass
+    # a plan, with the cost model behind it, is needed for a new one alone
     from studies.plan import make_plan
     from worker.cost import seconds_per_point
     from worker.provenance import provenance
 
     with working("Planning"):
         plan = make_plan(asked, seconds_per_point)
-        record, _ = store.submit(asked, plan, provenance(), reuse=reuse)
+        record, _ = store.submit(asked, plan, provenance() | dict(more or {}), reuse=reuse)
     return record
 
 
@@ -113,7 +138,13 @@ def _finish(
         raise typer.Exit(FAILED)
 
 
-def compute(store: "Store", record: "Record", workers: int | None, scheduler: str | None) -> "Record":
+def compute(
+    store: "Store",
+    record: "Record",
+    workers: int | None,
+    scheduler: str | None,
+    client: "Callable[[], AbstractContextManager[Client]] | None" = None,
+) -> "Record":
     """Run a study here or, while another process does, watch it.
 
     Parameters
@@ -124,6 +155,8 @@ def compute(store: "Store", record: "Record", workers: int | None, scheduler: st
         The study.
     workers, scheduler : optional
         As in `worker.cluster.connect`.
+    client : callable, optional
+        Gives a client that several studies share, in place of one made for this study.
 
     Returns
     -------
@@ -140,7 +173,7 @@ def compute(store: "Store", record: "Record", workers: int | None, scheduler: st
                 return run_study(
                     store,
                     record.id,
-                    lambda: connect(workers=workers, scheduler=scheduler),
+                    client or (lambda: connect(workers=workers, scheduler=scheduler)),
                     lambda now: progress.update(
                         now.points_done, now.points_failed, now.points_per_second, now.seconds_left
                     ),

@@ -16,8 +16,6 @@ from studies.variables import DIMENSIONS, VARIABLES, Status
 if TYPE_CHECKING:
     import numpy as np
 
-    from worker.simulate import Design
-
 OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
 CYCLES_LIMIT = 10_000_000
 """Of a service's requests the settings are stricter; here nobody else waits."""
@@ -41,6 +39,7 @@ class ContactModel(StrEnum):
 
     instant = "instant"
     dwell = "dwell"
+    compliant = "compliant"
 
 
 def simulate(
@@ -54,13 +53,16 @@ def simulate(
     damping_ratio: Annotated[float, typer.Option(help="ζ of the structure.")] = 0.0038,
     no_particle: Annotated[bool, typer.Option("--no-particle", help="A scene without a particle.")] = False,
     contact: Annotated[
-        ContactModel, typer.Option(help="Impacts at once, or with a contact time (dwell).")
+        ContactModel,
+        typer.Option(
+            help="Impacts at once, or with a contact time: dwelling on the wall, or on a compliant one."
+        ),
     ] = ContactModel.instant,
     contact_time: Annotated[
         str | None,
         typer.Option(
             metavar="TIME",
-            help=f"Of contact dwell, in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}.",
+            help=f"Of contact dwell or compliant, in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}.",
         ),
     ] = None,
     cycles: Annotated[
@@ -109,7 +111,7 @@ def simulate(
         asked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         answer = compute(asked, CYCLES_LIMIT)
     if output is not None:
-        _write(answer["history"], asked.design, output)
+        _write(answer["history"], {name: given[name] for name in DIMENSIONS if name in document}, output)
     if as_json:
         answer["history"] = decimated(answer["history"], SHOWN_SAMPLES)
         print_json(answer)
@@ -144,7 +146,7 @@ def _history(
     return max(1, min(wanted, int(frequency_ratio * LONG_HISTORY))) if frequency_ratio > 0 else wanted
 
 
-def _write(history: "dict[str, np.ndarray]", design: "Design", output: Path) -> None:
+def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output: Path) -> None:
     make_parent(output)
     if output.suffix == ".csv":
         with output.open("w", encoding="utf-8") as file:
@@ -155,7 +157,7 @@ def _write(history: "dict[str, np.ndarray]", design: "Design", output: Path) -> 
         from service.figures.curves import draw_history
         from service.figures.style import save
 
-        save(draw_history(history, design), output)
+        save(draw_history(history, ratios), output)
     note(f"Wrote {output}.")
 
 

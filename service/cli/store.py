@@ -1,7 +1,9 @@
 """The store that a command works on."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import typer
 
 if TYPE_CHECKING:
     from service.settings import Settings
@@ -9,11 +11,28 @@ if TYPE_CHECKING:
     from studies.store.store import Store
 
 
-def settings_of(data_dir: Path | None) -> "Settings":
-    """Read the settings: --data-dir, else DAMPERLAB_DATA_DIR, else the user's data folder; the rest as the service does."""
+def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
+    """Read the settings: what is given, --data-dir above all, else DAMPERLAB_…, else the defaults.
+
+    Raises
+    ------
+    BadParameter
+        If one cannot be used.
+    """
+    from pydantic import ValidationError
+
     from service.settings import Settings
 
-    return Settings() if data_dir is None else Settings(data_dir=data_dir)
+    named = {"data_dir": data_dir, **given}
+    try:
+        return Settings(**{name: value for name, value in named.items() if value is not None})
+    except ValidationError as error:
+        # without what was found: an address may hold a password
+        faults = "; ".join(
+            f"{'_'.join(map(str, one['loc'])) or 'settings'}: {one['msg'].removeprefix('Value error, ')}"
+            for one in error.errors(include_url=False, include_input=False)
+        )
+        raise typer.BadParameter(f"{faults} (an option, or DAMPERLAB_… in the environment)") from None
 
 
 def data_folder(data_dir: Path | None) -> Path:
@@ -21,18 +40,15 @@ def data_folder(data_dir: Path | None) -> Path:
     return settings_of(data_dir).data_dir
 
 
-def open_store(data_dir: Path | None) -> "Store":
-    """Open the store under --data-dir, making it where it is missing.
+def open_store(data_dir: Path | None, **given: Any) -> "Store":
+    """Open the store under --data-dir, making it where it is missing; more settings may be given.
 
     Raises
     ------
     StoreFault
-        If the folder or the catalogue cannot be used.
+        If the folder, the catalogue or the place of the cubes cannot be used.
     """
-    from studies.store.store import Store
-
-    settings = settings_of(data_dir)
-    return Store.open(settings.data_dir, settings.catalogue)
+    return settings_of(data_dir, **given).open_store()
 
 
 def label(record: "Record") -> str:

@@ -23,10 +23,19 @@ def studies(
     name: Annotated[str | None, typer.Option(help="Only studies of this name.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
     cursor: Annotated[str | None, typer.Option(help="Where the page before ended.")] = None,
+    named: Annotated[
+        bool,
+        typer.Option(
+            "--named", help="List the studies that come with the program instead, to `run` by name."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """List the stored studies, newest first."""
     check_name("--state", state, STATES)
+    if named:
+        _list_named(as_json)
+        return
     page = open_store(data_dir).page(limit, cursor, state, name)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
@@ -51,6 +60,19 @@ def studies(
     )
     if page.cursor is not None:
         note(f"There are more: --cursor {page.cursor}")
+
+
+def _list_named(as_json: bool) -> None:
+    from studies.reading import named_descriptions, named_studies
+
+    words = named_descriptions()
+    rows = [(name, study.points, words[name]) for name, study in named_studies().items()]
+    if as_json:
+        columns = ("name", "points", "description")
+        print_json({"named": [dict(zip(columns, row, strict=True)) for row in rows]})
+        return
+    for name, points, description in rows:
+        say(f"{name}: {points:,} points. {description}\n")
 
 
 def show(

@@ -8,44 +8,36 @@ from service.cli.failures import FAILED
 from service.cli.options import (
     AsJson,
     At,
+    Band,
     DataDir,
+    ExcludeLocked,
+    MaxImpactSpeed,
+    Objective,
+    Output,
     Scheduler,
     StudyId,
+    Top,
+    Within,
     Workers,
     check_cluster,
     check_file,
     check_name,
     read_at,
+    read_judging,
     read_range,
-    read_within,
 )
 from service.cli.output import note, number, print_json, print_table, say, working
-from service.cli.queries import Output, answered, ask, write
+from service.cli.queries import answered, ask, hand_out, say_if
 from service.cli.store import open_store
 from service.cli.words import completeness_sentence, rows_table
 from studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from studies.answers.refine import Refinement
     from studies.store.record import Record
     from studies.store.store import Store
-
-Objective = Annotated[
-    str | None,
-    typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
-]
-Band = Annotated[str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")]
-ExcludeLocked = Annotated[
-    bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
-]
-MaxImpactSpeed = Annotated[
-    float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
-]
-Within = Annotated[
-    list[str] | None,
-    typer.Option(metavar="DIMENSION=LO,HI", help="Only designs in this range; may be repeated."),
-]
-Top = Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")]
 
 
 def tmd(
@@ -58,6 +50,12 @@ def tmd(
     ] = None,
     detuning: Annotated[float, typer.Option(help="Share by which its frequency is off, 0.05 for 5 %.")] = 0.0,
     damping_detuning: Annotated[float, typer.Option(help="Share by which its damping is off.")] = 0.0,
+    excitation: Annotated[
+        str,
+        typer.Option(
+            help="What it answers to: base, or force on the structure (X over its static deflection)."
+        ),
+    ] = "base",
     at: At = None,
     output: Output = None,
     data_dir: DataDir = None,
@@ -67,25 +65,25 @@ def tmd(
     check_file(output)
     fixed = read_at(at)
     record, cube = ask(study, data_dir)
+    from service.comparisons import columns_document
     from studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
-        answer = tmd_comparison(cube, criterion, mass_ratio, detuning, damping_detuning, fixed)
-    if output is not None:
+        answer = tmd_comparison(cube, criterion, mass_ratio, detuning, damping_detuning, fixed, excitation)
+
+    def draw() -> "Figure":
         from service.figures.comparison import draw_comparison
 
-        write(answer, lambda: draw_comparison(answer), output)
-    if as_json:
-        from service.comparisons import columns_document
+        return draw_comparison(answer)
 
-        print_json(answered(record, columns_document(answer)))
-    elif output is None:
+    def tell() -> None:
         say(answer.attrs["note"])
         better = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in answer.attrs["hybrid_better"])
         say(f"The study's damper is better at r = {better}." if better else "It is nowhere better.")
         print_table(*rows_table(answer))
-        if missing := completeness_sentence(answer):
-            say(missing)
+        say_if(completeness_sentence(answer))
+
+    hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 
 
 def robust(
@@ -106,40 +104,37 @@ def robust(
     """Rank dampers of fixed force and clearance by their worst case while the base amplitude varies."""
     check_file(output, (".csv",))
     span = read_range("--amplitudes", amplitudes)
-    limits = None if band is None else read_range("--band", band)
-    ranges = read_within(within)
+    judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir)
+    from service.answers import designs_document
     from studies.answers.robust import robust_designs
 
     with working("Following the rays"):
-        answer = robust_designs(cube, span, objective, limits, top, exclude_locked, max_impact_speed, ranges)
-    if output is not None:
-        write(answer, None, output)
-    if as_json:
-        from service.answers import designs_document
+        answer = robust_designs(cube, span, top=top, **judging)
 
-        print_json(answered(record, designs_document(answer)))
-    elif output is None:
+    def tell() -> None:
         say(answer.attrs["note"])
         print_table(*rows_table(answer))
+
+    hand_out(record, answer, output, as_json, None, lambda: designs_document(answer), tell)
 
 
 def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
     """Show the error of a study's points against their run time."""
     record, cube = ask(study, data_dir)
+    from service.comparisons import columns_document
     from studies.answers.work_precision import work_precision
 
     with working("Reading the cube"):
         answer = work_precision(cube)
-    if as_json:
-        from service.comparisons import columns_document
 
-        print_json(answered(record, columns_document(answer)))
-    else:
+    def tell() -> None:
         names = ("run_time", *(str(name) for name in answer.data_vars))
         rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
         say(answer.attrs["note"])
         print_table(("run_time [s]", *names[1:]), (tuple(number(value, 3) for value in row) for row in rows))
+
+    hand_out(record, answer, None, as_json, None, lambda: columns_document(answer), tell)
 
 
 def refine(
@@ -164,8 +159,7 @@ def refine(
     check_cluster(workers, scheduler)
     check_name("--boundary", boundary, DIMENSIONS)
     fixed = read_at(at)
-    limits = None if band is None else read_range("--band", band)
-    ranges = read_within(within)
+    judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     if boundary is None and fixed:
         raise typer.BadParameter(
             "found --at without --boundary, allowed: --within for designs", param_hint="--at"
@@ -183,9 +177,7 @@ def refine(
             if boundary is not None:
                 found = refine_boundary(asked, cubes, boundary, fixed, tolerance)
             else:
-                found = refine_optimum(
-                    asked, cubes, tolerance, objective, limits, exclude_locked, max_impact_speed, ranges
-                )
+                found = refine_optimum(asked, cubes, tolerance, **judging)
         note(found.note)
         if found.study is None:
             break
@@ -212,14 +204,10 @@ def _compute(
     store: "Store", found: "Refinement", parent: "Record", workers: int | None, scheduler: str | None
 ) -> "Record":
     """Run a follow-up to its end; what is done of it is kept if it stops."""
-    from service.cli.run import compute
-    from studies.plan import make_plan
-    from worker.cost import seconds_per_point
-    from worker.provenance import provenance
+    from service.cli.run import compute, find_or_submit
 
     assert found.study is not None
-    plan = make_plan(found.study, seconds_per_point)
-    record, _ = store.submit(found.study, plan, provenance() | {"refines": parent.id})
+    record = find_or_submit(store, found.study, True, {"refines": parent.id})
     if record.state != "done":
         record = compute(store, record, workers, scheduler)
     if record.state != "done":

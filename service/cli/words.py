@@ -31,6 +31,7 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 def cell(name: str, value: float) -> str:
     """Spell one value of a variable: a code by its name, a number with six digits."""
+    name = name.removeprefix("other_")  # of the second study, where two are compared
     flags = VARIABLES[name].flags if name in VARIABLES else None
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 

@@ -50,6 +50,8 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
             panel.set_axisbelow(True)
         for panel in panels[len(diagrams) :]:
             panel.set_visible(False)
+        for panel in panels[max(0, len(diagrams) - COLUMNS) : len(diagrams)]:
+            panel.tick_params(labelbottom=True)  # the last of each column, also above a place left free
         figure.supxlabel("run time per excitation cycle [µs]", fontsize=10)
         figure.supylabel("relative error of the end state", fontsize=10)
         if diagrams:

@@ -23,7 +23,6 @@ from service.figures.style import (
     title_of,
 )
 from studies.variables import Status
-from worker.simulate import Design
 
 
 def draw_response(answer: xr.Dataset, metric: str) -> Figure:
@@ -62,10 +61,56 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
         if shown.count() and isinstance(norm_of(shown), LogNorm):
             axes.set_yscale("log")
             ticks_1_2_5(axes.yaxis)
+        elif (shown == shown.round()).all():  # counts
+            axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         scale(axes, "x", x.values)
         axes.grid(color="#dddddd", lw=0.5)
         axes.set_axisbelow(True)
         axes.set(xlabel=title_of(x), ylabel=title_of(values), title=fixed_title(answer))
+        axes.margins(x=0.01)
+        axes.legend()
+    return figure
+
+
+def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
+    """Draw a metric of two studies over the frequency ratio; where they differ is shaded.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.compared_response`.
+    metric : str
+        Which variable was compared.
+    names : (str, str)
+        What to call the studies.
+    """
+    x = answer["frequency_ratio"]
+    r = x.values
+    edges = np.concatenate(([r[0]], (r[1:] + r[:-1]) / 2, [r[-1]]))
+    with styled():
+        figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+        axes = figure.add_subplot()
+        for count, (low, high) in enumerate(answer.attrs["apart"]):
+            inside = np.flatnonzero((r >= low) & (r <= high))
+            span = edges[inside[0]], edges[inside[-1] + 1]
+            axes.axvspan(*span, color=GREY, alpha=0.25, lw=0, label=None if count else "they differ")
+        for name, variable, error, colour, marker in (
+            (names[0], metric, "amplitude_error", BLUE, "o"),
+            (names[1], "other", "other_amplitude_error", VERMILION, "x"),
+        ):
+            values = answer[variable].values
+            if metric == "amplitude_ratio" and error in answer:
+                doubt = answer[error].values
+                axes.fill_between(r, values - doubt, values + doubt, color=colour, alpha=0.25, lw=0)
+            axes.plot(r, values, color=colour, marker=marker, ms=2.6, lw=0.9, label=name)
+        shown = np.ma.masked_invalid(np.concatenate((answer[metric].values, answer["other"].values)))
+        if shown.count() and isinstance(norm_of(shown), LogNorm):
+            axes.set_yscale("log")
+            ticks_1_2_5(axes.yaxis)
+        scale(axes, "x", r)
+        axes.grid(color="#dddddd", lw=0.5)
+        axes.set_axisbelow(True)
+        axes.set(xlabel=title_of(x), ylabel=title_of(answer[metric]), title=fixed_title(answer))
         axes.margins(x=0.01)
         axes.legend()
     return figure
@@ -104,36 +149,59 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
     return figure
 
 
-def draw_history(history: Mapping[str, NDArray[np.float64]], design: Design) -> Figure:
+def draw_precision(answer: xr.Dataset) -> Figure:
+    """Draw how exact a study's points are against how long each took.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `studies.answers.work_precision`.
+    """
+    time = answer["run_time"]
+    floor = 1e-18
+    low, middle, high = (
+        np.maximum(answer[name].values, floor) for name in ("error_low", "error_median", "error_high")
+    )
+    with styled():
+        figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+        axes = figure.add_subplot()
+        share = answer["number"].values / max(1, int(answer["number"].sum()))
+        axes.vlines(time.values, low, high, color=BLUE, alpha=0.35, lw=3, label="10 to 90 % of the points")
+        axes.scatter(
+            time.values, middle, s=12 + 240 * share, color=BLUE, zorder=3, label="median; area: points"
+        )
+        axes.set(xscale="log", yscale="log", xlabel=title_of(time))
+        axes.set(ylabel="Error over amplitude ratio", title=answer.attrs["note"])
+        axes.grid(color="#dddddd", lw=0.5)
+        axes.set_axisbelow(True)
+        axes.legend()
+    return figure
+
+
+def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str, float]) -> Figure:
     """Draw a time history: the mass above its base and, where there is a particle, the mass seen from it.
 
     Parameters
     ----------
     history : mapping of ndarray
         Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `worker.simulate.Simulation.history`.
-    design : Design
-        Its design point.
+    ratios : mapping of float
+        Its design point; without a particle there is no clearance.
     """
-    particle = design.particle
-    cycles = history["time"] * design.frequency_ratio / (2 * np.pi)
-    values = {
-        "damping_ratio": design.damping_ratio,
-        **({} if particle is None else particle._asdict()),
-        "friction_ratio": design.friction_ratio,
-        "frequency_ratio": design.frequency_ratio,
-    }
-    title = ", ".join(f"{symbol} = {values[name]:.4g}" for name, symbol in SYMBOLS.items() if name in values)
+    clearance = ratios.get("clearance_ratio")
+    cycles = history["time"] * ratios["frequency_ratio"] / (2 * np.pi)
+    title = ", ".join(f"{symbol} = {ratios[name]:.4g}" for name, symbol in SYMBOLS.items() if name in ratios)
     with styled():
-        rows = 1 if particle is None else 2
+        rows = 1 if clearance is None else 2
         figure = Figure(figsize=(6.6, 2.1 + 1.7 * rows), layout="constrained")
         panels = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
         panels[0].plot(cycles, history["u"], color=BLUE, lw=0.8, label="mass $x/Z$")
         panels[0].plot(cycles, history["u"] - history["v"], color=GREY, lw=0.8, label="base $z/Z$")
         panels[0].set(ylabel="Displacement over $Z$")
-        if particle is not None:
+        if clearance is not None:
             gap = history["u"] - history["p"]
             panels[1].plot(cycles, gap, color=VERMILION, lw=0.8, label="mass from particle $(x-y)/Z$")
-            for wall in (-particle.clearance_ratio, particle.clearance_ratio):
+            for wall in (-clearance, clearance):
                 name = "walls" if wall > 0 else None
                 panels[1].axhline(wall, color="black", lw=0.8, ls=(0, (4, 3)), label=name)
             panels[1].set(ylabel="Gap over $Z$")

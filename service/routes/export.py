@@ -11,13 +11,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import StreamingResponse
 
 from service.problems import documented
-from service.state import TheService, TheStudy
+from service.state import Service, TheService, TheStudy
 from studies.store.export import csv_lines, write_netcdf
 from studies.store.parquet import parquet_pieces
+from studies.store.record import Record
 
 NETCDF = "application/x-netcdf"
 PARQUET = "application/vnd.apache.parquet"
 PIECE_BYTES = 1 << 20
+COMPLETE = "X-Complete"
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -35,11 +37,26 @@ class ExportQuery(BaseModel):
 @router.get(
     "/export",
     response_class=StreamingResponse,
-    responses={200: {"content": {NETCDF: {}, "text/csv": {}, PARQUET: {}}}, **documented(404, 422, 503)},
+    responses={
+        200: {
+            "content": {NETCDF: {}, "text/csv": {}, PARQUET: {}},
+            "headers": {
+                COMPLETE: {"description": "Share of the points that are there.", "schema": {"type": "number"}}
+            },
+        },
+        **documented(404, 422, 503),
+    },
     summary="The cube as a file",
 )
 def export(service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]) -> StreamingResponse:
     """Send the cube as it is now; points that are not computed yet have status -1."""
+    response = _export(service, study, query)
+    # the record was read first: there may be more in the file, and not less
+    response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
+    return response
+
+
+def _export(service: Service, study: Record, query: ExportQuery) -> StreamingResponse:
     cube = service.store.cube(study.id)
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
     if query.format == "csv":

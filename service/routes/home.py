@@ -1,49 +1,52 @@
-"""The first page: what this service is and which addresses it has. Nothing on it is loaded from anywhere."""
-
-from html import escape
+"""The web page and its files. Nothing on it comes from anywhere else, and the browser is told to hold it to that."""
 
 from fastapi import APIRouter
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import HTMLResponse
+from starlette.responses import Response
+
+from service.page.files import PageFile, first_page, page_file, page_version
 
 router = APIRouter(include_in_schema=False)
 
-_PAGE = """\
-<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width">
-<title>damperlab</title>
-<style>
-body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }}
-table {{ border-collapse: collapse; width: 100%; }}
-td, th {{ text-align: left; vertical-align: top; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #8884; }}
-code {{ font-size: .9em; }}
-:root {{ color-scheme: light dark; }}
-</style>
-<h1>damperlab {version}</h1>
-<p>{description}</p>
-<p>Machine-readable: <a href="openapi.json">openapi.json</a>. Now: <a href="api/v1/studies">studies</a>,
-<a href="health/ready">health</a>.</p>
-<table>
-<tr><th>method<th>path<th>what
-{rows}
-</table>
-</html>
-"""
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; "
+    "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""Scripts and style sheets from files of this service only. The plotting library sets style attributes, and makes a PNG by
+way of a picture in memory, so both are allowed."""
+
+YEAR_SECONDS = 31_536_000
 
 
-@router.get("/", response_class=HTMLResponse)
-def home(request: Request) -> HTMLResponse:
-    """List the routes, from the same document that programs read."""
-    document = request.app.openapi()
-    rows = "\n".join(
-        f"<tr><td><code>{method.upper()}</code><td><code>{escape(path)}</code><td>{escape(operation['summary'])}"
-        for path, operations in document["paths"].items()
-        for method, operation in operations.items()
-    )
-    info = document["info"]
-    page = _PAGE.format(version=escape(info["version"]), description=escape(info["description"]), rows=rows)
-    return HTMLResponse(
-        page, headers={"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"}
-    )
+@router.get("/")
+def home(request: Request) -> Response:
+    """Send the page; a browser asks each time whether it has changed."""
+    answer = _answer(request, first_page(), "no-cache")
+    answer.headers["Content-Security-Policy"] = POLICY
+    answer.headers["Referrer-Policy"] = "no-referrer"
+    return answer
+
+
+@router.get("/page/{version}/{name}")
+def page(request: Request, version: str, name: str) -> Response:
+    """Send a file of the page; under its version's address it never changes, under another it is the present one."""
+    file = page_file(name)
+    if file is None:
+        raise HTTPException(404)
+    lasting = version == page_version()
+    return _answer(request, file, f"public, max-age={YEAR_SECONDS}, immutable" if lasting else "no-cache")
+
+
+def _answer(request: Request, file: PageFile, caching: str) -> Response:
+    headers = {
+        "ETag": file.etag,
+        "Cache-Control": caching,
+        "Vary": "Accept-Encoding",
+        "X-Content-Type-Options": "nosniff",
+    }
+    if file.etag in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers=headers)
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(file.packed, 200, headers | {"Content-Encoding": "gzip"}, file.media_type)
+    return Response(file.content, 200, headers, file.media_type)

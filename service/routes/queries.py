@@ -5,22 +5,24 @@ from typing import Annotated, Any, Literal
 
 import xarray as xr
 from fastapi import APIRouter, Depends, Query
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 from starlette.requests import Request
 
 from service.answers import designs_document, map_document, response_document
 from service.documents import Document
 from service.problems import Problem, documented
 from service.state import Service, TheService, TheStudy
+from studies.answers.compared_response import compared_response
 from studies.answers.design_question import MOST
 from studies.answers.frequency_response import frequency_response
 from studies.answers.merged import merged_designs
 from studies.answers.optimal_designs import optimal_designs
 from studies.answers.pareto import RESPECTS, pareto_front, read_respects
 from studies.answers.resonance_map import resonance_map
+from studies.answers.window import window
 from studies.faults import Fault, StudyFaults, describe, listing
 from studies.store.record import Record
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.variables import DIMENSIONS, VARIABLES, Variable
 
 ANSWER_POINTS = 4_000_000
 """Most points of one map; a screen has as many, and a larger answer would be built in memory."""
@@ -35,6 +37,9 @@ def once(request: Request) -> None:
 
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
+
+ANSWER: dict[str, Any] = {"response_class": Document, "responses": documented(404, 409, 422, 503)}
+"""What every question's route is declared with."""
 
 
 def read_range(text: str) -> str:
@@ -106,16 +111,39 @@ class MapQuery(SliceQuery):
         None, description="How `over` is reduced; max by default."
     )
     frequency_ratio: Value = None
+    x_range: Range = None
+    y_range: Range = None
+    most: int | None = Field(
+        None, ge=2, le=2000, description="Most values along x and along y: evenly spaced ones stay."
+    )
 
 
 class ResponseQuery(SliceQuery):
     """Parameters of a frequency response."""
 
+    with_: str | None = Field(
+        None,
+        alias="with",
+        max_length=200,
+        description="A second study to put beside it, as the way down of a hysteresis; `apart` says where they differ.",
+    )
 
-class RankingQuery(BaseModel):
+
+def _result_range(variable: Variable) -> Any:
+    meaning = f"{variable.long_name}: designs that leave this range at a frequency that counts are left out."
+    return Range, Field(None, description=f"`lower,higher` of the {meaning}")
+
+
+ResultRanges = create_model(
+    "ResultRanges",
+    __config__=ConfigDict(extra="forbid"),
+    **{v.name: _result_range(v) for v in VARIABLES.values() if v.flags is None},
+)
+"""A range of any result that is a quantity."""
+
+
+class RankingQuery(ResultRanges):
     """What designs are judged by, and which of them."""
-
-    model_config = ConfigDict(extra="forbid")
 
     objective: Literal["peak", "resonance", "band_mean", "band_rms"] | None = Field(
         None, description="What a design is judged by; peak, or resonance where one frequency was computed."
@@ -131,9 +159,8 @@ class RankingQuery(BaseModel):
 
     def judging(self) -> dict[str, Any]:
         """Give the arguments that every ranking of `studies.answers` takes."""
-        ranges = {
-            name: found for name in DIMENSIONS if (found := pair(getattr(self, name, None))) is not None
-        }
+        names = (*DIMENSIONS, *ResultRanges.model_fields)
+        ranges = {name: found for name in names if (found := pair(getattr(self, name, None))) is not None}
         return {
             "objective": self.objective,
             "band": pair(self.band),
@@ -164,8 +191,7 @@ class DesignsQuery(RankingQuery):
 
 @router.get(
     "/resonance-map",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="One metric over two dimensions",
 )
 def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Query()]) -> Document:
@@ -178,42 +204,49 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
     answer = resonance_map(
         cube, query.x, query.y, query.metric, query.over, query.reduce, query.at(), query.interpolate
     )
+    if query.x_range or query.y_range or query.most:
+        answer = window(answer, {query.x: pair(query.x_range), query.y: pair(query.y_range)}, query.most)
     return answered(study, map_document(answer, query.metric))
 
 
 @router.get(
     "/frequency-response",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="One metric over the frequency ratio",
 )
 def ask_response(service: TheService, study: TheStudy, query: Annotated[ResponseQuery, Query()]) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
-    answer = frequency_response(service.store.cube(study.id), query.metric, query.at(), query.interpolate)
+    cube = service.store.cube(study.id)
+    if query.with_ is None:
+        answer = frequency_response(cube, query.metric, query.at(), query.interpolate)
+    elif query.interpolate:
+        advice = "leave one of the two out"
+        raise StudyFaults([Fault("interpolate", "true", "false where `with` is given", advice)])
+    else:
+        other = service.store.find(query.with_)
+        answer = compared_response(cube, service.store.cube(other.id), query.metric, query.at())
+        answer.attrs["studies"] = [study.id, other.id]
     return answered(study, response_document(answer, query.metric))
 
 
 @router.get(
     "/optimal-designs",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="Designs in the order of their response",
 )
 def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice."""
-    cube = service.store.cube(study.id)
-    if query.pareto is not None:
-        if query.with_ is not None:
-            advice = "leave one of the two out"
-            raise StudyFaults(
-                [Fault("with", describe(query.with_), "nothing where `pareto` is given", advice)]
-            )
-        front = pareto_front(cube, read_respects(query.pareto), top=query.top, **query.judging())
-        return answered(study, designs_document(front))
+    if query.pareto is not None and query.with_ is not None:
+        advice = "leave one of the two out"
+        raise StudyFaults([Fault("with", describe(query.with_), "nothing where `pareto` is given", advice)])
+    asked = {"top": query.top, **query.judging()}
     if query.with_ is not None:
-        cubes = with_follow_ups(service, study, query.with_)
-        return answered(study, designs_document(merged_designs(cubes, top=query.top, **query.judging())))
-    return answered(study, designs_document(optimal_designs(cube, top=query.top, **query.judging())))
+        ranked = merged_designs(with_follow_ups(service, study, query.with_), **asked)
+    elif query.pareto is not None:
+        ranked = pareto_front(service.store.cube(study.id), read_respects(query.pareto), **asked)
+    else:
+        ranked = optimal_designs(service.store.cube(study.id), **asked)
+    return answered(study, designs_document(ranked))
 
 
 def with_follow_ups(service: Service, study: Record, with_: str | None) -> dict[str, xr.Dataset]:

@@ -9,7 +9,16 @@ from service.answers import designs_document
 from service.comparisons import refinement_document
 from service.documents import Document
 from service.problems import documented
-from service.routes.queries import At, Dimension, RankingQuery, answered, pair, read_range, with_follow_ups
+from service.routes.queries import (
+    ANSWER,
+    At,
+    Dimension,
+    RankingQuery,
+    answered,
+    pair,
+    read_range,
+    with_follow_ups,
+)
 from service.routes.queries import router as queries
 from service.state import TheService, TheStudy
 from studies.answers.design_question import MOST
@@ -59,8 +68,7 @@ class BoundaryQuery(FollowUp, At):
 
 @router.get(
     "/robust-designs",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="Dampers in the order of their worst case while the base amplitude varies",
     tags=["queries"],
 )

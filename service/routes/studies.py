@@ -86,7 +86,13 @@ async def submit(
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     return await run_sync(
-        _submit, service, body, "json" if kind in JSON_TYPES else "yaml", query, idempotency_key
+        _submit,
+        service,
+        body,
+        "json" if kind in JSON_TYPES else "yaml",
+        query,
+        idempotency_key,
+        limiter=service.submissions,
     )
 
 

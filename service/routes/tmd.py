@@ -7,8 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from service.comparisons import columns_document
 from service.documents import Document
-from service.problems import documented
-from service.routes.queries import At, answered
+from service.routes.queries import ANSWER, At, answered
 from service.routes.queries import router as queries
 from service.state import TheService, TheStudy
 from studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
@@ -41,12 +40,15 @@ class TmdQuery(At):
     damping_detuning: float = Field(
         0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its damping is off."
     )
+    excitation: Literal["base", "force"] = Field(
+        "base",
+        description="What the tuned mass damper answers to; force: on the structure, X over its static deflection.",
+    )
 
 
 @router.get(
     "/tmd-comparison",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="One design beside a tuned mass damper",
 )
 def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Query()]) -> Document:
@@ -59,14 +61,14 @@ def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Que
         query.detuning,
         query.damping_detuning,
         at,
+        query.excitation,
     )
     return answered(study, columns_document(answer))
 
 
 @router.get(
     "/work-precision",
-    response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    **ANSWER,
     summary="Error against run time over the points",
 )
 def ask_precision(service: TheService, study: TheStudy, query: Annotated[Nothing, Query()]) -> Document:

@@ -9,25 +9,28 @@ which shows the blocks that were done by then and never any other. A lost or dam
 import re
 from functools import lru_cache
 from hashlib import blake2b
-from pathlib import Path
 from typing import Annotated
 
-import google_crc32c
 from fastapi import APIRouter
 from fastapi import Path as InPath
 from starlette.requests import Request
 from starlette.responses import Response
 
 from service.problems import Problem, documented
-from service.state import TheService, TheStudy
-from studies.store.chunks import chunk_file, chunk_place, damaged
+from service.state import StudyId, TheService
+from studies.store.chunks import Marks, chunk_file, chunk_place, damaged
+from studies.store.coding import Description, describe_cube
 from studies.store.cube import block_grid
-from studies.store.faults import StudyNotFound
+from studies.store.faults import StudyNotFound, cannot_use
+from studies.store.grouped import Group, group_of, grouped_metadata
 from studies.store.record import Record
+from studies.store.shelf import Shelf
 from studies.store.store import Store
 from studies.variables import DIMENSIONS, VARIABLES
 
 CHUNK = "application/octet-stream"
+TRIES = 5
+"""Looks at a study that changes while one of its blocks is read."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -53,39 +56,85 @@ Key = Annotated[
     summary="The cube as a Zarr store",
 )
 @router.head("/zarr/{key:path}", include_in_schema=False)
-def read(service: TheService, study: TheStudy, key: Key, request: Request) -> Response:
+def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> Response:
     """Answer one key of Zarr version 3; every array's metadata is in the first one, so nothing need be listed."""
     revision, key = _revision(key)
-    path, marks = service.store.snapshot(study.id, revision)
-    place = chunk_place(key, block_grid(study.shape, study.chunk))
-    if place is None:
-        return _metadata(path, key, request)
-    variable, index = place
-    if variable not in VARIABLES or not (path / variable).is_dir():
-        raise _nothing(key)
-    generation = marks.get(index)
-    if generation is None:
-        if revision is None and not study.ended:
-            raise Problem(
-                409,
-                "block-unfinished",
-                f"Block {index} is not computed yet, and the study is {study.state}. Read at a revision to see "
-                f"such points as not computed: …/zarr/@{study.revision}/ is the newest.",
-                headers={"Cache-Control": "no-store"},
-            )
-        raise _nothing(key)
-    tag = f'"{path.name}-{index}-{generation}"'
-    if _has(request, tag):
-        return Response(status_code=304, headers=_headers(tag))
     try:
-        content = (path / chunk_file(key, generation)).read_bytes()
+        return _read(service.store, service.store.find(study_id), revision, key, request)
+    except StudyNotFound as error:
+        if key.endswith("zarr.json"):
+            raise
+        # of a cube that was opened before: 404 would be taken for a chunk of fill values
+        raise Problem(
+            410, "study-gone", "The study has been deleted.", (error.fault,), {"Cache-Control": "no-store"}
+        ) from error
+
+
+def _read(store: Store, study: Record, revision: int | None, key: str, request: Request) -> Response:
+    for _ in range(TRIES):
+        shelf, marks = store.snapshot(study.id, revision)
+        place = chunk_place(key, block_grid(study.shape, study.chunk))
+        if place is None:
+            group = group_of(key, _description(shelf))
+            if group is not None:
+                return _grouped(shelf, group, marks, request)
+            return _metadata(shelf, key, request, complete=len(marks) == study.blocks_total)
+        variable, index = place
+        if variable not in VARIABLES or variable not in _description(shelf).arrays:
+            raise _nothing(key)
+        generation = marks.get(index)
+        if generation is not None:
+            tag = f'"{shelf.name}-{index}-{generation}"'
+            if _has(request, tag):
+                return Response(status_code=304, headers=_headers(tag))
+            try:
+                return _part(request, _content(shelf, variable, index, key, generation), tag)
+            except FileNotFoundError:
+                lost = damaged(shelf, index, variable, "its file is lost")
+            if store.snapshot(study.id, revision) == (shelf, marks):
+                raise lost
+            continue  # replaced a moment ago
+        if revision is not None:
+            raise _nothing(key)
+        # what is said of a missing block must be true of one moment: the study may have ended, or been taken up, since
+        before, study = study, store.find(study.id)
+        if (before.revision, before.created) != (study.revision, study.created):
+            continue
+        if study.ended:
+            raise _nothing(key)
+        break
+    raise Problem(
+        409,
+        "block-unfinished",
+        f"Block {index} is not computed yet, and the study is {study.state}. Read at a revision to see "
+        f"such points as not computed: …/zarr/@{study.revision}/ is the newest.",
+        headers={"Cache-Control": "no-store"},
+    )
+
+
+def _content(shelf: Shelf, variable: str, index: int, key: str, generation: str) -> bytes:
+    content = _get(shelf, chunk_file(key, generation))
+    if not _description(shelf).arrays[variable].intact(content):
+        raise damaged(shelf, index, variable, "its file is not as it was written")
+    return content
+
+
+def _get(shelf: Shelf, key: str) -> bytes:
+    try:
+        return shelf.get(key)
     except FileNotFoundError:
-        raise _lost(service.store, study, path, index, variable) from None
-    if _ends_in_checksum(path) and google_crc32c.value(content[:-4]) != int.from_bytes(
-        content[-4:], "little"
-    ):
-        raise damaged(path, index, variable, "its file is not as it was written")
-    return _part(request, content, tag)
+        raise
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+
+
+@lru_cache(maxsize=64)
+def _description(shelf: Shelf) -> Description:
+    # no study's arrays change, and no other study ever has its shelf
+    try:
+        return describe_cube(_get(shelf, "zarr.json"))
+    except (FileNotFoundError, ValueError) as error:
+        raise damaged(shelf, None, "zarr.json", str(error)) from error
 
 
 def _revision(key: str) -> tuple[int | None, str]:
@@ -93,17 +142,35 @@ def _revision(key: str) -> tuple[int | None, str]:
     return (int(found[1]), found[2]) if found else (None, key)
 
 
-def _metadata(path: Path, key: str, request: Request) -> Response:
+def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
+    if not marks.keys() >= set(group.blocks()):
+        # shown for a complete cube alone: blocks of it were taken back since
+        raise Problem(
+            409,
+            "block-unfinished",
+            "Blocks of this chunk were damaged and are computed again. Open the cube anew to read the others.",
+            headers={"Cache-Control": "no-store"},
+        )
+    place = ".".join(map(str, group.place))
+    tag = f'"{shelf.name}-{place}-{group.tag(marks)}"'
+    if _has(request, tag):
+        return Response(status_code=304, headers=_headers(tag))
+    return _part(request, group.content(shelf, marks), tag)
+
+
+def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Response:
     node, _, name = key.rpartition("/")
     known = node == "" or node in DIMENSIONS or node in VARIABLES
     coordinate = key.removesuffix("/c/0") in DIMENSIONS
     if not (coordinate or (known and name == "zarr.json")):
         raise _nothing(key)
     try:
-        content = (path / key).read_bytes()
+        content = _get(shelf, key)
     except FileNotFoundError:
         raise _nothing(key) from None
-    tag = f'"{path.name}-{blake2b(content, digest_size=8).hexdigest()}"'
+    if complete and name == "zarr.json":
+        content = grouped_metadata(content)
+    tag = f'"{shelf.name}-{blake2b(content, digest_size=8).hexdigest()}"'
     if _has(request, tag):
         return Response(status_code=304, headers=_headers(tag))
     if coordinate:
@@ -145,18 +212,3 @@ def _nothing(key: str) -> Problem:
     return Problem(
         404, "not-found", f"The cube has nothing at {key!r}.", headers={"Cache-Control": "no-store"}
     )
-
-
-def _lost(store: Store, study: Record, path: Path, index: int, variable: str) -> Exception:
-    try:
-        if store.snapshot(study.id)[0] == path:
-            return damaged(path, index, variable, "its file is lost, or was replaced a moment ago")
-    except StudyNotFound as error:
-        return error  # deleted while it was read
-    return _nothing(variable)
-
-
-@lru_cache(maxsize=64)
-def _ends_in_checksum(path: Path) -> bool:
-    # the first cubes were written without
-    return b'"crc32c"' in (path / "zarr.json").read_bytes()

@@ -1,0 +1,241 @@
+"""Commands on earthquakes: records, and dampers compared under one of them."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from service.cli.options import AsJson, DataDir, check_file
+from service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from service.cli.store import data_folder
+
+RECORD_SUFFIXES = (".at2", ".csv", ".txt")
+
+COLUMNS = (
+    ("peak_relative_displacement_m", "peak x−z [m]"),
+    ("rms_relative_displacement_m", "rms x−z [m]"),
+    ("peak_absolute_displacement_m", "peak x [m]"),
+    ("peak_absolute_acceleration_m_s2", "peak x'' [m/s²]"),
+    ("rms_absolute_acceleration_m_s2", "rms x'' [m/s²]"),
+    ("impacts", "impacts"),
+    ("impact_speed_max_m_s", "fastest [m/s]"),
+    ("stick_fraction", "stuck"),
+)
+
+Generate = Annotated[
+    int | None,
+    typer.Option("--kanai-tajimi", metavar="SEED", help="An artificial record from this seed instead."),
+]
+Duration = Annotated[float | None, typer.Option(help="Of the artificial record [s].")]
+PeakG = Annotated[float | None, typer.Option(help="Its largest acceleration [g].")]
+
+
+def records(
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE", help="Keep this record: PEER .at2, or two columns .csv.", show_default=False
+        ),
+    ] = None,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Of its acceleration where the file does not say: g, m/s2 or cm/s2."),
+    ] = None,
+    name: Annotated[str, typer.Option(help="Its name.")] = "",
+    seed: Generate = None,
+    duration_s: Duration = None,
+    peak_g: PeakG = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the ground-motion records, or keep a new one."""
+    from studies.ground.shelf import Shelf
+
+    shelf = Shelf(data_folder(data_dir))
+    if file is None and seed is None:
+        listed = shelf.summaries()
+        if as_json:
+            print_json({"records": listed})
+            return
+        columns = ("id", "name", "step [s]", "duration [s]", "peak [g]", "peak displacement [m]")
+        print_table(
+            columns,
+            (
+                (
+                    one["id"],
+                    one["name"],
+                    number(one["step_s"]),
+                    number(one["duration_s"], 4),
+                    number(one["peak_acceleration_g"], 3),
+                    number(one["peak_displacement_m"], 3),
+                )
+                for one in listed
+            ),
+        )
+        return
+    if file is not None and seed is not None:
+        raise typer.BadParameter("found a FILE and --kanai-tajimi, allowed: one of them")
+    motion = read_file(file, units, name) if file is not None else _generated(seed, duration_s, peak_g, name)
+    record_id, new = shelf.put(motion)
+    summary: dict[str, Any] = {"id": record_id, **motion.summary()}
+    if as_json:
+        print_json(summary)
+        return
+    say(
+        f"{'Kept' if new else 'There already'}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
+        f"peak {summary['peak_acceleration_g']:.3g} g."
+    )
+
+
+def earthquake(
+    record: Annotated[
+        str, typer.Argument(metavar="RECORD", help="An earthquake's name, a record's id, or a file.")
+    ] = "loma-prieta",
+    scale: Annotated[float | None, typer.Option(help="Factor on the record.")] = None,
+    mass_kg: Annotated[float | None, typer.Option(help="M of the structure.")] = None,
+    natural_frequency_hz: Annotated[float | None, typer.Option(help="Of the structure.")] = None,
+    damping_ratio: Annotated[float | None, typer.Option(help="ζ of the structure.")] = None,
+    particle_mass_kg: Annotated[float | None, typer.Option(help="m.")] = None,
+    clearance_m: Annotated[float | None, typer.Option(help="d, half the free cavity.")] = None,
+    restitution: Annotated[float | None, typer.Option(help="e.")] = None,
+    friction_force_n: Annotated[float | None, typer.Option(help="F_f.")] = None,
+    tmd_mass_kg: Annotated[
+        float | None, typer.Option(help="Of the tuned mass damper; the particle's by default.")
+    ] = None,
+    tmd_criterion: Annotated[
+        str | None, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
+    ] = None,
+    tail_s: Annotated[float | None, typer.Option(help="Free vibration after the record [s].")] = None,
+    starts: Annotated[
+        int | None, typer.Option(help="Perturbed starts that show what is chance; 0 for none.")
+    ] = None,
+    perturbation_m: Annotated[float | None, typer.Option(help="Their size [m].")] = None,
+    units: Annotated[str | None, typer.Option(help="Of a file that does not say: g, m/s2 or cm/s2.")] = None,
+    seed: Generate = None,
+    duration_s: Duration = None,
+    peak_g: PeakG = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Draw the histories as .png, .svg or .pdf; the table as .csv.",
+        ),
+    ] = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare no damper, a tuned mass damper, a particle, friction and both under a record, as the paper's Table A1.
+
+    What is not given is the paper's prototype.
+    """
+    check_file(output)
+    from service.earthquakes import answer_comparison
+    from studies.ground.question import read_earthquake
+    from studies.ground.shelf import Shelf
+
+    shelf = Shelf(data_folder(data_dir))
+    given = {
+        "scale": scale,
+        "mass_kg": mass_kg,
+        "natural_frequency_hz": natural_frequency_hz,
+        "damping_ratio": damping_ratio,
+        "particle_mass_kg": particle_mass_kg,
+        "clearance_m": clearance_m,
+        "restitution": restitution,
+        "friction_force_n": friction_force_n,
+        "tmd_mass_kg": tmd_mass_kg,
+        "tmd_criterion": tmd_criterion,
+        "tail_s": tail_s,
+        "starts": starts,
+        "perturbation_m": perturbation_m,
+    }
+    document: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    if seed is not None:
+        document["record"] = {"kanai_tajimi": _recipe(seed, duration_s, peak_g)}
+    elif Path(record).suffix.lower() in RECORD_SUFFIXES:
+        document["record"], _ = shelf.put(read_file(Path(record), units, ""))
+    else:
+        document["record"] = record
+    asked = read_earthquake(document, shelf)
+    with working("Computing (the first time, kernels are compiled)"):
+        answer = answer_comparison(asked)
+    if output is not None:
+        if output.suffix == ".csv":
+            _write_csv(answer, output)
+        else:
+            from service.figures.earthquake import draw_earthquake
+            from service.figures.style import save
+
+            with working("Drawing"):
+                save(draw_earthquake(asked), make_parent(output))
+        note(f"Wrote {output}.")
+    if as_json:
+        print_json(answer)
+    elif output is None:
+        _print(answer)
+
+
+def read_file(file: Path, units: str | None, name: str) -> Any:
+    """Read a record from a file; its format is its suffix."""
+    from studies.ground.files import read_record
+
+    if file.suffix.lower() not in RECORD_SUFFIXES:
+        raise typer.BadParameter(
+            f"found {file.name!r}, allowed: a name that ends in {', '.join(RECORD_SUFFIXES)}"
+        )
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise typer.BadParameter(f"found {file}, which cannot be read: {error.strerror}") from None
+    layout: Any = "at2" if file.suffix.lower() == ".at2" else "csv"
+    return read_record(content, layout, name or file.stem, units)
+
+
+def _recipe(seed: int | None, duration_s: float | None, peak_g: float | None) -> dict[str, Any]:
+    given = {"seed": seed, "duration_s": duration_s, "peak_g": peak_g}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _generated(seed: int | None, duration_s: float | None, peak_g: float | None, name: str) -> Any:
+    from studies.ground.kanai_tajimi import read_kanai_tajimi
+
+    return read_kanai_tajimi(_recipe(seed, duration_s, peak_g) | {"name": name})
+
+
+def _write_csv(answer: dict[str, Any], output: Path) -> None:
+    with make_parent(output).open("w", encoding="utf-8") as file:
+        names = [name for name in next(iter(answer["cases"].values())) if name not in ("label", "spread")]
+        file.write(",".join(("damper", *names)) + "\n")
+        for case, values in answer["cases"].items():
+            file.write(",".join((case, *(repr(float(values[name])) for name in names))) + "\n")
+
+
+def _print(answer: dict[str, Any]) -> None:
+    record, design = answer["record"], answer["design"]
+    say(
+        f"{record['name']}: {record['duration_s']:.4g} s, peak {record['peak_acceleration_g']:.3g} g"
+        f"{'' if design['scale'] == 1.0 else ', times ' + number(design['scale'])}."
+    )
+    say(
+        f"Structure {design['mass_kg']:g} kg, {design['natural_frequency_hz']:g} Hz, ζ = {design['damping_ratio']:g}; "
+        f"particle {design['particle_mass_kg']:g} kg, d = {design['clearance_m']:g} m, e = {design['restitution']:g}; "
+        f"friction {design['friction_force_n']:g} N."
+    )
+    rows = [
+        (values["label"], *(number(float(values[name]), 4) for name, _ in COLUMNS))
+        for values in answer["cases"].values()
+    ]
+    print_table(("damper", *(title for _, title in COLUMNS)), rows)
+    for values in answer["cases"].values():
+        over = values.get("spread")
+        if over and over["sensitive"]:
+            peak = over["peak_relative_displacement_m"]
+            say(
+                f"With {values['label']} a start that is {over['size_m']:g} m off changes the answer {over['growth']:.2g} "
+                f"times as much: peak x−z from {number(peak['lowest'])} to {number(peak['highest'])} m over "
+                f"{over['starts']} starts."
+            )
+    worst = max(float(values["energy_residual"]) for values in answer["cases"].values())
+    say(f"Energy balances to {worst:.1g}. Displacements x−z are against the base, x is absolute.")

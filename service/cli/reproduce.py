@@ -1,0 +1,125 @@
+"""The command reproduce: the paper's figures and tables computed anew, in one report."""
+
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from service.cli.failures import CommandFailed
+from service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from service.cli.output import duration, note, number, print_json, print_table, say
+from service.cli.run import compute, find_or_submit
+from service.cli.store import label, open_store, settings_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from service.reproduction.section import Solve
+    from studies.definition import Study
+
+REPORT = "reproduction"
+
+
+def reproduce(
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            help=f"Folder of the report: {REPORT}.md, {REPORT}.json and PNGs.",
+        ),
+    ] = Path(REPORT),
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A short form: few points of each study, for trying out.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compute the paper's figures and tables anew, and write what it says beside what comes out.
+
+    The studies are kept like any others, so a second run computes only what is missing.
+    """
+    check_cluster(workers, scheduler)
+    if output.exists() and not output.is_dir():
+        raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")
+    output.mkdir(parents=True, exist_ok=True)
+    from service.documents import plain
+    from service.figures.style import save
+    from service.reproduction.report import in_markdown, make_report
+
+    with _solver(data_dir, workers, scheduler) as solve:
+        report, figures = make_report(solve, quick, lambda what: note(f"Reproducing {what} …"))
+    report = plain(report)
+    for name, figure in figures.items():
+        save(figure, output / name)
+    (output / f"{REPORT}.json").write_text(
+        json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
+    (output / f"{REPORT}.md").write_text(in_markdown(report), encoding="utf-8")
+    note(
+        f"Wrote {output / REPORT}.md, {REPORT}.json and {len(figures)} PNGs in {duration(report['seconds'])}."
+    )
+    if as_json:
+        print_json(report)
+    else:
+        _print(report)
+
+
+@contextmanager
+def _solver(data_dir: Path | None, workers: int | None, scheduler: str | None) -> "Iterator[Solve]":
+    """Give what computes a study by the ordinary way, all on one cluster that is started for the first that needs it."""
+    from worker.cluster import connect
+
+    store = open_store(data_dir)
+    reuse = settings_of(data_dir).reuse
+    with ExitStack() as stack:
+        clients: list[Any] = []
+
+        def client() -> Any:
+            if not clients:
+                clients.append(stack.enter_context(connect(workers=workers, scheduler=scheduler)))
+            return nullcontext(clients[0])
+
+        def solve(study: "Study") -> "xr.Dataset":
+            record = find_or_submit(store, study, reuse)
+            if record.state != "done":
+                record = compute(store, record, workers, scheduler, client)
+            if record.state != "done":
+                left = record.points_total - record.points_done
+                raise CommandFailed(
+                    "stopped",
+                    f"study {label(record)} is {record.state} with {left} points left; what is done is kept. "
+                    "Go on with the same command.",
+                )
+            return store.cube(record.id)
+
+        yield solve
+
+
+def _print(report: dict[str, Any]) -> None:
+    """Print the rows that have a number of the paper, a table a section."""
+    for section in report["sections"]:
+        rows = [row for row in section["rows"] if row["paper"] is not None]
+        if not rows:
+            continue
+        say(f"\n{section['title']}")
+        print_table(
+            ("quantity", "paper", "ours", "difference", "contact", "assumption"),
+            (
+                (
+                    row["quantity"],
+                    number(row["paper"]),
+                    "—" if row["ours"] is None else number(row["ours"]),
+                    "" if row["difference"] is None else f"{row['difference']:+.1%}",
+                    row["contact"],
+                    row["assumption"],
+                )
+                for row in rows
+            ),
+        )

@@ -1,0 +1,326 @@
+"""The Python client: a service's studies, simulations and reports as objects, Datasets and figures."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import blake2b
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal
+
+from service.client.faults import refused
+from service.client.results import Accuracy, Estimate, Simulation
+from service.client.study import Study
+from service.client.transport import Transport, body
+from studies.faults import Fault, StudyFaults, describe
+
+if TYPE_CHECKING:
+    from service.client.answers import DamperComparison
+    from service.client.earthquake import GroundRecord
+
+State = Literal["queued", "running", "done", "cancelled", "failed"]
+PAGE = 200
+
+
+class Client:
+    """A connection to a damperlab service.
+
+    Parameters
+    ----------
+    url : str
+        Where `damperlab serve` listens.
+    api_key : str, optional
+        Sent as ``Authorization: Bearer …``, for a proxy that guards the service; the service itself asks for none.
+    timeout : float
+        How long one answer may take [s]. The first simulation of a new installation compiles for a while.
+
+    Raises
+    ------
+    Refused
+        If `url` is no address.
+
+    Examples
+    --------
+    >>> with Client() as client:  # doctest: +SKIP
+    ...     study = client.submit("figure-11").wait()
+    ...     best = study.optimal_designs(exclude_locked=True)
+    """
+
+    def __init__(
+        self, url: str = "http://127.0.0.1:8000", api_key: str | None = None, timeout: float = 120.0
+    ) -> None:
+        self._transport = Transport(url, api_key, timeout)
+
+    def __enter__(self) -> "Client":
+        """Return the client."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the connections."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections; studies go on without them."""
+        self._transport.close()
+
+    def __repr__(self) -> str:
+        """Say where the service is."""
+        return f"Client({self._transport.url!r})"
+
+    def submit(self, study: Mapping[str, Any] | str | Path, reuse: bool = True) -> Study:
+        """Hand in a study; one that is there already is given back and not computed again.
+
+        Parameters
+        ----------
+        study : mapping, path or str
+            The study as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
+            study of the paper, such as ``"figure-11"``.
+        reuse : bool
+            Take points that earlier studies hold from them.
+
+        Returns
+        -------
+        Study
+            Queued, or further.
+
+        Raises
+        ------
+        Refused
+            With every fault of the study: field, found, allowed, advice.
+        """
+        sent = _study(study)
+        # the same study under the same key however often it is sent
+        sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
+        return Study(
+            self._transport, self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
+        )
+
+    def estimate(self, study: Mapping[str, Any] | str | Path) -> Estimate:
+        """Say what a study would cost; nothing is stored.
+
+        Parameters
+        ----------
+        study : mapping, path or str
+            As for `submit`.
+
+        Raises
+        ------
+        Refused
+            With every fault of the study.
+        """
+        answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
+        names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
+        return Estimate(**{name: answer[name] for name in names})
+
+    def study(self, reference: str) -> Study:
+        """Find a study.
+
+        Parameters
+        ----------
+        reference : str
+            Its id, the start of it, or its name.
+
+        Raises
+        ------
+        NotFound
+            If there is no such study.
+        """
+        from urllib.parse import quote
+
+        return Study(self._transport, self._transport.ask("GET", f"/studies/{quote(reference, safe='')}"))
+
+    def studies(self, state: State | None = None, name: str | None = None) -> list[Study]:
+        """List the studies that the service keeps, newest first.
+
+        Parameters
+        ----------
+        state : str, optional
+            Only those in this state.
+        name : str, optional
+            Only those whose name holds this text.
+        """
+        return list(self._pages(state, name))
+
+    def _pages(self, state: State | None, name: str | None) -> Iterator[Study]:
+        cursor = None
+        while True:
+            asked = {"limit": PAGE, "state": state, "name": name, "cursor": cursor}
+            page = self._transport.ask("GET", "/studies", params=asked)
+            yield from (Study(self._transport, document) for document in page["studies"])
+            cursor = page["cursor"]
+            if cursor is None:
+                return
+
+    def simulate(
+        self,
+        frequency_ratio: float = 1.0,
+        *,
+        clearance_ratio: float = 10.0,
+        friction_ratio: float = 0.0,
+        restitution: float = 0.47,
+        mass_ratio: float = 0.1,
+        damping_ratio: float = 0.0038,
+        particle: bool = True,
+        contact: Mapping[str, Any] | None = None,
+        cycles: int | None = None,
+        history: int | None = None,
+        samples: int | None = None,
+        method: Literal["event", "rk4"] = "event",
+    ) -> Simulation:
+        """Compute one design point now.
+
+        Parameters
+        ----------
+        frequency_ratio, clearance_ratio, friction_ratio, restitution, mass_ratio, damping_ratio : float
+            The design point; without a particle its clearance, restitution and mass do not matter.
+        particle : bool
+            False for a scene without one.
+        contact : mapping, optional
+            As in a study: ``{"model": "dwell", "contact_time": 0.1}``.
+        cycles : int, optional
+            Stop after exactly this many excitation cycles from rest; else at the steady response.
+        history, samples : int, optional
+            Cycles at the end whose time history is wanted, and most samples of it.
+        method : {"event", "rk4"}
+            The event-driven solver, or the paper's fixed steps.
+
+        Raises
+        ------
+        Refused
+            With every fault of the request.
+        """
+        ratios = {
+            "damping_ratio": damping_ratio,
+            "friction_ratio": friction_ratio,
+            "frequency_ratio": frequency_ratio,
+        }
+        if particle:
+            ratios |= {
+                "restitution": restitution,
+                "mass_ratio": mass_ratio,
+                "clearance_ratio": clearance_ratio,
+            }
+        chosen: dict[str, Any] = {
+            "contact": contact,
+            "cycles": cycles,
+            "history": history,
+            "samples": samples,
+        }
+        document: dict[str, Any] = {**ratios, "particle": particle, "method": method}
+        document |= {name: value for name, value in chosen.items() if value is not None}
+        answer = self._transport.ask("POST", "/simulate", **body(document))
+        from service.client.answers import read_history
+
+        names = ("metrics", "status", "response_class", "state", "events", "cycles")
+        found = {name: answer[name] for name in names}
+        return Simulation(**found, history=read_history(answer["history"]), ratios=ratios)
+
+    def accuracy(self) -> Accuracy:
+        """Give the last report of `damperlab accuracy` that the service keeps.
+
+        Raises
+        ------
+        NotFound
+            If none was made with the service's data directory.
+        """
+        report = self._transport.ask("GET", "/accuracy")
+        names = ("created", "version", "passed", "stability")
+        return Accuracy(**{name: report[name] for name in names}, document=report)
+
+    def records(self) -> "list[GroundRecord]":
+        """List the ground-motion records that the service keeps, those built in first."""
+        from service.client.earthquake import read_ground_record
+
+        return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
+
+    def upload_record(
+        self, path: str | Path, name: str = "", units: Literal["g", "m/s2", "cm/s2"] | None = None
+    ) -> "GroundRecord":
+        """Hand in an own ground motion; the same samples again are the same record.
+
+        Parameters
+        ----------
+        path : path
+            A file of PEER (.at2), or two columns, time [s] and acceleration (.csv, .txt).
+        name : str
+            What to call it; the file's name if not given.
+        units : {"g", "m/s2", "cm/s2"}, optional
+            Of the acceleration, where the file does not say.
+
+        Raises
+        ------
+        Refused
+            If the file is not readable as one.
+        """
+        from service.client.earthquake import read_ground_record, upload
+
+        return read_ground_record(self._transport.ask("POST", "/records", **upload(Path(path), name, units)))
+
+    def earthquake_comparison(
+        self,
+        record: "str | GroundRecord | Mapping[str, Any]" = "loma-prieta",
+        cases: Sequence[str] | None = None,
+        starts: int | None = None,
+        seed: int | None = None,
+        tmd_criterion: str | None = None,
+        **values: float,
+    ) -> "DamperComparison":
+        """Compare dampers under a ground motion, as the paper's Table A1.
+
+        Parameters
+        ----------
+        record : GroundRecord, str or mapping
+            A record, its id, an earthquake's name, or ``{"kanai_tajimi": {"seed": 1}}`` for an artificial one.
+        cases : sequence of str, optional
+            Of none, tmd, fd (friction), pid (particle), hybrid; all if not given.
+        starts, seed : int, optional
+            How many perturbed starts show what is chance, and the seed of their draw.
+        tmd_criterion : str, optional
+            How the tuned mass damper is tuned.
+        **values : float
+            What differs from the paper's prototype: ``scale`` of the record, ``mass_kg``, ``natural_frequency_hz``,
+            ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``, ``restitution``, ``friction_force_n``, ``tmd_mass_kg``,
+            ``tail_s``, ``perturbation_m``.
+
+        Returns
+        -------
+        DamperComparison
+            Dimension ``case``: peaks and rms of displacement [m] and acceleration [m/s²], impacts, losses [J].
+        """
+        from service.client.earthquake import GroundRecord, read_comparison
+
+        document: dict[str, Any] = dict(values)
+        document["record"] = record.id if isinstance(record, GroundRecord) else record
+        chosen = {
+            "cases": None if cases is None else list(cases),
+            "starts": starts,
+            "seed": seed,
+            "tmd_criterion": tmd_criterion,
+        }
+        document |= {name: value for name, value in chosen.items() if value is not None}
+        return read_comparison(self._transport.ask("POST", "/earthquake-comparisons", **body(document)))
+
+
+def _study(study: Mapping[str, Any] | str | Path) -> dict[str, Any]:
+    """Give the arguments of `Transport.ask` that send a study; the service judges it, a file is only read."""
+    if isinstance(study, Mapping):
+        return body(study)
+    if isinstance(study, str) and ("\n" in study or ": " in study or study.startswith("{")):
+        return _written(study.encode(), "yaml")
+    if not isinstance(study, str | Path):
+        advice = "give a mapping, a path, a text of YAML, or a name such as figure-11"
+        raise refused((Fault("study", describe(study), "a study", advice),))
+    path = Path(study)
+    kind = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}.get(path.suffix.lower())
+    if kind is not None and path.is_file():
+        return _written(path.read_bytes(), kind)
+    from studies.reading import read_study
+
+    try:
+        return body(read_study(str(study)).document())
+    except StudyFaults as error:
+        raise refused(error.faults) from None
+
+
+def _written(text: bytes, kind: str) -> dict[str, Any]:
+    return {"content": text, "headers": {"Content-Type": f"application/{kind}"}}

@@ -1,0 +1,114 @@
+"""Ground-motion records, and dampers compared under one of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from service.client.answers import DamperComparison
+from service.client.faults import refused
+from studies.faults import Fault, describe
+
+KINDS = {".at2": ("text/plain", "at2"), ".csv": ("text/csv", "csv"), ".txt": ("text/csv", "csv")}
+UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
+"""How the name of a measure ends, and its unit."""
+
+
+@dataclass(frozen=True)
+class GroundRecord:
+    """A record of base acceleration that the service keeps.
+
+    Parameters
+    ----------
+    id, name, source : str
+        What to name it by, what people call it, where it comes from.
+    samples : int
+        Number of samples.
+    step_s, duration_s : float
+        Time between samples and from first to last [s].
+    peak_acceleration_m_s2, peak_acceleration_g, peak_velocity_m_s, peak_displacement_m : float
+        Largest absolute values of the base's motion.
+    digest : str
+        Of step and samples.
+    """
+
+    id: str
+    name: str
+    source: str
+    samples: int
+    step_s: float
+    duration_s: float
+    peak_acceleration_m_s2: float
+    peak_acceleration_g: float
+    peak_velocity_m_s: float
+    peak_displacement_m: float
+    digest: str
+
+
+def read_ground_record(document: Mapping[str, Any]) -> GroundRecord:
+    """Read a record's summary."""
+    return GroundRecord(**{field.name: document[field.name] for field in fields(GroundRecord)})
+
+
+def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
+    """Give the arguments of `Transport.ask` that send a record's file.
+
+    Raises
+    ------
+    Refused
+        If the file cannot be read, or its suffix says nothing of its format.
+    """
+    kind, layout = KINDS.get(path.suffix.lower(), (None, None))
+    if kind is None:
+        allowed = f"a file {', '.join(KINDS)}"
+        raise refused((Fault("path", describe(path.name), allowed, "name the file by its format"),))
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        found = f"{describe(str(path))} ({error.strerror})"
+        raise refused((Fault("path", found, "a readable file", "check the path"),)) from None
+    asked = {"format": layout, "units": units, "name": name or path.stem}
+    return {"content": content, "headers": {"Content-Type": kind}, "params": asked}
+
+
+def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
+    """Put a comparison into a Dataset along ``case``; measures over perturbed starts end in ``_lowest`` and ``_highest``."""
+    cases = document["cases"]
+    measures = [name for name in next(iter(cases.values())) if name not in ("label", "spread")]
+    data = {
+        name: ("case", np.array([case[name] for case in cases.values()]), _attributes(name))
+        for name in measures
+    }
+    spreads = [case.get("spread", {}) for case in cases.values()]
+    for name in measures:
+        for end in ("lowest", "highest"):
+            found = [spread[name][end] if name in spread else np.nan for spread in spreads]
+            if not np.isnan(found).all():
+                long_name = f"{end} {name.replace('_', ' ')} over perturbed starts"
+                data[f"{name}_{end}"] = (
+                    "case",
+                    np.array(found),
+                    _attributes(name) | {"long_name": long_name},
+                )
+    sensitive = [bool(spread.get("sensitive", False)) for spread in spreads]
+    data["sensitive"] = (
+        "case",
+        np.array(sensitive),
+        {"units": "1", "long_name": "whether the response depends on what nobody knows of the start"},
+    )
+    labels = [str(case["label"]) for case in cases.values()]
+    coordinates = {"case": list(cases), "label": ("case", labels)}
+    said = {
+        name: document[name]
+        for name in ("record", "length_scale_m", "design", "tmd", "paper_table_a1", "note")
+    }
+    return DamperComparison(data, coordinates, said)
+
+
+def _attributes(name: str) -> dict[str, str]:
+    for ending, unit in UNITS:
+        if name.endswith(ending):
+            return {"units": unit, "long_name": name.removesuffix(ending).replace("_", " ")}
+    return {"units": "1", "long_name": name.replace("_", " ")}

@@ -1,0 +1,114 @@
+"""What a client raises: the service's problem document as an exception that reads well, and what is no answer at all."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from studies.faults import Fault
+
+
+class ClientFault(Exception):
+    """Anything that keeps a client from its answer."""
+
+
+class Unreachable(ClientFault):
+    """Nobody answers at the address, or what answers is no damperlab service."""
+
+
+class Stopped(ClientFault):
+    """A study that was waited for has failed or was cancelled; the message says why."""
+
+
+class StillRunning(ClientFault, TimeoutError):
+    """A study that was waited for has not ended in the time given; it goes on."""
+
+
+class Problem(ClientFault):
+    """A request that the service refused.
+
+    Parameters
+    ----------
+    document : mapping
+        The problem document (RFC 9457).
+
+    Attributes
+    ----------
+    status : int
+        HTTP status.
+    type, title, detail : str
+        What kind of problem it is, ``urn:damperlab:problem:<kind>``; the status in words; what happened.
+    faults : tuple of Fault
+        What is wrong with the request: `field`, `found`, `allowed`, `advice` of each.
+    request_id : str, optional
+        Under which the service's log has the request.
+    """
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.document = dict(document)
+        self.status = int(document["status"])
+        self.type = str(document.get("type", "about:blank"))
+        self.title = str(document.get("title", ""))
+        self.detail = str(document.get("detail", ""))
+        self.request_id: str | None = document.get("request_id")
+        self.faults = tuple(
+            Fault(*(str(entry.get(name, "")) for name in ("field", "found", "allowed", "advice")))
+            for entry in document.get("errors", ())
+        )
+        super().__init__(self.detail)
+
+    def __str__(self) -> str:
+        """Say what happened, and every fault in a line of its own."""
+        lines = [f"{self.detail or self.title} ({self.status} {self.title})"]
+        return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let the problem travel between processes."""
+        return type(self), (self.document,)
+
+
+class Refused(Problem):
+    """The study or the question has faults (422, 400, 413, 415), or the study is beyond the quota (507)."""
+
+
+class NotFound(Problem):
+    """There is no such study, record or report (404, 410)."""
+
+
+class Conflict(Problem):
+    """The study is not in a state in which this can be done (409)."""
+
+
+class Unavailable(Problem):
+    """The service, or what stands before it, cannot answer now (429, 502, 503, 504); asking again did not help."""
+
+
+class Denied(Problem):
+    """Whatever guards the service wants another key (401, 403)."""
+
+
+_KINDS: dict[int, type[Problem]] = {
+    **dict.fromkeys((400, 405, 413, 415, 422, 507), Refused),
+    **dict.fromkeys((401, 403), Denied),
+    **dict.fromkeys((404, 410), NotFound),
+    409: Conflict,
+    **dict.fromkeys((429, 502, 503, 504), Unavailable),
+}
+
+
+def problem(document: Mapping[str, Any]) -> Problem:
+    """Make the exception that fits a problem document."""
+    return _KINDS.get(int(document["status"]), Problem)(document)
+
+
+def refused(faults: tuple[Fault, ...]) -> Refused:
+    """Make the exception for what is wrong before anything is sent."""
+    entries = [vars(fault) for fault in faults]
+    what = "Nothing was sent."
+    return Refused(
+        {
+            "type": "urn:damperlab:problem:invalid",
+            "title": "Unprocessable Content",
+            "status": 422,
+            "detail": what,
+            "errors": entries,
+        }
+    )

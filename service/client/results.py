@@ -1,0 +1,145 @@
+"""What is no Dataset: an estimate, a refinement, a simulation, an accuracy report."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from service.client.figure import finished
+from studies.store.record import Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from service.client.study import Study
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a study would cost.
+
+    Parameters
+    ----------
+    digest : str
+        Identity of the study; its first twelve digits are the id it would have.
+    points, blocks, bytes : int
+        How many points, in how many blocks, and their size before compression.
+    seconds : float
+        Of one core, kernels alone [s].
+    definition : dict
+        The study with everything that was left out filled in.
+    """
+
+    digest: str
+    points: int
+    blocks: int
+    bytes: int
+    seconds: float
+    definition: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """How well an optimum or a class boundary is known, and the follow-up that tells more.
+
+    Parameters
+    ----------
+    known : bool
+        Whether it is known to the tolerance.
+    found : dict
+        The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
+    steps : dict of float
+        By parameter, the distance to the farther of the neighbours between which it lies.
+    points, fine_points : int
+        Points of the follow-up, and of a grid that is as fine everywhere.
+    note : str
+        The same in words.
+    follow_up : Study, optional
+        The study that was submitted; None where everything is known, or for a dry run.
+    """
+
+    known: bool
+    found: dict[str, Any]
+    steps: dict[str, float]
+    points: int
+    fine_points: int
+    note: str
+    follow_up: "Study | None"
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One design point.
+
+    Parameters
+    ----------
+    metrics : dict of float
+        The cube's variables, by name; None for what a response does not have.
+    status, response_class : str
+        How the computation ended and what kind of response it is, in words.
+    state : dict of float
+        ``u``, ``u_rate``, ``p``, ``p_rate`` at the end: absolute displacement over Z, velocity over Z·ω_n.
+    events : dict of int
+        How many impacts, turns and attachments.
+    cycles : int
+        Excitation cycles that were computed.
+    history : Dataset
+        Displacements and velocities over ``time`` [1/ω_n], each with its unit; empty where none was asked for.
+    ratios : dict of float
+        The design point.
+    """
+
+    metrics: dict[str, Any]
+    status: str
+    response_class: str
+    state: dict[str, float | None]
+    events: dict[str, int]
+    cycles: int
+    history: "xr.Dataset"
+    ratios: dict[str, float]
+
+    def plot(self, path: str | Path | None = None) -> "Figure":
+        """Draw the time history, and write it to `path` (.png, .svg, .pdf) where one is given."""
+        from service.figures.curves import draw_history
+
+        columns = {str(name): array.values for name, array in self.history.variables.items()}
+        return finished(draw_history(columns, self.ratios), path)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The last report of `damperlab accuracy` that the service keeps.
+
+    Parameters
+    ----------
+    created, version : str
+        When it was made, and by which version.
+    passed : bool
+        Whether every extreme case held.
+    stability : list of dict
+        One entry a case.
+    document : dict
+        The whole report.
+    """
+
+    created: str
+    version: str
+    passed: bool
+    stability: list[dict[str, Any]]
+    document: dict[str, Any]
+
+    def plot(self, path: str | Path | None = None) -> "Figure":
+        """Draw error against run time, and write it to `path` (.png, .svg, .pdf) where one is given."""
+        from service.figures.accuracy import draw_work_precision
+
+        return finished(draw_work_precision(self.document["diagrams"]), path)
+
+
+def read_record(document: Mapping[str, Any]) -> Record:
+    """Read a study's record; what a newer service says beyond it is passed over."""
+    values = {field.name: document[field.name] for field in fields(Record)}
+    for name in ("created", "started", "finished"):
+        values[name] = None if values[name] is None else datetime.fromisoformat(values[name])
+    return Record(**values | {name: tuple(values[name]) for name in ("chunk", "shape")})

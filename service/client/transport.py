@@ -1,0 +1,215 @@
+"""One request: sent, repeated with growing pauses while that may help, and answered or refused in words."""
+
+import json
+import logging
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from http import HTTPStatus
+from typing import Any
+
+import httpx
+import stamina
+
+from service.client.faults import Problem, Unavailable, Unreachable, problem
+from service.client.faults import refused as refused_here
+from studies.faults import Fault, describe
+
+RETRIED = (429, 502, 503, 504)
+"""Statuses that may be another one a moment later; all others are answers."""
+PATIENCE_SECONDS = 60.0
+"""How long a service that has answered before may be away: the time of a restart."""
+FIRST_SECONDS = 4.0
+"""How long one that has never answered may: somebody may have mistyped the address."""
+LONGEST_PAUSE_SECONDS = 5.0
+LONGEST_REFUSAL = 1 << 20
+"""Bytes of a refusal that are read."""
+
+# Without a handler the standard library prints each pause to standard error, through a progress bar.
+logging.getLogger("stamina").addHandler(logging.NullHandler())
+
+
+class Transport:
+    """Requests to one service.
+
+    Parameters
+    ----------
+    url : str
+        Where it is.
+    api_key : str, optional
+        Sent as ``Authorization: Bearer …``.
+    timeout_seconds : float
+        How long one answer may take.
+
+    Raises
+    ------
+    Refused
+        If `url` is no address.
+    """
+
+    def __init__(self, url: str, api_key: str | None, timeout_seconds: float) -> None:
+        self.url = _checked(url)
+        self.headers = {"Authorization": f"Bearer {api_key}"} if api_key else {}
+        self._http = httpx.Client(
+            base_url=f"{self.url}/api/v1",
+            headers={"User-Agent": "damperlab-client", **self.headers},
+            timeout=httpx.Timeout(timeout_seconds, connect=min(10.0, timeout_seconds)),
+        )
+        self._timeout_seconds = timeout_seconds
+        self._met = False
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def ask(self, method: str, path: str, **how: Any) -> Any:
+        """Send a request and give the JSON of its answer; None where it has none.
+
+        Every request of the service may be sent twice: a study and a follow-up are named by what they are, a
+        simulation leaves nothing behind, and a study that is stopped or deleted is so after the second time too.
+
+        Parameters
+        ----------
+        method, path : str
+            As in ``GET``, ``/studies``.
+        **how
+            What `httpx.Client.request` takes; parameters that are None are left out.
+
+        Raises
+        ------
+        Problem
+            If the service refuses.
+        Unreachable
+            If there is no service.
+        """
+        how["params"] = written(how.get("params") or {})
+        for attempt in self.attempts():
+            with attempt, self._translated():
+                response = self._http.request(method, path, **how)
+                if method == "DELETE" and response.status_code == 404 and attempt.num > 1:
+                    return None
+                _check(response)
+        if response.status_code == 204:
+            return None
+        return _json(response)
+
+    @contextmanager
+    def stream(self, path: str, **how: Any) -> Iterator[httpx.Response]:
+        """Open an answer that is read piece by piece; it is asked for once, and errors are translated."""
+        how["params"] = written(how.get("params") or {})
+        with self._translated(), self._http.stream("GET", path, **how) as response:
+            if response.is_error:
+                response.read()
+            _check(response)
+            yield response
+
+    def attempts(self) -> Iterable[Any]:
+        """Give attempts, with pauses between them, for as long as asking again may help."""
+        seconds = PATIENCE_SECONDS if self._met else FIRST_SECONDS
+        give_up = time.monotonic() + seconds
+
+        def pause(error: Exception) -> bool | float:
+            if isinstance(error, Unavailable):
+                asked = _retry_after(error)
+                if asked is None:
+                    return True
+                # a pause that ends after the patience does is the end
+                return asked if time.monotonic() + asked < give_up else False
+            return isinstance(error, Unreachable) and isinstance(error.__cause__, httpx.TransportError)
+
+        return stamina.retry_context(
+            pause, attempts=None, timeout=seconds, wait_max=LONGEST_PAUSE_SECONDS, wait_jitter=0.1
+        )
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        try:
+            yield
+            self._met = True
+        except Problem:
+            self._met = True
+            raise
+        except httpx.ReadTimeout as error:
+            # The service is at work on it: asked again it would begin anew.
+            message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; give Client(timeout=…) more."
+            raise Unreachable(message) from RuntimeError(str(error))
+        except httpx.TransportError as error:
+            advice = "Is `damperlab serve` running there?"
+            raise Unreachable(f"Nobody answers at {self.url}: {error}. {advice}") from error
+        except (httpx.InvalidURL, httpx.DecodingError) as error:
+            raise Unreachable(f"No answer from {self.url} that can be read: {error}.") from None
+
+
+def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Write query parameters as the routes read them: none that is None, `lower,higher` for a pair."""
+    texts: dict[str, Any] = {}
+    for name, value in parameters.items():
+        if isinstance(value, bool):
+            texts[name] = str(value).lower()
+        elif isinstance(value, list | tuple):
+            texts[name] = ",".join(_spelled(each) for each in value)
+        elif value is not None:
+            texts[name] = _spelled(value)
+    return texts
+
+
+def _spelled(value: Any) -> str:
+    # numpy's numbers would be spelled with their type
+    return str(value.item() if hasattr(value, "dtype") else value)
+
+
+def body(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the arguments of `Transport.ask` that send a document as JSON; arrays of numpy become lists."""
+    text = json.dumps(document, default=lambda value: value.tolist())
+    return {"content": text.encode(), "headers": {"Content-Type": "application/json"}}
+
+
+def _checked(url: str) -> str:
+    advice = "write it as http://HOST:PORT"
+    try:
+        parsed = httpx.URL(url)
+    except (httpx.InvalidURL, TypeError):
+        raise refused_here((Fault("url", describe(url), "an address", advice),)) from None
+    if parsed.scheme not in ("http", "https") or not parsed.host:
+        raise refused_here((Fault("url", describe(url), "an address with http:// or https://", advice),))
+    return url.rstrip("/").removesuffix("/api/v1")
+
+
+def _check(response: httpx.Response) -> None:
+    if response.is_success:
+        return
+    try:
+        document = json.loads(response.content[:LONGEST_REFUSAL])
+    except ValueError:
+        document = None
+    if not (isinstance(document, dict) and isinstance(document.get("status"), int)):
+        known = {status.value: status.phrase for status in HTTPStatus}
+        title = known.get(response.status_code, "unknown status")
+        if response.status_code == 404 or response.is_redirect:
+            what = response.headers.get("content-type", "nothing").partition(";")[0]
+            raise Unreachable(
+                f"{response.url} answers {response.status_code} {title} with {what}, which is not how a damperlab "
+                "service answers. Is the address right?"
+            )
+        document = {"status": response.status_code, "title": title, "detail": f"From {response.url}."}
+    error = problem(document)
+    if "retry-after" in response.headers:
+        error.document["retry_after"] = response.headers["retry-after"]
+    raise error
+
+
+def _retry_after(error: Problem) -> float | None:
+    try:
+        return max(0.0, float(error.document.get("retry_after", "")))
+    except ValueError:
+        return None  # a date, or nothing: the usual pause will do
+
+
+def _json(response: httpx.Response) -> Any:
+    try:
+        return response.json()
+    except ValueError:
+        what = response.headers.get("content-type", "nothing").partition(";")[0]
+        raise Unreachable(
+            f"{response.url} answers with {what}, which is not how a damperlab service answers. Is the address right?"
+        ) from None

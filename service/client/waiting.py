@@ -1,0 +1,128 @@
+"""Following a study to its end, through lost connections and restarts of the service, with a bar or a line."""
+
+import json
+import math
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
+from html import escape
+from types import TracebackType
+from typing import Any, Protocol
+
+import httpx
+
+from service.client.faults import NotFound, Unavailable, Unreachable
+from service.client.figure import in_notebook
+from service.client.transport import Transport
+
+ENDS = ("done", "cancelled", "failed")
+LOOK_SECONDS = 1.0
+"""Between two looks at the record where the stream of events says nothing."""
+SILENCE_SECONDS = 20.0
+"""The service sends a comment every 15 s; what is silent for longer is not it, or something holds it back."""
+
+
+def follow(transport: Transport, study_id: str, until: float | None = None) -> Iterator[Mapping[str, Any]]:
+    """Give the record of a study again and again, when something changed, and at last when it has ended.
+
+    The events of the service tell of changes. Where they break off, or something between here and there keeps
+    them back, the record itself is asked for.
+
+    Parameters
+    ----------
+    transport : Transport
+        The way to the service.
+    study_id : str
+        The study.
+    until : float, optional
+        Stop then, on the clock `time.monotonic`, though it has not ended.
+
+    Yields
+    ------
+    mapping
+        As of ``GET /studies/{id}`` or shorter, as the events have it.
+    """
+    while True:
+        record = transport.ask("GET", f"/studies/{study_id}")
+        yield record
+        began = time.monotonic()
+        left = math.inf if until is None else until - began
+        if record["state"] in ENDS or left <= 0:
+            return
+        try:
+            for event in _events(transport, study_id, min(SILENCE_SECONDS, left)):
+                yield event
+                if event["state"] in ENDS or (until is not None and time.monotonic() > until):
+                    break
+        except NotFound:
+            raise
+        except (Unavailable, Unreachable):
+            pass  # the record is asked for next, with all the patience there is
+        # a stream that ends at once would make this a busy loop
+        time.sleep(max(0.0, min(LOOK_SECONDS, left) - (time.monotonic() - began)))
+
+
+def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iterator[Mapping[str, Any]]:
+    timeout = httpx.Timeout(silence_seconds, connect=10.0)
+    headers = {"Accept": "text/event-stream"}
+    with transport.stream(f"/studies/{study_id}/events", headers=headers, timeout=timeout) as response:
+        for line in response.iter_lines():
+            if line.startswith("data:"):
+                event = json.loads(line.removeprefix("data:"))
+                # a study that was deleted has no state: asking for its record says so
+                if "state" not in event:
+                    return
+                yield event
+
+
+class Shown(Protocol):
+    """What shows the progress of a study."""
+
+    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
+        """Take the figures as they are now; None is not known."""
+
+
+def shown(name: str, points: int) -> AbstractContextManager[Shown]:
+    """Choose how to show progress: a bar in a terminal or a notebook, a line now and then elsewhere."""
+    if in_notebook():
+        return _NotebookBar(name, points)
+    from service.cli.progress import StudyProgress
+
+    return StudyProgress(name, points)
+
+
+class _NotebookBar:
+    """A bar of the browser's own: what rich draws in a notebook needs a package of widgets."""
+
+    def __init__(self, name: str, points: int) -> None:
+        self._name, self._points = name, points
+        self._handle: Any = None
+        self._text = ""
+
+    def __enter__(self) -> "_NotebookBar":
+        self.update(0, 0, None, None)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return None
+
+    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
+        """Draw the bar anew."""
+        from IPython.display import display
+
+        phrases = [f"{done:,} of {self._points:,} points"]
+        phrases += [f"{failed} failed"] if failed else []
+        phrases += [f"{seconds_left:.0f} s left"] if seconds_left is not None and done < self._points else []
+        text = f"{self._name}: {', '.join(phrases)}"
+        if text == self._text:
+            return
+        self._text = text
+        bar = f'<progress max="{self._points}" value="{done}"></progress>'
+        drawn = {"text/html": f"{bar} {escape(text)}", "text/plain": text}
+        if self._handle is None:
+            show: Any = display
+            self._handle = show(drawn, raw=True, display_id=True)
+        else:
+            self._handle.update(drawn, raw=True)

@@ -1,0 +1,42 @@
+"""What both doors answer about earthquakes: a comparison with its units, bounded in what it costs."""
+
+from typing import Any
+
+from studies.faults import Fault, StudyFaults
+from studies.ground.paper import SOURCE_NOTE, TABLE_A1
+from studies.ground.question import Earthquake
+
+MOST_WINDOWS = 3_000_000
+"""Windows that one comparison may march through, all starts together: some seconds."""
+
+UNITS = {
+    "m": "displacements and the length scale",
+    "m/s": "speeds",
+    "m/s2": "accelerations",
+    "J": "energies",
+    "N": "the friction force",
+}
+
+
+def answer_comparison(asked: Earthquake) -> dict[str, Any]:
+    """Compute a comparison, bounded in what it may cost.
+
+    Raises
+    ------
+    StudyFaults
+        Where it would take too long.
+    """
+    from worker.ground.comparison import compare, structure_of
+
+    motion = asked.motion
+    omega = structure_of(asked).omega
+    shortest = min(motion.step_s, 0.4 / omega)
+    windows = (motion.duration_s + asked.values["tail_s"]) / shortest
+    runs = 1 + sum(case not in ("none", "tmd") for case in asked.cases) * (1 + asked.starts)
+    if windows * runs > MOST_WINDOWS:
+        found = f"{runs} runs of about {windows:,.0f} steps"
+        advice = "ask for fewer `starts` or `cases`, a shorter tail, or a slower structure"
+        raise StudyFaults([Fault("starts", found, f"at most {MOST_WINDOWS:,} steps in all", advice)])
+    answer = compare(asked)
+    paper = {case: {"peak_m": peak, "rms_m": rms} for case, (peak, rms) in TABLE_A1.items()}
+    return {**answer, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}

@@ -1,0 +1,118 @@
+/** How exact and how fast the solver is: the report that was made last with the service's data folder. */
+
+import { ask, Refusal } from "./api.js";
+import { el, fill } from "./dom.js";
+import { CURVES, DASHES, figure } from "./figure.js";
+import { count, moment, short } from "./numbers.js";
+
+/** Errors at the level of rounding are drawn here: a logarithmic axis has no zero. */
+const FLOOR = 1e-17;
+const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
+
+/** @type {import("./main.js").View} */
+export async function accuracyView(root) {
+  let report;
+  try {
+    report = await ask("accuracy");
+  } catch (error) {
+    if (!(error instanceof Refusal) || error.status !== 404) throw error;
+    fill(root, el("h1", {}, "Accuracy"), noReport());
+    return;
+  }
+  const charts = report.diagrams.map((/** @type {any} */ diagram) => ({ diagram, chart: chartOf(diagram) }));
+  fill(
+    root,
+    el("h1", {}, "Accuracy"),
+    el(
+      "p",
+      {},
+      `Measured ${moment(report.created)} with version ${report.version} on ${report.machine?.cores ?? "?"} cores. `,
+      report.passed ? "Every extreme case passed." : el("strong", {}, "Not every extreme case passed: see the table."),
+    ),
+    el("h2", {}, "Error against run time"),
+    el(
+      "p",
+      { class: "quiet" },
+      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles from rest, against a reference in 40 digits. The event-driven solver has no step size, so it is one point.",
+    ),
+    el("div", { class: "grid" }, charts.map((/** @type {any} */ { diagram, chart }) => el("section", {}, el("h3", {}, diagram.title), chart.element))),
+    el("h2", {}, "Extreme cases"),
+    table(report.stability),
+  );
+  queueMicrotask(async () => {
+    for (const { diagram, chart } of charts) await chart.draw(() => traces(diagram), layout);
+  });
+}
+
+function noReport() {
+  return el(
+    "div",
+    { class: "box" },
+    el("h2", {}, "No report yet"),
+    el("p", {}, "A report measures the solver on this machine: its error against its run time beside the paper’s method, and what it makes of extreme cases. It takes a few minutes:"),
+    el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab accuracy --quick"),
+    el("p", { class: "quiet" }, "Run it with the data folder of this service (--data-dir, as for serve), then open this page again."),
+  );
+}
+
+/** @param {any} diagram */
+function chartOf(diagram) {
+  return figure({ label: `Error against run time: ${diagram.title}`, name: `work-precision-${diagram.scene}`, height: 340 });
+}
+
+/** @param {any} diagram */
+function traces(diagram) {
+  return diagram.curves.map((/** @type {any} */ curve, /** @type {number} */ i) => {
+    const points = curve.points.filter((/** @type {any} */ point) => point.error !== null);
+    const order = curve.order === null ? "" : `, order ${short(curve.order, 2)}`;
+    return {
+      type: "scatter", mode: "lines+markers", name: curve.method + order,
+      x: points.map((/** @type {any} */ point) => point.microseconds),
+      y: points.map((/** @type {any} */ point) => Math.max(point.error, FLOOR)),
+      text: points.map((/** @type {any} */ point) => (curve.setting ? `${short(point.setting)} ${curve.setting}` : "")),
+      hovertemplate: "%{x:.3~g} µs, error %{y:.2e}<br>%{text}",
+      line: { color: CURVES()[i % 5], dash: DASHES[i % 5] }, marker: { symbol: SHAPES[i % 5], size: 9, color: CURVES()[i % 5] },
+    };
+  });
+}
+
+function layout() {
+  return {
+    xaxis: { type: "log", title: { text: "run time per cycle [µs]" }, dtick: 1 },
+    yaxis: { type: "log", title: { text: "relative error" }, exponentformat: "power", dtick: 3 },
+    legend: { orientation: "h", y: -0.25, yanchor: "top", x: 0, bgcolor: "rgba(0,0,0,0)" },
+  };
+}
+
+/** @param {any[]} rows */
+function table(rows) {
+  const columns = /** @type {[string, (row: any) => any][]} */ ([
+    ["Cycles", (row) => count(row.cycles)],
+    ["Impacts", (row) => count(row.impacts)],
+    ["Energy residual", (row) => short(row.energy_residual, 2)],
+    ["µs per cycle", (row) => short(row.microseconds, 3)],
+    ["Paper’s method", (row) => row.paper],
+  ]);
+  return el(
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": "Extreme cases" },
+    el(
+      "table",
+      {},
+      el("thead", {}, el("tr", {}, ["Case", "Result", ...columns.map(([title]) => title)].map((title) => el("th", { scope: "col" }, title)))),
+      el(
+        "tbody",
+        {},
+        rows.map((row) =>
+          el(
+            "tr",
+            {},
+            el("th", { scope: "row" }, row.name),
+            el("td", {}, row.passed ? "✓ passed" : `✕ ${row.status}`),
+            columns.map(([, cell]) => el("td", {}, cell(row))),
+          ),
+        ),
+      ),
+    ),
+  );
+}

@@ -1,0 +1,129 @@
+/**
+ * The service, as this page asks it. Every refusal becomes a `Refusal`, which carries the problem document.
+ *
+ * @typedef {{field: string, found: string, allowed: string, advice: string}} Fault
+ */
+
+import { el } from "./dom.js";
+
+const ROOT = new URL("api/v1/", document.baseURI);
+
+/** A request that the service did not serve. */
+export class Refusal extends Error {
+  /** @param {number} status @param {string} detail @param {Fault[]} faults */
+  constructor(status, detail, faults) {
+    super(detail);
+    this.status = status;
+    this.faults = faults;
+  }
+}
+
+/**
+ * The address of something, with its parameters; those that are null or undefined are left out.
+ *
+ * @param {string} path
+ * @param {Record<string, any>} [parameters]
+ */
+export function address(path, parameters = {}) {
+  const url = new URL(path, ROOT);
+  for (const [name, value] of Object.entries(parameters)) {
+    if (value !== null && value !== undefined && value !== "") url.searchParams.set(name, String(value));
+  }
+  return url;
+}
+
+/**
+ * Ask for a document.
+ *
+ * @param {string} path
+ * @param {Record<string, any>} [parameters]
+ * @param {RequestInit} [options]
+ * @returns {Promise<any>}
+ */
+export async function ask(path, parameters = {}, options = {}) {
+  let answer;
+  try {
+    answer = await fetch(address(path, parameters), options);
+  } catch (error) {
+    if (options.signal?.aborted) throw error;
+    throw new Refusal(0, "The service does not answer. Is it still running?", []);
+  }
+  if (answer.status === 204) return null;
+  const text = await answer.text();
+  const document = parsed(text);
+  if (!answer.ok) throw new Refusal(answer.status, document?.detail ?? answer.statusText, document?.errors ?? []);
+  return document;
+}
+
+/** @param {string} text @returns {any} */
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * Send a document.
+ *
+ * @param {string} path
+ * @param {any} document an object, or text that is JSON already
+ * @param {Record<string, any>} [parameters]
+ * @param {AbortSignal} [signal]
+ */
+export function send(path, document, parameters = {}, signal = undefined) {
+  const body = typeof document === "string" ? document : JSON.stringify(document);
+  return ask(path, parameters, { method: "POST", body, headers: { "Content-Type": "application/json" }, signal });
+}
+
+/** The path of a study. @param {string} id @param {string} [rest] */
+export function studyPath(id, rest = "") {
+  return `studies/${encodeURIComponent(id)}${rest ? "/" + rest : ""}`;
+}
+
+/**
+ * Follow a study to its end.
+ *
+ * @param {string} id
+ * @param {(record: any, state: "progress" | "end" | "deleted") => void} onEvent
+ * @returns {() => void} stops following
+ */
+export function follow(id, onEvent) {
+  const source = new EventSource(address(studyPath(id, "events")));
+  source.addEventListener("progress", (event) => onEvent(JSON.parse(event.data), "progress"));
+  for (const last of /** @type {const} */ (["end", "deleted"])) {
+    source.addEventListener(last, (event) => {
+      source.close();
+      onEvent(JSON.parse(event.data), last);
+    });
+  }
+  return () => source.close();
+}
+
+/**
+ * A refusal as something to read: the sentence, then each fault with its advice.
+ *
+ * @param {any} error
+ * @returns {HTMLElement}
+ */
+export function refusalBox(error) {
+  const faults = error instanceof Refusal ? error.faults : [];
+  const title = error instanceof Refusal ? error.message : `The page met a defect: ${error}`;
+  return el(
+    "div",
+    { class: "box fault", role: "alert" },
+    el("p", {}, title),
+    faults.length > 0 && el("ul", {}, faults.map((fault) => el("li", {}, faultText(fault)))),
+  );
+}
+
+/** @param {Fault} fault */
+export function faultText(fault) {
+  return `${fault.field ? fault.field + ": " : ""}found ${fault.found}; allowed is ${fault.allowed}. ${capital(fault.advice)}.`;
+}
+
+/** @param {string} text */
+function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

@@ -1,0 +1,173 @@
+/**
+ * One quantity of a study: a single value, a range or a list, as the study's JSON writes it.
+ *
+ * @typedef {number | number[] | {start: number, stop: number, num: number, spacing?: "linear" | "log"}} Spec
+ * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step: number,
+ *   usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is stored into what is
+ *   shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not the limits of the quantity
+ */
+
+import { el, fill } from "./dom.js";
+
+const MODES = /** @type {[string, string][]} */ ([
+  ["one", "one value"],
+  ["range", "range"],
+  ["list", "list"],
+]);
+
+/** @param {any} spec */
+export function modeOf(spec) {
+  if (Array.isArray(spec)) return "list";
+  return spec !== null && typeof spec === "object" ? "range" : "one";
+}
+
+/**
+ * Every number of a spec times a factor, without digits that only the factor brought.
+ *
+ * @param {any} spec
+ * @param {number} factor
+ * @returns {any}
+ */
+export function scaled(spec, factor) {
+  if (typeof spec === "number") return factor === 1 ? spec : Number((spec * factor).toPrecision(14));
+  if (Array.isArray(spec)) return spec.map((value) => scaled(value, factor));
+  if (spec === null || typeof spec !== "object") return spec;
+  return { ...spec, start: scaled(spec.start, factor), stop: scaled(spec.stop, factor) };
+}
+
+/**
+ * The fields of one quantity.
+ *
+ * @param {Quantity} quantity
+ * @param {any} spec what the study has now
+ * @param {(spec: Spec) => void} onChange
+ * @returns {HTMLElement}
+ */
+export function axisField(quantity, spec, onChange) {
+  const scale = quantity.scale ?? 1;
+  let shown = scaled(spec, scale);
+  const inputs = el("div", { class: "inputs" });
+  const put = (/** @type {any} */ value) => {
+    shown = value;
+    onChange(scaled(value, 1 / scale));
+  };
+  const mode = el(
+    "select",
+    {
+      "aria-label": `${quantity.label}: how it is given`,
+      onchange: () => {
+        put(converted(shown, mode.value, quantity));
+        draw();
+      },
+    },
+    MODES.map(([key, text]) => el("option", { value: key, selected: key === modeOf(spec) }, text)),
+  );
+
+  function draw() {
+    if (mode.value === "one") fill(inputs, number(quantity, quantity.label, shown, put, true));
+    if (mode.value === "range") fill(inputs, rangeInputs(quantity, shown, put));
+    if (mode.value === "list") fill(inputs, listInput(quantity, shown, put));
+  }
+  draw();
+  return el(
+    "fieldset",
+    { class: "axis", "data-field": quantity.field },
+    el("legend", {}, quantity.label, quantity.unit ? ` [${quantity.unit}]` : ""),
+    mode,
+    inputs,
+    quantity.help && el("p", { class: "quiet help" }, quantity.help),
+    el("div", { class: "faults" }),
+  );
+}
+
+/** What a spec becomes when it is given in another way. @param {any} spec @param {string} mode @param {Quantity} quantity */
+function converted(spec, mode, quantity) {
+  const values = Array.isArray(spec) ? spec : typeof spec === "object" && spec ? [spec.start, spec.stop] : [spec];
+  const first = Number.isFinite(values[0]) ? values[0] : quantity.usual;
+  const last = Number.isFinite(values.at(-1)) ? values.at(-1) : first;
+  if (mode === "one") return first;
+  if (mode === "list") return first === last ? [first] : [first, last];
+  return first === last
+    ? { start: quantity.low, stop: quantity.high, num: 11 }
+    : { start: Math.min(first, last), stop: Math.max(first, last), num: 11 };
+}
+
+/**
+ * A number with a slider beside it: the slider for the usual span, the box for any number.
+ *
+ * @param {Quantity} quantity
+ * @param {string} label
+ * @param {any} value
+ * @param {(value: any) => void} onChange
+ * @param {boolean} [bare] the label is for screen readers alone
+ */
+function number(quantity, label, value, onChange, bare = false) {
+  const box = el("input", { type: "number", step: "any", value: value ?? "", "aria-label": label });
+  const slider = el("input", {
+    type: "range",
+    min: quantity.low,
+    max: quantity.high,
+    step: quantity.step,
+    "aria-label": `${label}, slider`,
+    value: value ?? quantity.usual,
+  });
+  slider.addEventListener("input", () => {
+    box.value = String(Number(slider.value));
+    onChange(Number(slider.value));
+  });
+  box.addEventListener("input", () => {
+    if (box.value !== "") slider.value = box.value;
+    onChange(box.value === "" ? null : Number(box.value));
+  });
+  return el("div", { class: "number" }, !bare && el("span", { "aria-hidden": "true" }, label.split(": ").at(-1)), slider, box);
+}
+
+/** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
+function rangeInputs(quantity, spec, onChange) {
+  const now = { ...spec };
+  const put = (/** @type {any} */ change) => onChange(Object.assign(now, change) && { ...now });
+  const num = el("input", {
+    type: "number",
+    min: 1,
+    step: 1,
+    value: now.num,
+    oninput: () => put({ num: num.value === "" ? null : Number(num.value) }),
+  });
+  const spacing = el(
+    "select",
+    { value: now.spacing ?? "linear", onchange: () => put({ spacing: spacing.value }) },
+    el("option", { value: "linear" }, "even"),
+    el("option", { value: "log" }, "logarithmic"),
+  );
+  return [
+    number(quantity, `${quantity.label}: from`, now.start, (start) => put({ start })),
+    number(quantity, `${quantity.label}: to`, now.stop, (stop) => put({ stop })),
+    el(
+      "div",
+      { class: "row" },
+      el("label", { class: "inline" }, "values", num),
+      el("label", { class: "inline" }, "spacing", spacing),
+    ),
+  ];
+}
+
+/** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
+function listInput(quantity, spec, onChange) {
+  const box = el("input", {
+    type: "text",
+    inputmode: "text",
+    class: "wide",
+    "aria-label": `${quantity.label}: values, separated by commas`,
+    value: spec.join(", "),
+    oninput: () => onChange(numbersOf(box.value)),
+  });
+  return box;
+}
+
+/** Numbers where they are numbers, the text where not: the service says what is wrong with it. @param {string} text */
+function numbersOf(text) {
+  return text
+    .split(/[,;\s]+/)
+    .filter(Boolean)
+    .map((part) => (Number.isFinite(Number(part)) ? Number(part) : part));
+}

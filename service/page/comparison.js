@@ -1,0 +1,120 @@
+/** The study's damper beside a tuned mass damper, with the controls that put the latter out of tune. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { debounced, el, fill, picker, prose } from "./dom.js";
+import { CURVES, DASHES, figure } from "./figure.js";
+import { short } from "./numbers.js";
+import { FREQUENCY } from "./selection.js";
+import { sliders } from "./sliders.js";
+import { tunings } from "./vocabulary.js";
+
+const FARTHEST = 0.5;
+
+
+/** @type {import("./study.js").Tab} */
+export function comparisonTab(session, place) {
+  const { selection, record } = session;
+  const asked = {
+    criterion: "minimax", detuning: 0, damping_detuning: 0,
+    /** @type {number | null} */ mass_ratio: null,
+  };
+  const answerBox = el("div", { class: "ratio", role: "status" });
+  const note = el("p", { class: "quiet note" });
+  const chart = figure({ label: "Frequency responses: the study's damper, a tuned mass damper, no damper", name: `tmd-${record.id}`, height: 420 });
+  let number = 0;
+
+  const look = debounced(150, async () => {
+    const mine = ++number;
+    const at = selection.at([FREQUENCY]);
+    const parameters = { ...at, ...asked, mass_ratio: asked.mass_ratio ?? at.mass_ratio };
+    try {
+      const answer = await ask(studyPath(record.id, "tmd-comparison"), parameters);
+      if (mine !== number) return;
+      fill(answerBox, verdict(answer));
+      fill(note, prose(answer.note));
+      meaning.textContent = answer.criterion_means;
+      await chart.draw(() => traces(answer), () => ({
+        xaxis: { title: { text: "frequency ratio r" } },
+        yaxis: { title: { text: "amplitude ratio X/Z" }, type: "log", dtick: "D2" },
+      }));
+    } catch (error) {
+      if (mine === number) fill(answerBox, refusalBox(error));
+    }
+  });
+
+  const mass = el("input", {
+    type: "number", step: "any", min: 0, placeholder: "as the design",
+    oninput: () => ((asked.mass_ratio = mass.value === "" ? null : Number(mass.value)), look()),
+  });
+  const meaning = el("p", { class: "quiet" });
+  fill(
+    place,
+    el(
+      "div",
+      { class: "study" },
+      el("div", { class: "left" }, answerBox, chart.element, note),
+      el(
+        "section",
+        { class: "box" },
+        el("h2", {}, "Tuned mass damper"),
+        picker("Tuned by", tunings(session.words), asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
+        meaning,
+        share("Frequency off by", (value) => ((asked.detuning = value), look())),
+        share("Damping off by", (value) => ((asked.damping_detuning = value), look())),
+        el("label", { class: "field" }, el("span", {}, "Mass ratio μ"), mass),
+        sliders(selection, record.definition, true),
+      ),
+    ),
+  );
+  selection.addEventListener("chosen", look);
+  session.changes.addEventListener("grown", look);
+  look();
+}
+
+/**
+ * A share from −50 to 50 per cent as a slider.
+ *
+ * @param {string} label
+ * @param {(value: number) => void} onChange
+ */
+function share(label, onChange) {
+  const output = el("output", {}, "0 %");
+  const slider = el("input", {
+    type: "range", min: -100 * FARTHEST, max: 100 * FARTHEST, step: 1, value: 0, "aria-valuetext": "0 per cent",
+    oninput: () => {
+      output.textContent = `${slider.value} %`;
+      slider.setAttribute("aria-valuetext", `${slider.value} per cent`);
+      onChange(Number(slider.value) / 100);
+    },
+  });
+  return el("label", { class: "slider" }, el("span", {}, label), slider, output);
+}
+
+/** Which is better, in a sentence and a number. @param {any} answer */
+function verdict(answer) {
+  if (answer.ratio === null) return el("p", {}, "Nothing of this design’s curve is computed yet.");
+  const better = answer.ratio < 1 ? "lower than" : "higher than";
+  const apart = answer.ratio < 1 ? 1 - answer.ratio : answer.ratio - 1;
+  return [
+    el("p", { class: "big" }, el("strong", { id: "tmd-ratio" }, short(answer.ratio, 4)), " hybrid over tuned mass damper"),
+    el(
+      "p",
+      {},
+      `The peak of this design, ${short(answer.hybrid_peak)}, is ${short(100 * apart, 3)} % ${better} that of the tuned mass damper, ${short(answer.tmd_peak)}.`,
+    ),
+  ];
+}
+
+/** @param {any} answer */
+function traces(answer) {
+  const curves = /** @type {[string, string][]} */ ([
+    ["hybrid", "this study"],
+    ["tmd", "tuned mass damper"],
+    ["no_damper", "no damper"],
+  ]);
+  const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
+  return curves.map(([name, title], i) => ({
+    type: "scatter", mode, x: answer.frequency_ratio, y: answer[name], name: title,
+    line: { color: CURVES()[i], dash: DASHES[i], width: 2 }, marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
+  }));
+}

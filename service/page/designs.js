@@ -1,0 +1,116 @@
+/**
+ * The best designs of a study and its Pareto front, as tables that lead to their points.
+ *
+ * @typedef {{best: any, pareto: any[]}} Found designs with a `text` each
+ */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { checkbox, el, fill, picker, prose } from "./dom.js";
+import { short } from "./numbers.js";
+import { FREQUENCY } from "./selection.js";
+import { symbol, titled } from "./vocabulary.js";
+
+const TOP = 5;
+const FRONT = 50;
+
+/**
+ * @param {import("./study.js").Session} session
+ * @param {(found: Found) => void} onFound
+ */
+export function designs(session, onFound) {
+  const { selection, record } = session;
+  const band = selection.varied.includes(FREQUENCY);
+  const asked = { objective: band ? "peak" : "resonance", exclude_locked: false, against: "" };
+  const table = el("div");
+  const front = el("div");
+  /** @type {Found} */
+  let found = { best: null, pareto: [] };
+
+  async function look() {
+    const question = { objective: asked.objective, exclude_locked: asked.exclude_locked };
+    try {
+      const path = studyPath(record.id, "optimal-designs");
+      const ranked = await ask(path, { ...question, top: TOP });
+      const pareto = asked.against ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` }) : null;
+      found = { best: ranked.designs[0] ? named(ranked.designs[0], "Optimum") : null, pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front")) };
+      fill(table, listed(ranked, "Best designs"));
+      fill(front, pareto && listed(pareto, "Pareto front", asked.against));
+    } catch (error) {
+      fill(table, refusalBox(error));
+      fill(front);
+      found = { best: null, pareto: [] };
+    }
+    if (found.best) selection.rest(found.best);
+    onFound(found);
+  }
+
+  /** @param {any} answer @param {string} title @param {string} [against] */
+  function listed(answer, title, against) {
+    const columns = selection.varied.filter((name) => name !== FREQUENCY);
+    return [
+      el("h3", {}, title),
+      el(
+        "div",
+        { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
+        el(
+          "table",
+          {},
+          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "Value"), columns.map((name) => el("th", { scope: "col", title: titled(name) }, symbol(name))), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, session.words.respects[against]), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
+          el(
+            "tbody",
+            {},
+            answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) =>
+              el(
+                "tr",
+                {},
+                el("td", {}, short(design.value), design.error ? ` ± ${short(design.error, 2)}` : ""),
+                columns.map((name) => el("td", {}, short(design[name]))),
+                against && !columns.some((name) => name.startsWith(against)) && el("td", {}, short(design[against])),
+                el("td", {}, design.response_class.replaceAll("_", " ")),
+                el("td", {}, el("button", { type: "button", class: "small", "aria-label": `Show design ${i + 1} of ${title} on the map`, onclick: () => go(design) }, "Show")),
+              ),
+            ),
+          ),
+        ),
+      ),
+      el("p", { class: "quiet note" }, prose(answer.note)),
+    ];
+  }
+
+  /** @param {any} design */
+  function go(design) {
+    selection.chooseValues(Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]])));
+  }
+
+  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance");
+  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
+  look();
+  session.changes.addEventListener("grown", () => table.isConnected && look());
+  return el(
+    "section",
+    { class: "box designs" },
+    el("h2", {}, "Designs"),
+    el(
+      "div",
+      { class: "row controls" },
+      picker("Judged by", objectives, asked.objective, (objective) => ((asked.objective = objective), look())),
+      picker("Pareto front against", [["", "nothing"], ...respects], "", (against) => ((asked.against = against), look())),
+      checkbox("Leave out locked designs", false, (on) => ((asked.exclude_locked = on), look())),
+    ),
+    table,
+    front,
+  );
+}
+
+/** Whether designs of a study can differ in a respect. @param {string} respect @param {import("./study.js").Session} session */
+function useful(respect, session) {
+  const { varied } = session.selection;
+  if (respect === "mass") return varied.includes("mass_ratio");
+  if (respect === "clearance") return varied.includes("clearance_ratio");
+  return session.variables.includes(respect === "impact_speed" ? "impact_speed_max" : respect);
+}
+
+/** @param {any} design @param {string} title */
+function named(design, title) {
+  return { ...design, text: `${title}: ${short(design.value)}` };
+}

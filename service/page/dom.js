@@ -1,0 +1,129 @@
+/**
+ * Elements, made so that no text is ever read as markup: what a user typed goes in as text and as nothing else.
+ *
+ * @typedef {Node | string | number | null | undefined | false} Child
+ */
+
+/**
+ * Make an element.
+ *
+ * @param {string} tag
+ * @param {Record<string, any>} [attributes] `onclick` and the like are listeners; true is an empty attribute, null,
+ *   undefined and false are none; `value` and `checked` are set as properties.
+ * @param {...(Child | Child[])} children
+ * @returns {any} the element
+ */
+export function el(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "value" || name === "checked") /** @type {any} */ (element)[name] = value;
+    else element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...texts(children));
+  if (tag === "select" && "value" in attributes) element.value = attributes.value;
+  return element;
+}
+
+/** @param {(Child | Child[])[]} children @returns {(Node | string)[]} */
+function texts(children) {
+  return children
+    .flat(Infinity)
+    .filter((child) => child !== null && child !== undefined && child !== false)
+    .map((child) => (child instanceof Node ? child : String(child)));
+}
+
+/**
+ * Put children in place of those that are there.
+ *
+ * @param {Element} element
+ * @param {...(Child | Child[])} children
+ */
+export function fill(element, ...children) {
+  element.replaceChildren(...texts(children));
+}
+
+/**
+ * A select with its label.
+ *
+ * @param {string} label
+ * @param {[string, string][]} options value and text of each
+ * @param {string} value
+ * @param {(value: string) => void} onChange
+ */
+export function picker(label, options, value, onChange) {
+  const select = el(
+    "select",
+    { onchange: () => onChange(select.value) },
+    options.map(([key, text]) => el("option", { value: key, selected: key === value }, text)),
+  );
+  return el("label", { class: "field" }, el("span", {}, label), select);
+}
+
+/**
+ * A check box with its label.
+ *
+ * @param {string} label
+ * @param {boolean} checked
+ * @param {(checked: boolean) => void} onChange
+ */
+export function checkbox(label, checked, onChange) {
+  const box = el("input", { type: "checkbox", checked, onchange: () => onChange(box.checked) });
+  return el("label", { class: "check" }, box, label);
+}
+
+/** A sentence of the service, with what stands between backticks as code. @param {string} text @returns {Child[]} */
+export function prose(text) {
+  return text.split("`").map((part, i) => (i % 2 ? el("code", {}, part) : part));
+}
+
+/** Say something to those who listen to the page. @param {string} text */
+export function say(text) {
+  const place = document.getElementById("said");
+  if (place) place.textContent = text;
+}
+
+/**
+ * Ask before something that cannot be undone.
+ *
+ * @param {string} title
+ * @param {string} text
+ * @param {string} action what the button says
+ * @returns {Promise<boolean>}
+ */
+export function confirmed(title, text, action) {
+  return new Promise((resolve) => {
+    const dialog = el(
+      "dialog",
+      { "aria-labelledby": "asked", onclose: () => (dialog.remove(), resolve(dialog.returnValue === "yes")) },
+      el("h2", { id: "asked" }, title),
+      el("p", {}, text),
+      el(
+        "div",
+        { class: "row end" },
+        el("button", { type: "button", autofocus: true, onclick: () => dialog.close("no") }, "Keep it"),
+        el("button", { type: "button", class: "danger", onclick: () => dialog.close("yes") }, action),
+      ),
+    );
+    document.body.append(dialog);
+    dialog.showModal();
+  });
+}
+
+/**
+ * Run something once things have been quiet for a while.
+ *
+ * @template {any[]} A
+ * @param {number} milliseconds
+ * @param {(...given: A) => void} run
+ * @returns {(...given: A) => void}
+ */
+export function debounced(milliseconds, run) {
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let timer;
+  return (...given) => {
+    clearTimeout(timer);
+    timer = setTimeout(() => run(...given), milliseconds);
+  };
+}

@@ -1,0 +1,169 @@
+/** Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its parts alone. */
+
+import { faultText, Refusal, refusalBox, send } from "./api.js";
+import { debounced, el, fill, picker, prose, say } from "./dom.js";
+import { CURVES, figure } from "./figure.js";
+import { short } from "./numbers.js";
+import { STRUCTURE, unitFactor } from "./quantities.js";
+import { recordPicker } from "./records.js";
+import { tunings } from "./vocabulary.js";
+
+const STARTS = 8;
+const USUAL_RECORD = "el-centro";
+
+/** What is asked for: the key of the request, its label and unit, and what turns metres into what is shown. */
+const FIELDS = /** @type {[string, string, number][]} */ ([
+  ["mass_kg", "Mass of the structure [kg]", 1],
+  ["natural_frequency_hz", "Natural frequency [Hz]", 1],
+  ["damping_ratio", "Damping ratio ζ", 1],
+  ["particle_mass_kg", "Mass of the particle [kg]", 1],
+  ["clearance_m", "Clearance d [mm]", 1000],
+  ["restitution", "Restitution e", 1],
+  ["friction_force_n", "Friction force [N]", 1],
+  ["scale", "Factor on the record", 1],
+]);
+
+/** @type {import("./study.js").Tab} */
+export function earthquakeTab(session, place) {
+  const { record, words } = session;
+  const asked = /** @type {Record<string, any>} */ ({ ...sizes(session), record: USUAL_RECORD, tmd_criterion: "den_hartog", starts: STARTS, scale: 1 });
+  const answer = el("div");
+  const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340 });
+  const fields = el("div", { class: "pairs" });
+  const shown = el("div", { class: "left" }, el("p", { class: "quiet" }, "Computing … The first comparison on a machine takes a minute: its kernels are compiled."));
+  let number = 0;
+
+  const look = debounced(400, async () => {
+    const mine = ++number;
+    try {
+      const found = await send("earthquake-comparisons", asked);
+      if (mine !== number) return;
+      showFaults([]);
+      if (!chart.element.isConnected) fill(shown, chart.element, answer);
+      fill(answer, table(found));
+      await chart.draw(() => traces(found), () => ({
+        barmode: "group", xaxis: { title: { text: "" }, tickangle: 0 }, yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
+      }));
+      say(`Compared under ${found.record.name}.`);
+    } catch (error) {
+      if (mine !== number) return;
+      if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
+      else fill(shown, refusalBox(error));
+    }
+  });
+
+  /** @param {import("./api.js").Fault[]} faults */
+  function showFaults(faults) {
+    for (const spot of place.querySelectorAll(".faults")) fill(spot);
+    for (const fault of faults) {
+      const spot = place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults`) ?? place.querySelector(".rest.faults");
+      spot?.append(el("p", {}, faultText(fault)));
+    }
+  }
+
+  function drawFields() {
+    fill(
+      fields,
+      FIELDS.map(([key, label, scale]) => {
+        const box = el("input", {
+          type: "number", step: "any", value: Number((asked[key] * scale).toPrecision(6)),
+          oninput: () => {
+            asked[key] = box.value === "" ? null : Number(box.value) / scale;
+            look();
+          },
+        });
+        return el("label", { class: "field", "data-field": key }, el("span", {}, label), box, el("span", { class: "faults" }));
+      }),
+    );
+  }
+
+  const again = el("button", { type: "button", onclick: () => (Object.assign(asked, sizes(session)), drawFields(), look()) }, "Sizes of the study’s point");
+  drawFields();
+  fill(
+    place,
+    el(
+      "div",
+      { class: "study" },
+      el("div", { class: "left" }, shown),
+      el(
+        "section",
+        { class: "box point" },
+        el("h2", {}, "Record and sizes"),
+        recordPicker(asked.record, (id) => ((asked.record = id), look())),
+        fields,
+        picker("Mass damper tuned by", tunings(words), asked.tmd_criterion, (criterion) => ((asked.tmd_criterion = criterion), look())),
+        el("p", { class: "quiet" }, sizesNote(session)),
+        again,
+        el("div", { class: "rest faults" }),
+      ),
+    ),
+  );
+  look();
+}
+
+/** The point of the study with units: of its own structure where it has one, else of the paper's. @param {import("./study.js").Session} session */
+function sizes({ selection, record }) {
+  const physical = { ...STRUCTURE, ...numbersIn(record.definition.physical) };
+  const of = (/** @type {string} */ ratio) => selection.value(ratio) * (unitFactor(ratio, physical) ?? 0);
+  const particle = record.definition.particle !== false;
+  return {
+    mass_kg: physical.mass_kg,
+    natural_frequency_hz: physical.natural_frequency_hz,
+    damping_ratio: selection.value("damping_ratio"),
+    friction_force_n: of("friction_ratio"),
+    particle_mass_kg: particle ? of("mass_ratio") : 0,
+    clearance_m: particle ? of("clearance_ratio") : STRUCTURE.base_amplitude_m,
+    restitution: particle ? selection.value("restitution") : 0,
+  };
+}
+
+/** @param {any} physical @returns {Record<string, number>} */
+function numbersIn(physical) {
+  return Object.fromEntries(Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"));
+}
+
+/** @param {import("./study.js").Session} session */
+function sizesNote({ record }) {
+  const own = Object.keys(numbersIn(record.definition.physical)).length === Object.keys(STRUCTURE).length;
+  return own
+    ? "Sizes are those of the study."
+    : `The study knows ratios only: its point is turned into sizes with ${STRUCTURE.mass_kg} kg, ${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} mm. Put in your own.`;
+}
+
+/** @param {any} found */
+function table(found) {
+  const columns = /** @type {[string, string][]} */ ([
+    ["peak_relative_displacement_m", "Peak [mm]"],
+    ["rms_relative_displacement_m", "rms [mm]"],
+    ["peak_absolute_acceleration_m_s2", "Peak acceleration [m/s²]"],
+  ]);
+  const cases = Object.entries(found.cases);
+  const value = (/** @type {any} */ one, /** @type {string} */ name) => short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
+  const span = (/** @type {any} */ one) => {
+    const spread = one.spread?.peak_relative_displacement_m;
+    return spread ? `${short(1000 * spread.lowest, 4)} to ${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}` : "–";
+  };
+  return [
+    el(
+      "div",
+      { class: "scroll box", tabindex: 0, role: "region", "aria-label": "Comparison under the record" },
+      el(
+        "table",
+        {},
+        el("thead", {}, el("tr", {}, ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) => el("th", { scope: "col" }, title)))),
+        el("tbody", {}, cases.map(([, one]) => el("tr", {}, el("th", { scope: "row" }, /** @type {any} */ (one).label), columns.map(([name]) => el("td", {}, value(one, name))), el("td", {}, span(one))))),
+      ),
+    ),
+    el("p", { class: "quiet note" }, prose(`Displacements are against the base. ${found.record.name}: peak ${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ${found.note ?? ""}`)),
+  ];
+}
+
+/** @param {any} found */
+function traces(found) {
+  const cases = /** @type {any[]} */ (Object.values(found.cases));
+  const bar = (/** @type {string} */ name, /** @type {string} */ title, /** @type {number} */ i) => ({
+    type: "bar", name: title, x: cases.map((one) => one.label.replaceAll(" ", "<br>")), y: cases.map((one) => 1000 * one[name]),
+    marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } }, hovertemplate: "%{y:.4~g} mm",
+  });
+  return [bar("peak_relative_displacement_m", "peak", 0), bar("rms_relative_displacement_m", "rms", 1)];
+}

@@ -1,0 +1,123 @@
+/** Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with downloads. */
+
+import { el, say } from "./dom.js";
+
+/** @type {Promise<any> | undefined} */
+let loading;
+
+/** The library would put the rules of its maps, of which there are none here, into the page; where this id is, it does not. */
+const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
+
+/** The figures on the page, to be drawn again in other colours. @type {Set<() => void>} */
+const shown = new Set();
+
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => shown.forEach((draw) => draw()));
+
+/** @returns {Promise<any>} the plotting library */
+function plotly() {
+  loading ??= new Promise((resolve, reject) => {
+    const script = el("script", {
+      src: new URL("plotly.min.js", import.meta.url).href,
+      onload: () => resolve(/** @type {any} */ (window).Plotly),
+      onerror: () => {
+        loading = undefined;
+        reject(new Error("the plotting library could not be loaded"));
+      },
+    });
+    document.head.append(el("meta", { id: RULES_OF_MAPS }), script);
+  });
+  return loading;
+}
+
+/** A colour of the style sheet. @param {string} name */
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+/** Colours of curves, told apart by colour-blind people too; the dashes tell them apart in grey. */
+export const CURVES = () => [colour("curve-1"), colour("curve-2"), colour("curve-3"), colour("curve-4"), colour("curve-5")];
+export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
+
+/** Whether the page is shown on a phone. */
+export const NARROW = window.matchMedia("(max-width: 40rem)");
+
+/** What every figure has in common. @param {any} layout */
+function styled(layout) {
+  const axis = {
+    gridcolor: colour("line"),
+    linecolor: colour("quiet"),
+    zerolinecolor: colour("line"),
+    tickcolor: colour("quiet"),
+    ticks: "outside",
+    automargin: true,
+    title: { standoff: 8 },
+  };
+  const merged = {
+    paper_bgcolor: colour("paper"),
+    plot_bgcolor: colour("paper"),
+    font: { family: "system-ui, sans-serif", size: NARROW.matches ? 12 : 13, color: colour("ink") },
+    margin: { l: 56, r: 12, t: 12, b: 48 },
+    hoverlabel: { bgcolor: colour("paper"), font: { color: colour("ink") } },
+    legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, bgcolor: "rgba(0,0,0,0)" },
+    dragmode: window.matchMedia("(pointer: coarse)").matches ? false : "zoom",
+    ...layout,
+  };
+  for (const name of Object.keys(layout).filter((key) => /^[xy]axis\d*$/.test(key)).concat("xaxis", "yaxis")) {
+    const given = layout[name] ?? {};
+    merged[name] = { ...axis, ...given, title: { ...axis.title, ...given.title } };
+  }
+  return merged;
+}
+
+/**
+ * A figure, empty until it is drawn.
+ *
+ * @param {{label: string, name: string, height?: number, keyboard?: string}} options `label` is what a screen reader
+ *   says, `name` the stem of downloads; with `keyboard`, which says what the keys do, the figure can be focused
+ * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) => Promise<void>,
+ *   forget: () => void}} traces and layout are made anew where the colours change
+ */
+export function figure({ label, name, height = 320, keyboard }) {
+  const plot = el("div", {
+    class: "plot",
+    "data-height": height,
+    ...(keyboard ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` } : { role: "img", "aria-label": label }),
+  });
+  const buttons = el("div", { class: "row end downloads" });
+  const element = el("figure", { class: "figure" }, plot, buttons);
+  /** @type {() => Promise<void>} */
+  let again = async () => {};
+  const redraw = () => (element.isConnected ? void again() : void shown.delete(redraw));
+  for (const format of ["png", "svg"]) {
+    buttons.append(
+      el(
+        "button",
+        { type: "button", class: "small quiet", "aria-label": `Download as ${format.toUpperCase()}: ${label}`, onclick: () => save(format) },
+        format.toUpperCase(),
+      ),
+    );
+  }
+
+  /** @param {string} format */
+  async function save(format) {
+    const library = await plotly();
+    const { width, height: high } = plot.getBoundingClientRect();
+    await library.downloadImage(plot, { format, filename: name, width, height: high, scale: format === "png" ? 2 : 1 });
+    say(`${name}.${format} was saved.`);
+  }
+
+  return {
+    element,
+    plot,
+    draw: async (traces, layout) => {
+      again = async () => {
+        const library = await plotly();
+        const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
+        if (element.isConnected) await library.react(plot, traces(), styled({ height, ...layout() }), settings);
+      };
+      shown.add(redraw);
+      await again();
+    },
+    forget: () => shown.delete(redraw),
+  };
+}

@@ -1,0 +1,93 @@
+"""The page's files as they are served: packed once, named by what they hold, so that a browser keeps them."""
+
+import gzip
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+PLOTLY = "plotly.min.js"
+MEDIA_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+
+
+@dataclass(frozen=True)
+class PageFile:
+    """One file of the page.
+
+    Parameters
+    ----------
+    content, packed : bytes
+        As it is, and with gzip.
+    media_type : str
+        Its ``Content-Type``.
+    etag : str
+        A digest of the content, in quotation marks as HTTP wants it.
+    """
+
+    content: bytes
+    packed: bytes
+    media_type: str
+    etag: str
+
+    @classmethod
+    def of(cls, content: bytes, suffix: str) -> "PageFile":
+        """Pack a file; no time stamp in it, so equal contents are equal bytes."""
+        digest = sha256(content).hexdigest()[:20]
+        return cls(content, gzip.compress(content, 6, mtime=0), MEDIA_TYPES[suffix], f'"{digest}"')
+
+
+@cache
+def page_version() -> str:
+    """Digest of every file of the page: the part of their addresses that changes when one of them does."""
+    digest = sha256(version("plotly").encode())
+    for name in page_names():
+        digest.update(name.encode() + b"\0" + _read(name))
+    return digest.hexdigest()[:12]
+
+
+@cache
+def page_names() -> tuple[str, ...]:
+    """Names of the page's own files, sorted."""
+    folder = files("service") / "page"
+    return tuple(sorted(entry.name for entry in folder.iterdir() if Path(entry.name).suffix in MEDIA_TYPES))
+
+
+@cache
+def page_file(name: str) -> PageFile | None:
+    """Give a file of the page by its name; None where there is none."""
+    if name == PLOTLY:
+        return PageFile.of(_plotly_path().read_bytes(), ".js")
+    if name not in page_names():
+        return None
+    return PageFile.of(_read(name), Path(name).suffix)
+
+
+@cache
+def first_page() -> PageFile:
+    """The page that everything starts from, with the addresses of its files in it."""
+    modules = [name for name in page_names() if name.endswith(".js")]
+    links = "\n".join(f'<link rel="modulepreload" href="page/{page_version()}/{name}">' for name in modules)
+    text = _read("index.html").decode()
+    return PageFile.of(
+        text.replace("{version}", page_version()).replace("{modules}", links).encode(), ".html"
+    )
+
+
+def _read(name: str) -> bytes:
+    return (files("service") / "page" / name).read_bytes()
+
+
+def _plotly_path() -> Path:
+    # Found, not imported: the package takes seconds to import, and only one of its files is wanted.
+    spec = find_spec("plotly")
+    assert spec is not None
+    assert spec.submodule_search_locations is not None
+    return Path(spec.submodule_search_locations[0]) / "package_data" / PLOTLY

@@ -1,0 +1,77 @@
+/**
+ * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows one page only.
+ *
+ * @typedef {(() => void) | void} Leave
+ * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> | Leave} View
+ */
+
+import { refusalBox } from "./api.js";
+import { el, fill } from "./dom.js";
+import { accuracyView } from "./accuracy.js";
+import { studiesView } from "./studies.js";
+import { studyForm } from "./study_form.js";
+import { studyView } from "./study.js";
+
+/** @type {Record<string, View>} */
+const VIEWS = { "": studiesView, new: studyForm, studies: studyView, accuracy: accuracyView };
+
+/** @type {Leave} */
+let leave;
+let shown = 0;
+
+async function show() {
+  const [path, query = ""] = location.hash.replace(/^#\/?/, "").split("?", 2);
+  if (location.hash === "#main") return;
+  const parts = path.split("/").map(decoded);
+  const mine = ++shown;
+  leave?.();
+  leave = undefined;
+  markCurrent(path);
+  const root = el("div", { class: "view" });
+  fill(document.getElementById("main"), root);
+  const view = VIEWS[parts[0]] ?? nowhere;
+  try {
+    const leaving = await view(root, { parts: parts.slice(1), query: new URLSearchParams(query) });
+    if (mine === shown) leave = leaving;
+    else leaving?.();
+  } catch (error) {
+    fill(root, el("h1", {}, "This did not work"), refusalBox(error), el("p", {}, el("a", { href: "#/" }, "All studies")));
+  }
+  if (mine === shown) arrived(root);
+}
+
+/** @param {string} part */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
+/** Tell the window's title and the reader where they are. @param {HTMLElement} root */
+function arrived(root) {
+  const heading = root.querySelector("h1");
+  document.title = heading ? `${heading.textContent} · damperlab` : "damperlab";
+  if (heading && document.activeElement === document.body && shown > 1) {
+    heading.setAttribute("tabindex", "-1");
+    heading.focus({ preventScroll: true });
+  }
+}
+
+/** @param {string} path */
+function markCurrent(path) {
+  for (const link of document.querySelectorAll("nav a")) {
+    const here = link.getAttribute("href") === `#/${path}`;
+    if (here) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+}
+
+/** @type {View} */
+function nowhere(root) {
+  fill(root, el("h1", {}, "There is nothing here"), el("p", {}, el("a", { href: "#/" }, "All studies")));
+}
+
+window.addEventListener("hashchange", show);
+show();

@@ -1,0 +1,192 @@
+/** The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what is best. */
+
+import { colour, NARROW } from "./figure.js";
+import { isLogarithmic, short } from "./numbers.js";
+import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
+
+/** Symbols of one class on one map; more would hide the values. */
+const MOST_SYMBOLS = 900;
+const LOCKED = 1;
+const FAILED_FROM = 2;
+/** Values that differ more than this are coloured by their logarithm. */
+const WIDE = 20;
+/** Along either axis; lines between fewer points would be inventions. */
+const CONTOUR_POINTS = 6;
+
+/**
+ * @typedef {{contours: boolean, classes: boolean}} Overlays
+ * @typedef {{x: number, y: number, text: string}} Mark
+ */
+
+/**
+ * The traces of a map.
+ *
+ * @param {any} map the service's answer
+ * @param {Overlays} overlays
+ * @param {{best: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} marks
+ * @param {any} words the vocabulary
+ * @returns {any[]}
+ */
+export function mapTraces(map, overlays, marks, words) {
+  const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
+  const { z, bar } = coded ? codes(map, words) : scale(map);
+  const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
+  const traces = [
+    { ...common, type: "heatmap", ...bar, customdata: map.values, hoverongaps: false, hovertemplate: hover(map, coded), name: "" },
+  ];
+  const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
+  if (overlays.contours && fine && !coded) {
+    traces.push({
+      ...common, type: "contour", showscale: false, hoverinfo: "skip", ncontours: 12,
+      contours: { coloring: "none", showlabels: false }, line: { color: "rgba(255,255,255,.7)", width: 1 }, showlegend: false,
+    });
+  }
+  const kinds = map.metric === "response_class" ? map.values : map.response_class;
+  if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
+  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, "locked to the base", { symbol: "circle", size: 3, color: "white" }));
+  const status = map.metric === "status" ? map.values : map.status;
+  traces.push(...where(map, status, (code) => code >= FAILED_FROM, "failed", { symbol: "x-thin", size: 8, line: { width: 2, color: colour("fault") } }));
+  traces.push(...markers(marks));
+  return traces;
+}
+
+/** Values as they are coloured, and the bar beside them. @param {any} map */
+function scale(map) {
+  const known = map.values.flat().filter((/** @type {any} */ value) => value !== null);
+  const low = Math.min(...known.slice(0, 100000));
+  const extent = known.reduce((/** @type {number[]} */ [a, b], /** @type {number} */ v) => [Math.min(a, v), Math.max(b, v)], [low, low]);
+  const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
+  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { z: map.values, bar: { colorbar: { title, ...barLook() } } };
+  const z = map.values.map((/** @type {any[]} */ row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
+  const ticks = [];
+  for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {
+    for (const digit of [1, 2, 5]) {
+      const tick = digit * 10 ** power;
+      if (tick >= extent[0] && tick <= extent[1]) ticks.push(tick);
+    }
+  }
+  return {
+    z,
+    bar: { colorbar: { title, ...barLook(), tickvals: ticks.map(Math.log10), ticktext: ticks.map((tick) => short(tick, 3)) } },
+  };
+}
+
+/** Where the bar stands: beside the map, on a phone below it. */
+function barLook() {
+  const common = { thickness: 14, outlinewidth: 0 };
+  return NARROW.matches ? { ...common, orientation: "h", y: -0.22, yanchor: "top", x: 0.5 } : common;
+}
+
+/** Codes as steps of colour with their names. @param {any} map @param {any} words */
+function codes(map, words) {
+  const meanings = map.meanings[map.metric];
+  const known = Object.keys(meanings).map(Number).sort((a, b) => a - b);
+  const edge = known.length;
+  const colours = known.map((code, i) => (map.metric === "response_class" ? CLASS_LOOKS[String(code)].colour : ["#888888", "#009e73", "#f0e442", "#d55e00"][Math.min(i, 3)]));
+  const colorscale = colours.flatMap((shade, i) => [[i / edge, shade], [(i + 1) / edge, shade]]);
+  const names = known.map((code) => meanings[code].replaceAll("_", " "));
+  return {
+    z: map.values.map((/** @type {number[]} */ row) => row.map((code) => known.indexOf(code))),
+    bar: { colorscale, zmin: -0.5, zmax: edge - 0.5, colorbar: { ...barLook(), tickvals: known.map((_, i) => i), ticktext: names } },
+  };
+}
+
+/** @param {any} map @param {boolean} coded */
+function hover(map, coded) {
+  const place = `${axisTitle(map.x_dimension)} = %{x}<br>${axisTitle(map.y_dimension)} = %{y}<br>`;
+  return coded ? place + "<extra></extra>" : `${place}${map.long_name} = %{customdata:.5~g}<extra></extra>`;
+}
+
+/**
+ * One symbol at each point where something holds, thinned where there are too many.
+ *
+ * @param {any} map
+ * @param {number[][] | undefined} codes
+ * @param {(code: number) => boolean} holds
+ * @param {string} name
+ * @param {any} marker
+ */
+function where(map, codes, holds, name, marker) {
+  const found = /** @type {[number, number][]} */ ([]);
+  codes?.forEach((row, j) => row.forEach((code, i) => holds(code) && found.push([map.x[i], map.y[j]])));
+  if (found.length === 0) return [];
+  const kept = thinned(found);
+  return [
+    { type: "scatter", mode: "markers", x: kept.map(([x]) => x), y: kept.map(([, y]) => y), marker, name, hoverinfo: "skip", showlegend: true },
+  ];
+}
+
+/** @template T @param {T[]} found @returns {T[]} */
+function thinned(found) {
+  const step = Math.ceil(found.length / MOST_SYMBOLS);
+  return found.filter((_, i) => i % step === 0);
+}
+
+/** Every class by its own shape. @param {any} map @param {number[][]} kinds @param {any} words */
+function classSymbols(map, kinds, words) {
+  return Object.entries(words.response_class).flatMap(([code, { name }]) =>
+    Number(code) < 0
+      ? []
+      : where(map, kinds, (kind) => kind === Number(code), name, {
+          symbol: CLASS_LOOKS[code].shape, size: 9, color: CLASS_LOOKS[code].colour, line: { width: 1, color: "white" },
+        }),
+  );
+}
+
+/** @param {{best: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} marks */
+function markers({ best, pareto, point }) {
+  const traces = [];
+  /** @param {Mark[]} list @param {string} name @param {any} marker */
+  const add = (list, name, marker) =>
+    traces.push({
+      type: "scatter", mode: "markers", x: list.map((m) => m.x), y: list.map((m) => m.y), text: list.map((m) => m.text),
+      name, marker, hovertemplate: "%{text}<extra></extra>", showlegend: true, cliponaxis: false,
+    });
+  if (pareto.length) add(pareto, "Pareto front", { symbol: "diamond", size: 10, color: "white", line: { width: 2, color: "black" } });
+  if (best) add([best], "optimum", { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
+  if (point) {
+    traces.push({
+      type: "scatter", mode: "markers", x: [point.x], y: [point.y], name: "this point", hoverinfo: "skip", showlegend: true, cliponaxis: false,
+      marker: { symbol: "circle-open", size: 20, color: "#ff3030", line: { width: 3, color: "#ff3030" } },
+    });
+  }
+  return traces;
+}
+
+/**
+ * The layout of a map.
+ *
+ * @param {any} map
+ * @returns {any}
+ */
+export function mapLayout(map) {
+  return {
+    xaxis: { title: { text: axisTitle(map.x_dimension) }, ...span(map.x) },
+    yaxis: { title: { text: axisTitle(map.y_dimension) }, ...span(map.y) },
+    plot_bgcolor: colour("empty"),
+    margin: { l: 56, r: 8, t: 12, b: 48 },
+    hovermode: "closest",
+  };
+}
+
+/** Type and range of an axis: from the outer edge of the first cell to that of the last. @param {number[]} values */
+function span(values) {
+  const log = isLogarithmic(values);
+  const along = log ? values.map(Math.log10) : values;
+  const half = along.length > 1 ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2] : [0.5, 0.5];
+  return { type: log ? "log" : "linear", range: [along[0] - half[0], along[along.length - 1] + half[1]] };
+}
+
+/**
+ * Where only one dimension varies: a curve in place of a map.
+ *
+ * @param {any} map
+ */
+export function lineTraces(map) {
+  return [{ type: "scatter", mode: "lines+markers", x: map.x, y: map.values[0], line: { color: colour("curve-1") }, name: map.long_name }];
+}
+
+/** @param {any} map @returns {any} */
+export function lineLayout(map) {
+  return { xaxis: { title: { text: axisTitle(map.x_dimension) } }, yaxis: { title: { text: map.long_name } }, showlegend: false };
+}

@@ -1,0 +1,201 @@
+/** The map of a study with everything that chooses what it shows, and the point beside it. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { designs } from "./designs.js";
+import { checkbox, el, fill, picker, prose } from "./dom.js";
+import { figure } from "./figure.js";
+import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
+import { pointPanel } from "./point.js";
+import { FREQUENCY } from "./selection.js";
+import { sliders } from "./sliders.js";
+import { DIMENSIONS, titled } from "./vocabulary.js";
+
+/** Values along either axis that are asked for: about as many as a screen tells apart. */
+const MOST = 240;
+const PATIENCE_MILLISECONDS = 1500;
+const USUAL = ["clearance_ratio", "friction_ratio", "frequency_ratio", "mass_ratio", "restitution", "damping_ratio"];
+
+/** @type {import("./study.js").Tab} */
+export function mapTab(session, place) {
+  const { selection, record } = session;
+  const [x, y] = usualAxes(selection.varied);
+  const view = {
+    x, y, metric: "amplitude_ratio", contours: true, classes: false,
+    /** @type {Record<string, string | undefined>} */ window: {},
+  };
+  /** @type {any} */
+  let map = null;
+  /** @type {import("./designs.js").Found} */
+  let found = { best: null, pareto: [] };
+  let asked = 0;
+
+  const map_ = figure({
+    label: `Resonance map of ${record.name || record.id}`,
+    name: `map-${record.id}`,
+    height: 460,
+    keyboard: "Arrow keys move the point",
+  });
+  const note = el("p", { class: "quiet note" });
+  const trouble = el("div");
+  const controls = el("div", { class: "row controls" });
+
+  function drawControls() {
+    const options = selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
+    const names = /** @type {[string, string][]} */ (options.map((name) => [name, titled(name)]));
+    const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name));
+    fill(
+      controls,
+      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
+      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      picker("Shown", metrics.map((/** @type {any} */ v) => [v.name, v.long_name]), view.metric, (metric) => change({ metric })),
+      checkbox("Contour lines", view.contours, (contours) => (Object.assign(view, { contours }), draw())),
+      checkbox("Response classes", view.classes, (classes) => (Object.assign(view, { classes }), draw())),
+    );
+  }
+
+  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
+  function exchange(mine, other, name) {
+    if (view[other] === name) view[other] = view[mine];
+    view[mine] = name;
+    drawControls();
+    change({ window: {} });
+  }
+
+  /** @param {any} what */
+  function change(what) {
+    Object.assign(view, what);
+    look();
+  }
+
+  /** What the map is asked for: the other dimensions at the point, the frequency open where the worst counts. */
+  function question() {
+    const except = [view.x, view.y, ...(selection.worst ? [FREQUENCY] : [])];
+    return { x: view.x, y: view.y, metric: view.metric, most: MOST, ...view.window, ...selection.at(except) };
+  }
+
+  let last = "";
+  async function look() {
+    const mine = ++asked;
+    const parameters = question();
+    last = JSON.stringify(parameters);
+    try {
+      const answer = await ask(studyPath(record.id, "resonance-map"), parameters);
+      if (mine !== asked) return;
+      map = answer;
+      fill(trouble);
+      fill(note, prose(said(answer)));
+      await draw();
+    } catch (error) {
+      if (mine === asked) fill(trouble, refusalBox(error));
+    }
+  }
+
+  async function draw() {
+    if (!map) return;
+    const current = map;
+    if (current.y.length === 1) await map_.draw(() => lineTraces(current), () => lineLayout(current));
+    else await map_.draw(() => mapTraces(current, view, marks(), session.words), () => mapLayout(current));
+    if (!map_.plot.dataset.wired) wire();
+  }
+
+  /** What is marked: what lies in this map, not what lies beside it. */
+  function marks() {
+    const judged = view.x !== FREQUENCY && view.y !== FREQUENCY;
+    const here = (/** @type {any} */ design) => judged && selection.varied.every((name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name));
+    const mark = (/** @type {any} */ design) => ({ x: design[view.x], y: design[view.y], text: design.text });
+    return {
+      best: found.best && here(found.best) ? mark(found.best) : null,
+      pareto: found.pareto.filter(here).map(mark),
+      point: selection.chosen ? { x: selection.value(view.x), y: selection.value(view.y) } : null,
+    };
+  }
+
+  function wire() {
+    map_.plot.dataset.wired = "yes";
+    map_.plot.on("plotly_click", (/** @type {any} */ event) => {
+      const { x: atX, y: atY } = event.points[0];
+      selection.chooseValues(map.y.length === 1 ? { [view.x]: atX } : { [view.x]: atX, [view.y]: atY });
+    });
+    map_.plot.on("plotly_relayout", (/** @type {any} */ event) => zoomed(event));
+  }
+
+  /** A map that was thinned is asked for again where it is looked at more closely. @param {any} event */
+  function zoomed(event) {
+    if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
+    else if (event["xaxis.range[0]"] !== undefined && (map.thinned || view.window.x_range)) {
+      const span = (/** @type {string} */ axis) => {
+        const log = map_.plot.layout[`${axis}axis`].type === "log";
+        const ends = map_.plot.layout[`${axis}axis`].range.map((/** @type {number} */ end) => (log ? 10 ** end : end));
+        return ends.sort((/** @type {number} */ a, /** @type {number} */ b) => a - b).join(",");
+      };
+      change({ window: { x_range: span("x"), y_range: span("y") } });
+    }
+  }
+
+  map_.plot.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+    const steps = /** @type {Record<string, [string, number]>} */ ({
+      ArrowLeft: [view.x, -1], ArrowRight: [view.x, 1], ArrowDown: [view.y, -1], ArrowUp: [view.y, 1],
+    });
+    const step = steps[event.key];
+    if (!step) return;
+    event.preventDefault();
+    selection.choose({ [step[0]]: selection.place[step[0]] + step[1] });
+  });
+
+  selection.addEventListener("chosen", () => (JSON.stringify(question()) === last ? draw() : look()));
+  session.changes.addEventListener("grown", throttled(PATIENCE_MILLISECONDS, () => place.isConnected && look()));
+
+  drawControls();
+  const ranking = designs(session, (now) => {
+    found = now;
+    draw();
+  });
+  fill(
+    place,
+    el(
+      "div",
+      { class: "study" },
+      el("div", { class: "left" }, controls, trouble, map_.element, note, sliders(selection, record.definition)),
+      pointPanel(session, () => found.best),
+      ranking,
+    ),
+  );
+  look();
+}
+
+/** @param {string[]} varied @returns {[string, string]} */
+function usualAxes(varied) {
+  const order = USUAL.filter((name) => varied.includes(name));
+  const rest = USUAL.filter((name) => !order.includes(name));
+  const [x, y] = [...order, ...rest];
+  return [x, y];
+}
+
+/** @param {any} answer */
+function said(answer) {
+  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
+  const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
+  return share + failed + answer.note;
+}
+
+/** At most once in a while, and once more at the end. @param {number} milliseconds @param {() => void} run */
+function throttled(milliseconds, run) {
+  let waiting = false;
+  let again = false;
+  const go = () => {
+    if (waiting) {
+      again = true;
+      return;
+    }
+    run();
+    waiting = true;
+    setTimeout(() => {
+      waiting = false;
+      if (again) {
+        again = false;
+        go();
+      }
+    }, milliseconds);
+  };
+  return go;
+}

@@ -1,0 +1,69 @@
+/** Numbers, times and sizes in words. */
+
+/**
+ * A number with a few digits that matter.
+ *
+ * @param {number | null | undefined} value
+ * @param {number} [digits]
+ */
+export function short(value, digits = 5) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(Math.max(0, digits - 3)).replace("e+", "e");
+  return String(Number(value.toPrecision(digits)));
+}
+
+/** A count with separators. @param {number} value */
+export function count(value) {
+  return value.toLocaleString("en-US");
+}
+
+/** @param {number} value @param {string} noun */
+export function counted(value, noun) {
+  return `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
+}
+
+/** A time span. @param {number | null | undefined} seconds */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined) return "–";
+  if (seconds < 1e-3) return `${short(seconds * 1e6, 3)} µs`;
+  if (seconds < 1) return `${short(seconds * 1e3, 3)} ms`;
+  if (seconds < 90) return `${short(seconds, 2)} s`;
+  if (seconds < 5400) return `${short(seconds / 60, 2)} min`;
+  if (seconds < 129600) return `${short(seconds / 3600, 3)} h`;
+  return `${short(seconds / 86400, 3)} days`;
+}
+
+/** A size in bytes. @param {number} bytes */
+export function size(bytes) {
+  const units = ["bytes", "kB", "MB", "GB", "TB", "PB"];
+  let step = 0;
+  while (bytes >= 1000 && step < units.length - 1) {
+    bytes /= 1000;
+    step += 1;
+  }
+  return `${short(bytes, 3)} ${units[step]}`;
+}
+
+/** A moment, in the reader's own time. @param {string | null} iso */
+export function moment(iso) {
+  if (!iso) return "–";
+  return new Date(iso).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
+}
+
+/** Whether values grow by a factor rather than by a step. @param {number[]} values */
+export function isLogarithmic(values) {
+  if (values.length < 3 || values[0] <= 0) return false;
+  const last = values[values.length - 1];
+  const factor = (last / values[0]) ** (1 / (values.length - 1));
+  return factor > 1.05 && values.every((value, i) => Math.abs(value / (values[0] * factor ** i) - 1) < 1e-6);
+}
+
+/** The place of the value nearest to one that is wanted. @param {number[]} values @param {number} wanted */
+export function nearest(values, wanted) {
+  let best = 0;
+  values.forEach((value, i) => {
+    if (Math.abs(value - wanted) < Math.abs(values[best] - wanted)) best = i;
+  });
+  return best;
+}

@@ -1,0 +1,91 @@
+/** A study's state: its badge, its progress, and what can be done with it. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { confirmed, el, fill, say } from "./dom.js";
+import { counted, count, duration } from "./numbers.js";
+
+const SIGNS = /** @type {Record<string, string>} */ ({
+  queued: "◷",
+  running: "▶",
+  done: "✓",
+  cancelled: "◼",
+  failed: "✕",
+});
+
+/** @param {string} state */
+export function isActive(state) {
+  return state === "queued" || state === "running";
+}
+
+/** A state as a sign and a word: never by colour alone. @param {string} state */
+export function badge(state) {
+  return el(
+    "span",
+    { class: `badge ${state}` },
+    el("span", { "aria-hidden": "true" }, SIGNS[state] ?? "?", " "),
+    state,
+  );
+}
+
+/** How far a study is, as a bar and in words. @param {any} record */
+export function progressBar(record) {
+  const done = record.points_done;
+  const total = record.points_total;
+  const left = record.state === "running" && record.seconds_left !== null ? `, ${duration(record.seconds_left)} left` : "";
+  const failed = record.points_failed ? `, ${count(record.points_failed)} failed` : "";
+  const words = done === total ? counted(total, "point") + failed : `${count(done)} of ${counted(total, "point")}${failed}${left}`;
+  return el(
+    "span",
+    { class: "progress" },
+    done < total && el("progress", { max: total, value: done, "aria-label": `Progress of ${record.name || record.id}` }),
+    el("span", { class: "words" }, words),
+  );
+}
+
+/**
+ * Buttons to cancel, resume and delete a study.
+ *
+ * @param {any} record
+ * @param {(record: any) => void} onChange told the new record, null where the study is gone
+ */
+export function actions(record, onChange) {
+  const place = el("span", { class: "row" });
+  const name = record.name || record.id;
+  /** @param {string} label @param {() => Promise<any>} act @param {string} [kind] */
+  const button = (label, act, kind = "") =>
+    el(
+      "button",
+      {
+        type: "button",
+        class: `small ${kind}`,
+        "aria-label": `${label} ${name}`,
+        onclick: async () => {
+          try {
+            const changed = await act();
+            if (changed === undefined) return;
+            say(`${name}: ${changed ? changed.state : "deleted"}`);
+            onChange(changed);
+          } catch (error) {
+            fill(place, refusalBox(error));
+          }
+        },
+      },
+      label,
+    );
+  /** @param {string} verb */
+  const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
+  const remove = async () => {
+    const text = `“${name}” and its ${counted(record.points_done, "computed point")} will be gone. This cannot be undone.`;
+    if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
+    return ask(studyPath(record.id), {}, { method: "DELETE" });
+  };
+  const active = isActive(record.state);
+  const stopped = record.state === "cancelled" || record.state === "failed";
+  fill(
+    place,
+    active && button("Cancel", () => post("cancel")),
+    stopped && button("Resume", () => post("resume")),
+    !active && button("Delete", remove, "quiet"),
+  );
+  return place;
+}

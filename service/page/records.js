@@ -1,0 +1,76 @@
+/** Ground-motion records: those that are there, and one's own from a file. */
+
+import { ask, faultText, Refusal, refusalBox } from "./api.js";
+import { el, fill, say } from "./dom.js";
+import { short } from "./numbers.js";
+
+/**
+ * Choose a record, or put up a file.
+ *
+ * @param {string} chosen id
+ * @param {(id: string) => void} onChange
+ */
+export function recordPicker(chosen, onChange) {
+  const select = el("select", { onchange: () => onChange(select.value) });
+  const trouble = el("div", { class: "faults", role: "alert" });
+  const file = el("input", { type: "file", accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv", onchange: () => upload() });
+  const units = el(
+    "select",
+    {},
+    [["", "as the file says"], ["g", "g"], ["m/s2", "m/s²"], ["cm/s2", "cm/s²"]].map(([value, text]) => el("option", { value }, text)),
+  );
+
+  /** @param {string} id */
+  async function list(id) {
+    const { records } = await ask("records");
+    const known = records.some((/** @type {any} */ one) => one.id === id);
+    const start = records.find((/** @type {any} */ one) => one.id.startsWith(id))?.id;
+    const value = known ? id : (start ?? records[0]?.id);
+    fill(
+      select,
+      records.map((/** @type {any} */ one) =>
+        el("option", { value: one.id, selected: one.id === value }, `${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`),
+      ),
+    );
+    return value;
+  }
+
+  async function upload() {
+    const [text] = file.files;
+    if (!text) return;
+    fill(trouble);
+    const csv = /\.csv$/i.test(text.name);
+    try {
+      const kept = await ask(
+        "records",
+        { name: text.name.slice(0, 200), units: units.value },
+        { method: "POST", body: text, headers: { "Content-Type": csv ? "text/csv" : "text/plain" } },
+      );
+      await list(kept.id);
+      say(`${kept.name} is chosen.`);
+      onChange(kept.id);
+    } catch (error) {
+      if (error instanceof Refusal && error.faults.length) fill(trouble, error.faults.map((fault) => el("p", {}, faultText(fault))));
+      else fill(trouble, refusalBox(error));
+    }
+    file.value = "";
+  }
+
+  list(chosen).then(
+    (id) => id !== undefined && id !== chosen && onChange(id),
+    (error) => fill(trouble, refusalBox(error)),
+  );
+  return el(
+    "div",
+    { class: "records", "data-field": "record" },
+    el("label", { class: "field" }, el("span", {}, "Record"), select),
+    el(
+      "details",
+      {},
+      el("summary", {}, "Put up a record of your own"),
+      el("p", { class: "quiet" }, "A file of PEER (.at2), or two columns, time in seconds and acceleration (.csv)."),
+      el("div", { class: "row" }, el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units), el("label", { class: "field" }, el("span", {}, "File"), file)),
+    ),
+    trouble,
+  );
+}

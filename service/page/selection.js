@@ -1,0 +1,77 @@
+/** Which point of a study is looked at: one place along each of its dimensions. */
+
+import { nearest } from "./numbers.js";
+import { DIMENSIONS } from "./vocabulary.js";
+
+export const FREQUENCY = "frequency_ratio";
+
+/** The point, and whether the frequency is left open: then a map shows the worst over the band. */
+export class Selection extends EventTarget {
+  /** @param {Record<string, number[]>} axes values along each dimension */
+  constructor(axes) {
+    super();
+    this.axes = axes;
+    /** @type {Record<string, number>} */
+    this.place = Object.fromEntries(DIMENSIONS.map((name) => [name, 0]));
+    this.place[FREQUENCY] = nearest(axes[FREQUENCY], 1);
+    this.worst = axes[FREQUENCY].length > 1;
+    this.chosen = false;
+  }
+
+  /** Dimensions with more than one value. */
+  get varied() {
+    return DIMENSIONS.filter((name) => this.axes[name].length > 1);
+  }
+
+  /** @param {string} dimension */
+  value(dimension) {
+    return this.axes[dimension][this.place[dimension]];
+  }
+
+  /**
+   * The values of the dimensions, as parameters of a question; those of length 1 say themselves.
+   *
+   * @param {string[]} [except]
+   * @returns {Record<string, number>}
+   */
+  at(except = []) {
+    return Object.fromEntries(this.varied.filter((name) => !except.includes(name)).map((name) => [name, this.value(name)]));
+  }
+
+  /**
+   * Choose places, and tell who listens: `moved` where a map has to be asked for again, `chosen` in any case.
+   *
+   * @param {Record<string, number>} places index by dimension
+   */
+  choose(places) {
+    for (const [name, place] of Object.entries(places)) {
+      this.place[name] = Math.min(this.axes[name].length - 1, Math.max(0, place));
+    }
+    this.chosen = true;
+    this.dispatchEvent(new Event("chosen"));
+  }
+
+  /** Choose the grid point nearest to some values. @param {Record<string, number>} values */
+  chooseValues(values) {
+    const known = Object.entries(values).filter(([name]) => name in this.axes);
+    this.choose(Object.fromEntries(known.map(([name, value]) => [name, nearest(this.axes[name], value)])));
+  }
+
+  /**
+   * Rest at a design as long as nobody has chosen a point: a study opens where its optimum lies.
+   *
+   * @param {Record<string, any>} design
+   */
+  rest(design) {
+    const elsewhere = this.varied.filter((name) => name !== FREQUENCY && this.value(name) !== design[name]);
+    if (this.chosen || elsewhere.length === 0) return;
+    for (const name of elsewhere) this.place[name] = nearest(this.axes[name], design[name]);
+    this.dispatchEvent(new Event("chosen"));
+  }
+
+  /** Leave the frequency open, or not. @param {boolean} worst */
+  leaveFrequency(worst) {
+    this.worst = worst;
+    this.dispatchEvent(new Event("chosen"));
+  }
+}

@@ -1,0 +1,96 @@
+/** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
+
+import { el, picker } from "./dom.js";
+
+/**
+ * A number with its label.
+ *
+ * @param {string} label
+ * @param {string} field
+ * @param {any} value
+ * @param {(value: number) => void} onChange
+ */
+function numberField(label, field, value, onChange) {
+  const box = el("input", { type: "number", step: "any", value, oninput: () => onChange(Number(box.value)) });
+  return el("label", { class: "field", "data-field": field }, el("span", {}, label), box, el("span", { class: "faults" }));
+}
+
+/**
+ * How impacts happen.
+ *
+ * @param {any} study
+ * @param {(path: string, value: any) => void} change
+ * @param {(study: any) => void} redraw
+ */
+export function contactField(study, change, redraw) {
+  const contact = study.contact ?? { model: "instant" };
+  const models = /** @type {[string, string][]} */ ([
+    ["instant", "at once"],
+    ["dwell", "dwell for a contact time"],
+    ["compliant", "on a wall that gives way"],
+  ]);
+  if (!models.some(([model]) => model === contact.model)) models.push([contact.model, contact.model]);
+  const put = (/** @type {any} */ next) => redraw({ ...study, contact: next });
+  return el(
+    "div",
+    { class: "row", "data-field": "contact" },
+    picker("Impacts take place", models, contact.model, (model) =>
+      put(model === "instant" ? { model } : { model, contact_time: 0.5 }),
+    ),
+    contact.model !== "instant" &&
+      numberField("Contact time × ω_n", "contact.contact_time", contact.contact_time, (time) => change("contact.contact_time", time)),
+    el("span", { class: "faults" }),
+  );
+}
+
+/**
+ * Where each point starts from.
+ *
+ * @param {any} study
+ * @param {(path: string, value: any) => void} change
+ * @param {(study: any) => void} redraw
+ */
+export function startField(study, change, redraw) {
+  const start = study.start ?? "rest";
+  const kind = typeof start === "string" ? start : start.kind;
+  const put = (/** @type {any} */ next) => redraw({ ...study, start: next });
+  return el(
+    "div",
+    { class: "row", "data-field": "start" },
+    picker(
+      "Each point starts",
+      [
+        ["rest", "at rest"],
+        ["ensemble", "from several drawn states"],
+        ["continuation", "where the frequency beside it ended"],
+      ],
+      kind,
+      (chosen) =>
+        put({ rest: "rest", ensemble: { kind: "ensemble", n: 10, seed: 0 }, continuation: { kind: "continuation", direction: "up" } }[chosen]),
+    ),
+    kind === "ensemble" &&
+      numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
+    kind === "continuation" &&
+      picker(
+        "Frequencies go",
+        [
+          ["up", "up"],
+          ["down", "down"],
+        ],
+        start.direction ?? "up",
+        (direction) => put({ ...start, direction }),
+      ),
+    el("span", { class: "faults" }),
+  );
+}
+
+/** When a response counts as steady. @param {any} study @param {(path: string, value: any) => void} change */
+export function steadyField(study, change) {
+  const steady = study.steady ?? {};
+  return el(
+    "div",
+    { class: "row" },
+    numberField("Most cycles per point", "steady.max_cycles", steady.max_cycles ?? 4000, (value) => change("steady.max_cycles", value)),
+    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? 1e-4, (value) => change("steady.tolerance", value)),
+  );
+}

@@ -1,0 +1,154 @@
+/** The list of studies: live, searchable, and helpful where there is none yet. */
+
+import { ask, follow, refusalBox } from "./api.js";
+import { debounced, el, fill, picker, prose } from "./dom.js";
+import { moment } from "./numbers.js";
+import { actions, badge, isActive, progressBar } from "./progress.js";
+import { vocabulary } from "./vocabulary.js";
+
+/** Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them. */
+const STREAMS = 2;
+const LOOK_MILLISECONDS = 4000;
+const PAGE = 50;
+const STATES = ["queued", "running", "done", "cancelled", "failed"];
+
+/** @type {import("./main.js").View} */
+export async function studiesView(root) {
+  const list = el("div", { class: "studies" });
+  const found = { name: "", state: "" };
+  /** @type {Map<string, () => void>} */
+  const streams = new Map();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let timer;
+  let left = false;
+
+  const search = el("input", {
+    type: "search",
+    placeholder: "part of a name",
+    oninput: debounced(250, () => ((found.name = search.value), look())),
+  });
+  const states = /** @type {[string, string][]} */ ([["", "any state"], ...STATES.map((s) => [s, s])]);
+  fill(
+    root,
+    el("div", { class: "row spread" }, el("h1", {}, "Studies"), el("a", { class: "button primary", href: "#/new" }, "New study")),
+    el(
+      "form",
+      { class: "row", role: "search", "aria-label": "Studies", onsubmit: (/** @type {Event} */ event) => event.preventDefault() },
+      el("label", { class: "field" }, el("span", {}, "Search"), search),
+      picker("State", states, "", (state) => ((found.state = state), look())),
+    ),
+    list,
+  );
+
+  /** @param {string} [cursor] */
+  async function look(cursor) {
+    clearTimeout(timer);
+    let page;
+    try {
+      page = await ask("studies", { ...found, limit: PAGE, cursor });
+    } catch (error) {
+      fill(list, refusalBox(error));
+      return;
+    }
+    if (left) return;
+    if (page.studies.length === 0 && !cursor) fill(list, found.name || found.state ? nothingFound() : await nothingYet());
+    else draw(page, Boolean(cursor));
+    listen(page.studies);
+  }
+
+  /** @param {any} page @param {boolean} more */
+  function draw(page, more) {
+    const rows = page.studies.map(row);
+    if (more) list.querySelector("ul").append(...rows);
+    else fill(list, el("ul", { class: "cards" }, rows));
+    list.querySelector(".more")?.remove();
+    if (page.cursor) {
+      list.append(el("button", { type: "button", class: "more", onclick: () => look(page.cursor) }, "Show more"));
+    }
+  }
+
+  /** @param {any} record */
+  function row(record) {
+    const item = el("li", { class: "card", "data-study": record.id });
+    redraw(item, record);
+    return item;
+  }
+
+  /** @param {Element} item @param {any} record */
+  function redraw(item, record) {
+    const name = record.name || `(no name) ${record.id}`;
+    fill(
+      item,
+      el(
+        "div",
+        { class: "grow" },
+        el("a", { class: "title", href: `#/studies/${record.id}` }, name),
+        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id)),
+        record.message && el("div", { class: "quiet" }, record.message),
+      ),
+      el("div", { class: "state" }, badge(record.state), progressBar(record)),
+      actions(record, () => look()),
+    );
+  }
+
+  /** Follow the first few that are on their way; ask for the list again while there are any. @param {any[]} records */
+  function listen(records) {
+    const active = records.filter((record) => isActive(record.state));
+    for (const record of active) {
+      if (streams.size >= STREAMS || streams.has(record.id)) continue;
+      const stop = follow(record.id, (now, event) => {
+        const item = list.querySelector(`[data-study="${CSS.escape(record.id)}"]`);
+        if (item && event === "progress" && !item.contains(document.activeElement)) redraw(item, { ...record, ...now });
+        if (event !== "progress") {
+          streams.delete(record.id);
+          look();
+        }
+      });
+      streams.set(record.id, stop);
+    }
+    if (active.length > streams.size) timer = setTimeout(look, LOOK_MILLISECONDS);
+  }
+
+  await look();
+  return () => {
+    left = true;
+    clearTimeout(timer);
+    streams.forEach((stop) => stop());
+  };
+}
+
+function nothingFound() {
+  return el("p", { class: "box" }, "No study fits the search.");
+}
+
+async function nothingYet() {
+  const { studies } = await vocabulary();
+  return el(
+    "div",
+    { class: "box" },
+    el("h2", {}, "No studies yet"),
+    el(
+      "p",
+      {},
+      "A study computes a damper’s response over a grid of designs. Start from a scene of the paper, change what you like, and watch its map fill.",
+    ),
+    el(
+      "ul",
+      { class: "scenes" },
+      studies.map((/** @type {any} */ scene) =>
+        el(
+          "li",
+          {},
+          el("a", { href: `#/new?scene=${encodeURIComponent(scene.name)}` }, scene.name),
+          " ",
+          el("span", { class: "quiet" }, prose(firstSentence(scene.about[0]))),
+        ),
+      ),
+    ),
+  );
+}
+
+/** @param {string} text */
+function firstSentence(text) {
+  return text.split(/(?<=[.:]) (?=[A-Z`])/)[0].replace(/:$/, ".");
+}

@@ -1,0 +1,182 @@
+/** One study: its state, and what can be asked of it, in tabs. */
+
+import { address, ask, follow, Refusal, studyPath } from "./api.js";
+import { comparisonTab } from "./comparison.js";
+import { earthquakeTab } from "./earthquake.js";
+import { el, fill, prose, say } from "./dom.js";
+import { mapTab } from "./map_tab.js";
+import { count, duration, moment } from "./numbers.js";
+import { actions, badge, isActive, progressBar } from "./progress.js";
+import { Selection } from "./selection.js";
+import { vocabulary } from "./vocabulary.js";
+
+/**
+ * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget}} Session
+ * @typedef {(session: Session, place: HTMLElement) => void} Tab
+ */
+
+/** @type {[string, string, Tab][]} */
+const TABS = [
+  ["map", "Map and point", mapTab],
+  ["tmd", "Tuned mass damper", comparisonTab],
+  ["earthquake", "Earthquake", earthquakeTab],
+  ["data", "Data", dataTab],
+];
+
+/** @type {import("./main.js").View} */
+export async function studyView(root, { parts, query }) {
+  const record = await ask(studyPath(parts[0]));
+  const [words, grid] = await Promise.all([vocabulary(), ask(studyPath(record.id, "axes"))]);
+  /** @type {Session} */
+  const session = {
+    record,
+    selection: new Selection(grid.axes),
+    variables: grid.variables,
+    words,
+    changes: new EventTarget(),
+  };
+  const asked = Object.fromEntries([...query].filter(([name, value]) => name in grid.axes && Number.isFinite(Number(value))).map(([name, value]) => [name, Number(value)]));
+  if (Object.keys(asked).length) session.selection.chooseValues(asked);
+  else await restAtBest(session);
+
+  const head = el("div", { class: "head" });
+  const place = el("div", { class: "tab" });
+  /** @type {(() => void) | undefined} */
+  let stop;
+
+  function drawHead() {
+    const now = session.record;
+    fill(
+      head,
+      el(
+        "div",
+        { class: "row spread" },
+        el("h1", {}, now.name || now.id),
+        actions(now, (changed) => {
+          if (changed === null) location.hash = "#/";
+          else update(changed);
+        }),
+      ),
+      el("div", { class: "row" }, badge(now.state), progressBar(now)),
+      now.message && el("p", { class: "box fault" }, prose(now.message)),
+    );
+  }
+
+  /** @param {any} changed */
+  function update(changed) {
+    const grown = changed.blocks_done !== session.record.blocks_done || changed.state !== session.record.state;
+    session.record = { ...session.record, ...changed };
+    drawHead();
+    if (grown) session.changes.dispatchEvent(new Event("grown"));
+    if (isActive(session.record.state)) listen();
+  }
+
+  function listen() {
+    stop ??= follow(session.record.id, (changed, event) => {
+      if (event !== "progress") stop = undefined;
+      if (event === "deleted") location.hash = "#/";
+      else update(changed);
+      if (event === "end") say(`${session.record.name || session.record.id} is ${changed.state}.`);
+    });
+  }
+
+  drawHead();
+  if (isActive(record.state)) listen();
+  fill(root, head, tabList(record.id, parts[1] ?? "map", place, session), place);
+  const remember = () => remembered(session, parts[1]);
+  session.selection.addEventListener("chosen", remember);
+  return () => stop?.();
+}
+
+/** @param {Session} session */
+async function restAtBest({ record, selection }) {
+  try {
+    const { designs } = await ask(studyPath(record.id, "optimal-designs"), { top: 1 });
+    if (designs.length) selection.rest(designs[0]);
+  } catch (error) {
+    // Nothing is computed yet, or the study keeps no amplitude: any point will do.
+    if (!(error instanceof Refusal)) throw error;
+  }
+}
+
+/** Keep the point in the address, so that a link leads back to it. @param {Session} session @param {string | undefined} tab */
+function remembered(session, tab) {
+  if (!session.selection.chosen) return;
+  const query = new URLSearchParams(Object.entries(session.selection.at()).map(([name, value]) => [name, String(value)]));
+  history.replaceState(null, "", `#/studies/${session.record.id}/${tab ?? "map"}?${query}`);
+}
+
+/**
+ * Links to the tabs, and the one that is shown.
+ *
+ * @param {string} id
+ * @param {string} current
+ * @param {HTMLElement} place
+ * @param {Session} session
+ */
+function tabList(id, current, place, session) {
+  const [, , show] = TABS.find(([name]) => name === current) ?? TABS[0];
+  queueMicrotask(() => show(session, place));
+  return el(
+    "nav",
+    { class: "tabs", "aria-label": "Parts of the study" },
+    TABS.map(([name, title]) =>
+      el(
+        "a",
+        {
+          href: `#/studies/${id}/${name}`,
+          "aria-current": name === current ? "page" : null,
+          onclick: (/** @type {Event} */ event) => {
+            if (!session.selection.chosen) return;
+            event.preventDefault();
+            const query = new URLSearchParams(Object.entries(session.selection.at()).map(([key, value]) => [key, String(value)]));
+            location.hash = `#/studies/${id}/${name}?${query}`;
+          },
+        },
+        title,
+      ),
+    ),
+  );
+}
+
+/** @type {Tab} */
+function dataTab(session, place) {
+  const { record } = session;
+  const formats = /** @type {[string, string][]} */ ([
+    ["netcdf", "netCDF: for Python, MATLAB, Julia"],
+    ["csv", "CSV: one row a point"],
+    ["parquet", "Parquet: the same, small and typed"],
+  ]);
+  fill(
+    place,
+    el(
+      "div",
+      { class: "columns" },
+      el(
+        "section",
+        { class: "box" },
+        el("h2", {}, "Download the data"),
+        el("ul", {}, formats.map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
+        el("p", { class: "quiet" }, "Points that are not computed yet have status −1. Other programs read the cube where it is, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
+        el("h2", {}, "The study"),
+        facts(record),
+      ),
+      el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", { tabindex: 0, role: "region", "aria-label": "Definition as JSON" }, JSON.stringify(record.definition, null, 2))),
+    ),
+  );
+}
+
+/** @param {any} record */
+function facts(record) {
+  const entries = /** @type {[string, string][]} */ ([
+    ["Id", record.id],
+    ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
+    ["Taken from earlier studies", count(record.points_reused)],
+    ["Submitted", moment(record.created)],
+    ["Finished", moment(record.finished)],
+    ["Time in kernels", duration(record.kernel_seconds)],
+    ["Version", record.provenance?.solver_version ?? "–"],
+  ]);
+  return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))));
+}
+

@@ -1,0 +1,254 @@
+/** A new study: its fields and its JSON are two views of one document, and either can be edited. */
+
+import { refusalBox, Refusal, send, faultText } from "./api.js";
+import { axisField } from "./axis_field.js";
+import { checkbox, debounced, el, fill, picker, prose, say } from "./dom.js";
+import { count, counted, duration, size } from "./numbers.js";
+import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
+import { contactField, startField, steadyField } from "./settings_fields.js";
+import { vocabulary } from "./vocabulary.js";
+
+const OF_PARTICLE = ["clearance_ratio", "mass_ratio", "restitution"];
+const FIRST_SCENE = "figure-11";
+
+/** @type {import("./main.js").View} */
+export async function studyForm(root, { query }) {
+  const { studies: scenes } = await vocabulary();
+  const wanted = query.get("scene") ?? FIRST_SCENE;
+  const scene = scenes.find((/** @type {any} */ one) => one.name === wanted) ?? scenes[0];
+  let study = structuredClone(scene.definition);
+  /** @type {AbortController | undefined} */
+  let asking;
+
+  const about = el("div", { class: "quiet about" });
+  const fields = el("div", { class: "fields" });
+  const text = el("textarea", { spellcheck: "false", rows: 24, "aria-label": "The study as JSON", oninput: () => typed() });
+  const wrong = el("p", { class: "faults", role: "alert" });
+  const estimate = el("div", { class: "estimate", role: "status" });
+  const elsewhere = el("div", { class: "faults" });
+  const submit = el("button", { type: "submit", class: "primary" }, "Run the study");
+  const options = scenes.map((/** @type {any} */ one) => [one.name, one.name]);
+
+  /** @param {string} name */
+  function choose(name) {
+    const chosen = scenes.find((/** @type {any} */ one) => one.name === name);
+    study = structuredClone(chosen.definition);
+    fill(about, chosen.about.map((/** @type {string} */ paragraph) => el("p", {}, prose(paragraph))));
+    draw();
+    changed();
+  }
+
+  /** Draw the fields anew: the document came from elsewhere, or what it holds has changed. */
+  function draw() {
+    fill(fields, fieldsOf(study, change, redraw));
+  }
+
+  /** @param {string} path @param {any} value */
+  function change(path, value) {
+    setAt(study, path, value);
+    changed();
+  }
+
+  /** @param {any} next */
+  function redraw(next) {
+    study = next;
+    draw();
+    changed();
+  }
+
+  function changed() {
+    text.value = JSON.stringify(study, null, 2);
+    wrong.textContent = "";
+    submit.disabled = false;
+    judge();
+  }
+
+  function typed() {
+    try {
+      const document = JSON.parse(text.value);
+      if (document === null || typeof document !== "object" || Array.isArray(document)) throw new Error("{ } is needed");
+      study = document;
+    } catch (error) {
+      wrong.textContent = `This is not JSON yet: ${error instanceof Error ? error.message : error}`;
+      submit.disabled = true;
+      return;
+    }
+    wrong.textContent = "";
+    submit.disabled = false;
+    draw();
+    judge();
+  }
+
+  const judge = debounced(300, async () => {
+    asking?.abort();
+    asking = new AbortController();
+    try {
+      const cost = await send("studies", study, { dry_run: true }, asking.signal);
+      showFaults([]);
+      fill(estimate, estimated(cost));
+    } catch (error) {
+      if (!(error instanceof Refusal)) return;
+      showFaults(error.faults);
+      if (error.faults.length) fill(estimate, `${counted(error.faults.length, "fault")} to mend before it can run.`);
+      else fill(estimate, refusalBox(error));
+    }
+  });
+
+  /** Put each fault at the field that it names; what has no field here goes above the button. @param {any[]} faults */
+  function showFaults(faults) {
+    for (const place of root.querySelectorAll(".faults")) if (place !== wrong) fill(place);
+    for (const marked of root.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
+    for (const fault of faults) {
+      const field = fieldOf(fields, fault.field);
+      for (const input of field?.querySelectorAll("input") ?? []) input.setAttribute("aria-invalid", "true");
+      (field?.querySelector(".faults") ?? elsewhere).append(el("p", {}, faultText(fault)));
+    }
+  }
+
+  /** @param {Event} event */
+  async function run(event) {
+    event.preventDefault();
+    submit.disabled = true;
+    try {
+      const record = await send("studies", study);
+      say("The study was taken.");
+      location.hash = `#/studies/${record.id}`;
+    } catch (error) {
+      submit.disabled = false;
+      if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
+      else fill(elsewhere, refusalBox(error));
+    }
+  }
+
+  fill(
+    root,
+    el("h1", {}, "New study"),
+    el("div", { class: "row" }, picker("Start from", options, scene.name, choose)),
+    about,
+    el(
+      "form",
+      { class: "columns", onsubmit: run, novalidate: true },
+      el("div", {}, fields),
+      el(
+        "div",
+        { class: "beside" },
+        el("section", { class: "box cost", "aria-label": "What it will cost" }, estimate, elsewhere, submit),
+        el(
+          "details",
+          { open: window.matchMedia("(min-width: 60rem)").matches },
+          el("summary", {}, "The study as JSON"),
+          el("p", { class: "quiet" }, "Edit it here or in the fields: each follows the other."),
+          text,
+          wrong,
+        ),
+      ),
+    ),
+  );
+  choose(scene.name);
+  return () => asking?.abort();
+}
+
+/**
+ * Every field of a study.
+ *
+ * @param {any} study
+ * @param {(path: string, value: any) => void} change
+ * @param {(study: any) => void} redraw
+ */
+function fieldsOf(study, change, redraw) {
+  const axes = study.axes ?? {};
+  const withParticle = study.particle !== false;
+  const withUnits = study.physical !== undefined && study.physical !== null;
+  const name = el("input", { type: "text", maxlength: 200, value: study.name ?? "", oninput: () => change("name", name.value) });
+  /** @param {string} ratio */
+  const ofRatio = (ratio) => {
+    if (!withParticle && OF_PARTICLE.includes(ratio)) return null;
+    const unit = STANDS_FOR[ratio];
+    if (withUnits && study.physical[unit] !== undefined) {
+      return axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec));
+    }
+    const quantity = RATIOS[ratio];
+    const spec = ratio === "damping_ratio" ? study.damping_ratio : axes[ratio];
+    return axisField(quantity, spec ?? quantity.usual, (value) => change(quantity.field, value));
+  };
+  return [
+    el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
+    el(
+      "div",
+      { class: "row" },
+      checkbox("With a particle", withParticle, (on) => redraw(on ? withParticleAgain(study) : withoutParticle(study))),
+      picker(
+        "Sizes as",
+        [
+          ["ratios", "ratios"],
+          ["units", "units: mm, N, Hz, kg"],
+        ],
+        withUnits ? "units" : "ratios",
+        (kind) => redraw(kind === "units" ? inUnits(study) : inRatios(study)),
+      ),
+    ),
+    withUnits && ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((unit) =>
+      axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec)),
+    ),
+    Object.keys(RATIOS).map(ofRatio),
+    el(
+      "details",
+      { class: "more" },
+      el("summary", {}, "Contact, starts and when a response counts as steady"),
+      contactField(study, change, redraw),
+      startField(study, change, redraw),
+      steadyField(study, change),
+    ),
+  ];
+}
+
+/** @param {any} study */
+function withoutParticle(study) {
+  const axes = { ...study.axes };
+  for (const name of OF_PARTICLE) delete axes[name];
+  const next = { ...study, particle: false, axes };
+  if (next.physical) {
+    const { clearance_m: _d, particle_mass_kg: _m, ...physical } = next.physical;
+    next.physical = physical;
+  }
+  return next;
+}
+
+/** @param {any} study */
+function withParticleAgain(study) {
+  const { particle: _particle, ...rest } = study;
+  const axes = { ...study.axes };
+  for (const name of OF_PARTICLE) axes[name] ??= RATIOS[name].usual;
+  const next = { ...rest, axes };
+  return study.physical ? inUnits(next) : next;
+}
+
+/** @param {any} study @param {string} path @param {any} value */
+function setAt(study, path, value) {
+  const keys = path.split(".");
+  const last = /** @type {string} */ (keys.pop());
+  let place = study;
+  for (const key of keys) place = place[key] ??= {};
+  place[last] = value;
+}
+
+/** The field that a fault names, or that holds what it names. @param {Element} fields @param {string} path */
+function fieldOf(fields, path) {
+  for (let name = path; name; name = name.replace(/(\.|\[)[^.[]*$|^[^.[]+$/, "")) {
+    const found = fields.querySelector(`[data-field="${CSS.escape(name)}"]`);
+    if (found) return found;
+  }
+  return null;
+}
+
+/** @param {any} cost */
+function estimated(cost) {
+  return el(
+    "dl",
+    { class: "facts" },
+    el("div", {}, el("dt", {}, "Points"), el("dd", {}, count(cost.points))),
+    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}`)),
+    el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
+    el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
+  );
+}

@@ -1,0 +1,85 @@
+/** What a study can be made of and what its results mean, asked for once. */
+
+import { ask } from "./api.js";
+import { el } from "./dom.js";
+
+/** @type {Promise<any> | undefined} */
+let asked;
+
+/** @returns {Promise<any>} the catalogue of the service */
+export function vocabulary() {
+  asked ??= ask("catalog").catch((error) => {
+    asked = undefined;
+    throw error;
+  });
+  return asked;
+}
+
+/** Symbols of the six dimensions, as the paper writes them. @type {Record<string, string>} */
+export const SYMBOLS = {
+  damping_ratio: "ζ",
+  restitution: "e",
+  mass_ratio: "β",
+  clearance_ratio: "d/Z",
+  friction_ratio: "γ_F",
+  frequency_ratio: "r",
+};
+
+export const DIMENSIONS = Object.keys(SYMBOLS);
+
+/** Names for people. @type {Record<string, string>} */
+export const NAMES = {
+  damping_ratio: "Structural damping ratio",
+  restitution: "Coefficient of restitution",
+  mass_ratio: "Mass ratio",
+  clearance_ratio: "Clearance ratio",
+  friction_ratio: "Friction ratio",
+  frequency_ratio: "Frequency ratio",
+};
+
+/** Name and symbol of a dimension. @param {string} dimension */
+export function titled(dimension) {
+  return `${NAMES[dimension]} ${SYMBOLS[dimension]}`;
+}
+
+/** The same as the plotting library sets it, with the index lowered. @param {string} dimension */
+export function axisTitle(dimension) {
+  return titled(dimension).replace(/_(\w)/, "<sub>$1</sub>");
+}
+
+/** The symbol of a dimension as it is printed. @param {string} dimension @returns {HTMLElement} */
+export function symbol(dimension) {
+  const [letter, index] = SYMBOLS[dimension].split("_");
+  return el("i", {}, letter, index && el("sub", {}, index));
+}
+
+/** @type {Record<string, string>} */
+const TUNINGS = {
+  den_hartog: "Den Hartog",
+  den_hartog_table4: "Den Hartog, as the paper’s Table 4",
+  hinf: "H∞",
+  h2: "H2",
+  minimax: "least peak (minimax)",
+};
+
+/** The tunings of a mass damper, for a picker. @param {any} words the catalogue @returns {[string, string][]} */
+export function tunings(words) {
+  return Object.keys(words.tunings).map((name) => [name, TUNINGS[name] ?? name.replaceAll("_", " ")]);
+}
+
+/**
+ * Response classes: a colour that colour-blind people tell apart (Okabe and Ito 2008), and a shape for everyone.
+ *
+ * @type {Record<string, {colour: string, shape: string}>}
+ */
+export const CLASS_LOOKS = {
+  "-1": { colour: "#888888", shape: "line-ew-open" },
+  "0": { colour: "#999999", shape: "circle-open" },
+  "1": { colour: "#56b4e9", shape: "square" },
+  "2": { colour: "#0072b2", shape: "triangle-down" },
+  "3": { colour: "#009e73", shape: "circle" },
+  "4": { colour: "#f0e442", shape: "diamond" },
+  "5": { colour: "#e69f00", shape: "triangle-up" },
+  "6": { colour: "#cc79a7", shape: "cross" },
+  "7": { colour: "#d55e00", shape: "x" },
+};

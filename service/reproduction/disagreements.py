@@ -1,0 +1,52 @@
+"""Where the paper disagrees with itself: its own numbers, one computed from the others."""
+
+from service.reproduction.section import Row, Section, Solve
+from studies.paper import paper_numbers
+from studies.presets import SLOW_MOTION
+from studies.tmd.tunings import den_hartog
+
+
+def disagreements(solve: Solve, quick: bool) -> Section:
+    """Set numbers of the paper beside what others of its numbers make of them."""
+    section = Section("The paper beside itself")
+    known = paper_numbers()
+    value = {name: number.value for name, number in known.items()}
+    hybrid = [value[f"hybrid_{k}"] for k in (1, 2, 3)]
+    particle = [value[f"particle_{k}"] for k in (1, 2, 3)]
+    section.rows = [
+        Row("hybrid below friction alone, share", known["less_than_friction"], 1 - min(hybrid) / value["friction_alone"],
+            "from Table 3: agrees"),
+        Row("hybrid below particle alone, share", known["less_than_particle"], 1 - min(hybrid) / min(particle),
+            "from Table 3, the best hybrid (7.5 mm) against the best particle (22.5 mm): agrees"),
+        *(
+            Row(f"the same at one clearance, {value[f'clearance_{k}_mm']:g} mm", known["less_than_particle"],
+                1 - hybrid[k - 1] / particle[k - 1], "from Table 3")
+            for k in (1, 2, 3)
+        ),
+        *(
+            Row(f"base amplitude Z of d = {value[f'clearance_{k}_mm']:g} mm, mm", None,
+                value[f"clearance_{k}_mm"] / value[f"clearance_ratio_{k}"],
+                f"from its label d/Z = {value[f'clearance_ratio_{k}']:g}: three clearances, three amplitudes")
+            for k in (1, 2, 3)
+        ),
+        Row("third clearance, mm", known["clearance_3_text_mm"], value["clearance_3_mm"],
+            "caption of Figure 7; the text has another"),
+        Row("clearance best for the particle alone, mm", known["clearance_3_mm"],
+            value[f"clearance_{1 + particle.index(min(particle))}_mm"], "lowest of Table 3; the text of Figure 7 has another"),
+        Row("contact time of foam over the period", None, value["contact_time_soft_s"] * value["natural_frequency_hz"],
+            "from Tables 1 and 2: longer than a whole cycle, and two impacts a cycle are common"),
+        Row("the same, if read off slow motion", None,
+            value["contact_time_soft_s"] * value["natural_frequency_hz"] / SLOW_MOTION,
+            f"the film ran {SLOW_MOTION:g} times slower than life"),
+        Row("ζ_opt", known["absorber_damping"], den_hartog(value["mass_ratio"]).damping_ratio,
+            "(15) with the μ of Table 4; see Table 4"),
+        Row("hybrid below TMD in the earthquake, share", known["earthquake_less_than_tmd"],
+            1 - value["earthquake_peak_hybrid_m"] / value["earthquake_peak_tmd_m"], "from Table A1: agrees"),
+    ]  # fmt: skip
+    section.words = [
+        "Here both columns are the paper's: what it prints, and what follows from its other numbers.",
+        "Text against text: (12) is said to be infinite at resonance \"with any magnitude of the friction force\", and 0.6 "
+        "to be \"quite close to the theoretical limit of π/4\", beyond which it is not; (1) is unforced as printed; "
+        "conservation of momentum is said to hold for elastic impacts only.",
+    ]  # fmt: skip
+    return section

@@ -1,0 +1,47 @@
+"""What the paper leaves open, and every way in which it is read here: contact times, base amplitude."""
+
+from studies.faults import listing
+from studies.paper import paper_numbers
+from studies.presets import CONTACT_TIMES
+
+INSTANT, PRINTED, REAL = "instant", "dwell, 0.411 s", "dwell, 20.55 ms"
+SOFT: dict[str, dict[str, object]] = {
+    INSTANT: {"model": "instant"},
+    PRINTED: {"model": "dwell", "contact_time": "paper_soft_printed"},
+    REAL: {"model": "dwell", "contact_time": "paper_soft_real"},
+}
+"""Contact models of the foam cushion by name: none, the contact time as printed, and in real time."""
+HARD: dict[str, dict[str, object]] = {
+    INSTANT: {"model": "instant"},
+    PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
+    REAL: {"model": "dwell", "contact_time": "paper_hard_real"},
+}
+"""The same of the aluminium wall, under the name of the foam's: both times are read in one way."""
+
+LABELS = "labels of Figure 12"
+FRICTION_RATIOS = (0.6, 0.69, 0.8)
+"""Candidates for the friction ratio of the 4 mm compression, which the paper does not print."""
+CHOSEN_FRICTION = 0.69
+"""The candidate with which friction alone gives about the 16.22 of Table 3."""
+
+
+def clearances() -> dict[str, tuple[float, float, float]]:
+    """Give d/Z of the three cavities for every reading: as labelled, and with the one Z that fits each label."""
+    known = paper_numbers()
+    lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
+    labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]
+    found = {LABELS: (labels[0], labels[1], labels[2])}
+    for length, label in zip(lengths, labels, strict=True):
+        amplitude = length / label
+        first, second, third = (round(other / amplitude, 12) for other in lengths)
+        found[f"Z = {amplitude:g} mm"] = (first, second, third)
+    return found
+
+
+def contacts_in_words() -> str:
+    """Say what the contact models are."""
+    named = [f"{name} ({CONTACT_TIMES[name].doc})" for name in ("paper_soft_printed", "paper_soft_real")]
+    return (
+        "The paper adds contact times to all its simulations without saying how. Tried: `instant` (none), and `dwell` "
+        f"(the particle moves with the wall for that time) with {listing(named)}."
+    )

@@ -1,0 +1,137 @@
+"""The report: every section in order, as one document, and in words."""
+
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from service.reproduction.disagreements import disagreements
+from service.reproduction.earthquake import table_a1
+from service.reproduction.friction import figure_9, figure_10
+from service.reproduction.hybrid import figure_11, table_3
+from service.reproduction.particle import figure_7, figure_8
+from service.reproduction.section import Section, Solve
+from service.reproduction.tuned_mass import figure_14, table_4
+from worker.jit import source_hash
+from worker.provenance import code_version
+
+SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
+    "figure 7": figure_7,
+    "figure 8": figure_8,
+    "figure 9": figure_9,
+    "figures 10 and 9": figure_10,
+    "figure 11": figure_11,
+    "table 3": table_3,
+    "table 4": table_4,
+    "figure 14": figure_14,
+    "table A1": table_a1,
+    "the paper beside itself": disagreements,
+}
+"""By what is shown while it is worked on; each computes what it needs through `solve`."""
+PAPER = (
+    "M. A. Akbar, W. O. Wong, E. Rustighi, A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction, "
+    "Machines 2023, 11, 545"
+)
+
+
+def make_report(
+    solve: Solve, quick: bool = False, on_section: Callable[[str], None] = lambda what: None
+) -> tuple[dict[str, Any], dict[str, Figure]]:
+    """Compute every section, here and now.
+
+    Parameters
+    ----------
+    solve : callable
+        From a study to its cube: computed, or found where it is computed already.
+    quick : bool
+        A short form with a few points of each study: for trying out, not for the numbers.
+    on_section : callable
+        Told what is being worked on.
+
+    Returns
+    -------
+    dict, dict of Figure
+        The report, JSON-able: `created`, `version`, `kernels`, `quick`, `seconds`, `paper`, `sections`; and its
+        figures by file name.
+    """
+    began = time.perf_counter()
+    made = []
+    for name, section in SECTIONS.items():
+        on_section(name)
+        made.append(section(solve, quick))
+    report = {
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "version": code_version(),
+        "kernels": source_hash(),
+        "quick": quick,
+        "seconds": time.perf_counter() - began,
+        "paper": PAPER,
+        "sections": [section.document() for section in made],
+    }
+    return report, {name: figure for section in made for name, figure in section.figures.items()}
+
+
+def in_markdown(report: dict[str, Any]) -> str:
+    """Put a report into words.
+
+    Parameters
+    ----------
+    report : dict
+        Of `make_report`; the figures are expected beside the file.
+    """
+    lines = [
+        "# The paper reproduced",
+        "",
+        f"{report['paper']}.",
+        "",
+        f"Computed {report['created']} with damperlab {report['version']} (kernels {report['kernels']}) in "
+        f"{report['seconds']:.0f} s. Every number under *ours* is a result of this run; those of the paper are as printed, "
+        "with their place. X/Z is the mean over steady cycles of the largest |x|/Z of a cycle, unless a row says otherwise; "
+        "*error* is what is unknown about it. *Difference* is ours over the paper's, less one.",
+        "",
+    ]
+    if report["quick"]:
+        lines += ["**Short form: few points of each study and short runs, for trying out.**", ""]
+    for section in report["sections"]:
+        lines += [f"## {section['title']}", ""]
+        for name in section["figures"]:
+            lines += [f"![{section['title']}]({name})", ""]
+        for words in section["words"]:
+            lines += [words, ""]
+        lines += _rows(section["rows"])
+        for table in section["tables"]:
+            lines += [_line(table["columns"]), _line(["---"] * len(table["columns"]))]
+            lines += [*(_line(row) for row in table["rows"]), ""]
+        if section["studies"]:
+            names = [f"`{s['id']}` {s['name']} ({s['points']} points)" for s in section["studies"]]
+            lines += [f"Studies: {'; '.join(names)}.", ""]
+    return "\n".join(lines)
+
+
+def _rows(rows: list[dict[str, Any]]) -> list[str]:
+    lines = [
+        "| quantity | paper | place | ours | error | difference | contact | assumption |",
+        "|---|---:|---|---:|---:|---:|---|---|",
+    ]
+    for row in rows:
+        error = "" if row["error"] is None else f"{row['error']:.1g}"
+        # a thousandth of a per cent is the paper's rounding; without the sum it may come out as -0.0 %
+        difference = "" if row["difference"] is None else f"{round(row['difference'], 5) + 0.0:+.1%}"
+        paper = "" if row["paper"] is None else f"{row['paper']:.6g}"
+        lines.append(
+            _line(
+                (row["quantity"], paper, row["place"] or "", _number(row["ours"]), error, difference, row["contact"],
+                 row["assumption"])
+            )
+        )  # fmt: skip
+    return [*lines, ""]
+
+
+def _line(cells: Any) -> str:
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.6g}"

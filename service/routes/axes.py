@@ -1,0 +1,26 @@
+"""The grid of a study: the values along each of its dimensions."""
+
+from fastapi import APIRouter
+
+from service.documents import Document
+from service.problems import documented
+from service.routes.queries import router as queries
+from service.state import TheService, TheStudy
+from studies.variables import DIMENSIONS
+
+router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
+
+
+@router.get(
+    "/axes", response_class=Document, responses=documented(404, 503), summary="The values of every dimension"
+)
+def axes(service: TheService, study: TheStudy) -> Document:
+    """List the grid's values by dimension, and the names of the variables that the study stores."""
+    cube = service.store.cube(study.id)
+    return Document(
+        {
+            "study": study.id,
+            "axes": {name: cube[name].values for name in DIMENSIONS},
+            "variables": [str(name) for name in cube.data_vars],
+        }
+    )

@@ -1,0 +1,69 @@
+"""What a study can be made of: the named studies, the dimensions, the variables and their meanings."""
+
+from typing import Any
+
+from fastapi import APIRouter
+
+from service.documents import Document
+from studies.answers.design_question import OBJECTIVES
+from studies.answers.pareto import RESPECTS
+from studies.physical import QUANTITIES
+from studies.quantity import DEFAULTS, RATIOS, Quantity
+from studies.reading import named_texts
+from studies.text import load_text
+from studies.tmd.tunings import CRITERIA
+from studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status
+
+router = APIRouter(prefix="/api/v1", tags=["studies"])
+
+
+@router.get("/catalog", response_class=Document, summary="Named studies, dimensions, variables, meanings")
+def catalog() -> Document:
+    """Say what a study can be made of and what its results mean: all that a form or a legend needs."""
+    return Document(
+        {
+            "studies": [_study(name, text) for name, text in named_texts().items()],
+            "dimensions": [
+                _bounds(quantity) | {"long_name": DIMENSION_LONG_NAMES[name], "default": DEFAULTS.get(name)}
+                for name, quantity in RATIOS.items()
+            ],
+            "physical": [_bounds(quantity) | {"long_name": quantity.meaning} for quantity in QUANTITIES],
+            "variables": [
+                {
+                    "name": variable.name,
+                    "units": variable.units,
+                    "long_name": variable.long_name,
+                    "doc": variable.doc,
+                    "coded": variable.flags is not None,
+                }
+                for variable in VARIABLES.values()
+            ],
+            "status": {str(status.value): status.sentence for status in Status},
+            "response_class": {
+                str(kind.value): {"name": kind.name.lower().replace("_", " "), "sentence": kind.sentence}
+                for kind in ResponseClass
+            },
+            "objectives": OBJECTIVES,
+            "respects": {name: meaning for name, (_, meaning) in RESPECTS.items()},
+            "tunings": CRITERIA,
+        }
+    )
+
+
+def _bounds(quantity: Quantity) -> dict[str, Any]:
+    return {"name": quantity.name, "lowest": quantity.lowest, "highest": quantity.highest}
+
+
+def _study(name: str, text: bytes) -> dict[str, Any]:
+    """Give a named study as it was written, and the comment that it opens with."""
+    opening = []
+    for line in text.decode().splitlines():
+        if not line.startswith("#"):
+            break
+        opening.append(line.removeprefix("#").strip())
+    about = [paragraph.strip() for paragraph in "\n".join(opening).split("\n\n")]
+    return {
+        "name": name,
+        "about": [" ".join(paragraph.split()) for paragraph in about if paragraph],
+        "definition": load_text(text, "yaml"),
+    }

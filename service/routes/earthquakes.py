@@ -1,0 +1,115 @@
+"""Ground-motion records, and dampers compared under them."""
+
+from typing import Annotated, Any, Literal
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.requests import Request
+
+from service.body import JSON_TYPES, media_type, read_body
+from service.documents import Document
+from service.earthquakes import answer_comparison
+from service.examples import COMPARISON_BODY, RECORD_BODY
+from service.problems import documented
+from service.state import Service, TheService
+from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.ground.files import Layout, read_record
+from studies.ground.kanai_tajimi import read_kanai_tajimi
+from studies.ground.motion import GroundMotion
+from studies.ground.question import read_earthquake
+from studies.ground.shelf import Shelf
+from studies.text import load_text
+
+router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
+
+TEXT_TYPES = ("text/plain", "text/csv", "application/octet-stream")
+
+
+class RecordQuery(BaseModel):
+    """How an uploaded record is written."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    format: Literal["at2", "csv"] | None = Field(
+        None, description="at2: PEER's; csv: two columns. By default csv for text/csv, else at2."
+    )
+    units: Literal["g", "m/s2", "cm/s2"] | None = Field(
+        None, description="Of the acceleration, where the file does not say."
+    )
+    name: str = Field("", max_length=200, description="Name of the record.")
+
+
+@router.get("/records", response_class=Document, responses=documented(503), summary="Ground-motion records")
+async def list_records(service: TheService) -> Document:
+    """List the built-in and the uploaded records, with time step, duration and peaks in SI units."""
+    return await run_sync(_list, service)
+
+
+def _list(service: Service) -> Document:
+    return Document({"records": Shelf(service.settings.data_dir).summaries()})
+
+
+@router.post(
+    "/records",
+    response_class=Document,
+    status_code=201,
+    responses=documented(413, 415, 422, 503),
+    openapi_extra={"requestBody": RECORD_BODY},
+    summary="Upload or generate a record",
+)
+async def add_record(
+    request: Request, service: TheService, query: Annotated[RecordQuery, Query()]
+) -> Document:
+    """Keep a record: 201 where it is new, 200 where the same samples are there already."""
+    kind = media_type(request, (*TEXT_TYPES, *JSON_TYPES))
+    body = await read_body(request, service.settings.body_limit_bytes)
+    return await run_sync(_add, service, body, kind, query, limiter=service.simulations)
+
+
+def _add(service: Service, body: bytes, kind: str, query: RecordQuery) -> Document:
+    motion = _generated(body) if kind in JSON_TYPES else _read(body, kind, query)
+    record_id, new = Shelf(service.settings.data_dir).put(motion)
+    document = {"id": record_id, **motion.summary()}
+    return Document(document, 201 if new else 200)
+
+
+def _read(body: bytes, kind: str, query: RecordQuery) -> GroundMotion:
+    layout: Layout = query.format or ("csv" if kind == "text/csv" else "at2")
+    if not query.name.isprintable():
+        raise StudyFaults([Fault("name", describe(query.name), "text on one line", "remove odd characters")])
+    return read_record(body, layout, query.name, query.units)
+
+
+def _generated(body: bytes) -> GroundMotion:
+    document: Any = load_text(body, "json")
+    if not isinstance(document, dict) or set(document) != {"kanai_tajimi"}:
+        faults = []
+        if isinstance(document, dict):
+            faults = [
+                unknown_key(str(key), key, ("kanai_tajimi",)) for key in document if key != "kanai_tajimi"
+            ]
+        allowed = '{"kanai_tajimi": {…}}'
+        raise StudyFaults(
+            faults or [Fault("body", describe(document), allowed, "or send a file as text/plain or text/csv")]
+        )
+    return read_kanai_tajimi(document["kanai_tajimi"])
+
+
+@router.post(
+    "/earthquake-comparisons",
+    response_class=Document,
+    responses=documented(413, 415, 422, 503),
+    openapi_extra={"requestBody": COMPARISON_BODY},
+    summary="Dampers under a record",
+)
+async def compare_dampers(request: Request, service: TheService) -> Document:
+    """Compare no damper, a tuned mass damper, friction, a particle and both under one record (the paper's Table A1)."""
+    media_type(request, JSON_TYPES)
+    body = await read_body(request, service.settings.body_limit_bytes)
+    return await run_sync(_compare, service, body, limiter=service.simulations)
+
+
+def _compare(service: Service, body: bytes) -> Document:
+    asked = read_earthquake(load_text(body, "json"), Shelf(service.settings.data_dir))
+    return Document(answer_comparison(asked))
