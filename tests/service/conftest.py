@@ -140,7 +140,7 @@ def free_port() -> int:
     return port
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def helpers() -> Any:
     """The functions above, for test files: there is no package of tests to import them from."""
     return sys.modules[__name__]

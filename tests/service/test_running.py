@@ -71,6 +71,13 @@ def test_running_study_answers_with_what_is_there(client: httpx.Client, long: di
     known = sum(value is not None for value in values)
     assert 0 < known < len(values)
     assert answer["complete"] == pytest.approx(known / len(values))
+    export = client.get(f"{STUDIES}/{long['id']}/export", params={"format": "csv"}).raise_for_status()
+    lines = export.text.splitlines()
+    status = lines[0].split(",").index("status")
+    there = sum(line.split(",")[status] != "-1" for line in lines[1:])
+    # the file may hold blocks that were done after the head of the answer was written, never fewer
+    assert 0 < float(export.headers["x-complete"]) <= there / (len(lines) - 1) + 1e-6
+    assert there < len(lines) - 1
 
 
 def test_running_study_is_not_deleted(client: httpx.Client, long: dict[str, Any]) -> None:

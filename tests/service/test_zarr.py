@@ -94,7 +94,33 @@ def test_blocks_that_are_still_coming_are_no_fill_values(
         store.set_state(study_id, "cancelled")
 
 
-@pytest.mark.parametrize("how", ["lost", "flipped"])
+def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.Client) -> None:
+    store = Store.open(service.log.parent / "data")
+    study = parse_study(
+        {"particle": False, "damping_ratio": 0.02, "axes": {"frequency_ratio": [0.5, 0.7, 1.1]}}
+    )
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), lambda _, at: np.ones(len(at["mass_ratio"])))
+    record, _ = store.submit(study, plan, {})
+    assert store.claim(record.id, "the test", 600.0)
+    for index in range(plan.count):
+        _write(store, record.id, study, plan, index, "first")
+    store.set_state(record.id, "done")
+    store.release(record.id, "the test")
+    url = f"{STUDIES}/{record.id}/zarr"
+    remote = xr.open_zarr(f"{service.url}{url}", chunks=None)
+    assert (remote["cycles"].isel(frequency_ratio=slice(2)) == 1).all()
+    client.delete(f"{STUDIES}/{record.id}").raise_for_status()
+    with pytest.raises(Exception, match="410"):
+        remote["cycles"].load()
+    gone = client.get(f"{url}/cycles/c.0.0.0.0.0.0")
+    assert (gone.status_code, gone.headers["cache-control"]) == (410, "no-store")
+    assert gone.json()["type"] == "urn:damperlab:problem:study-gone"
+    # there is nothing to open any more
+    assert client.get(f"{url}/zarr.json").status_code == 404
+    store.close()
+
+
+@pytest.mark.parametrize("how", ["lost", "flipped", "truncated", "emptied"])
 def test_damaged_blocks_are_errors(
     service: Any, client: httpx.Client, stopped: tuple[Store, str, Study, Plan], how: str
 ) -> None:
@@ -102,10 +128,15 @@ def test_damaged_blocks_are_errors(
     file = Path(store.cube_path(study_id), "amplitude_ratio", "c.0.0.0.0.0.1~first")
     content = file.read_bytes()
     try:
-        if how == "lost":
-            file.unlink()
-        else:
-            file.write_bytes(content[:3] + bytes([content[3] ^ 1]) + content[4:])
+        match how:
+            case "lost":
+                file.unlink()
+            case "flipped":
+                file.write_bytes(content[:3] + bytes([content[3] ^ 1]) + content[4:])
+            case "truncated":
+                file.write_bytes(content[:-5])
+            case "emptied":
+                file.write_bytes(b"")
         answer = client.get(f"{STUDIES}/{study_id}/zarr/amplitude_ratio/c.0.0.0.0.0.1")
         assert answer.status_code == 503
         assert answer.json()["type"] == "urn:damperlab:problem:block-damaged"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from studies.faults import Fault, StudyFaults
 from studies.guard import MAX_VALUES
-from studies.reading import named_studies, parse_study_text, read_study
+from studies.reading import named_descriptions, named_studies, parse_study_text, read_study
 from studies.text import MAX_BYTES, Format
 
 JSON = '{"axes": {"clearance_ratio": [5, 10], "frequency_ratio": 1e0}}'
@@ -133,13 +133,17 @@ def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
 def test_named_studies_carry_their_names_and_parse_back() -> None:
     studies = named_studies()
     paper = {"figure-7", "figure-8", "figure-9", "figure-11", "figure-14", "table-3"}
-    beyond = {"design-map", "figure-11-band", "robust"}
+    beyond = {"design-map", "figure-11-band", "robust", "hysteresis-up", "hysteresis-down", "attractors"}
     assert set(studies) == paper | beyond
     for name, study in studies.items():
         assert study.name == name
         assert read_study(name) == study
         assert study.coordinates["damping_ratio"].tolist() == [0.0038]
     assert len({study.digest for study in studies.values()}) == len(studies)
+    words = named_descriptions()
+    assert set(words) == set(studies)
+    # whoever reads of one way of the hysteresis is told of the other, and of the command that shows both
+    assert "response hysteresis-up --with hysteresis-down" in words["hysteresis-up"]
 
 
 def test_figure_11_is_the_papers_plane_at_resonance() -> None:

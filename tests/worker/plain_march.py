@@ -4,6 +4,7 @@ import numpy as np
 
 from worker.jit import kernel
 from worker.solver.march import half_cycle
+from worker.solver.riding import make_loaded
 from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
@@ -35,7 +36,7 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
     free = make_medium(base, 1.0)
     loaded = None
     if particle is not None:
-        loaded = make_medium(base, 1.0 + particle.mass_ratio)
+        loaded = make_loaded(base, particle, particle.wall)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     meter = np.zeros(METERS)

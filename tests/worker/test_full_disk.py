@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from distributed import Client
 
-import studies.store.store
+import studies.store.cubes
 from studies.definition import parse_study
 from studies.plan import plan_with_chunk
 from studies.store.faults import StoreFault
@@ -57,7 +57,7 @@ def fill(disk: Path, leave: int) -> Path:
     """Leave so many bytes free."""
     ballast = disk / "ballast"
     with ballast.open("wb") as file:
-        free = studies.store.store.shutil.disk_usage(disk).free
+        free = studies.store.cubes.shutil.disk_usage(disk).free
         file.write(bytes(max(0, free - leave)))
     return ballast
 
@@ -66,7 +66,7 @@ def fill(disk: Path, leave: int) -> Path:
 def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
     disk: Path, client: Client, monkeypatch: pytest.MonkeyPatch, reserve: int
 ) -> None:
-    monkeypatch.setattr(studies.store.store, "RESERVE_BYTES", reserve)
+    monkeypatch.setattr(studies.store.cubes, "RESERVE_BYTES", reserve)
     store = Store.open(disk / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id

@@ -110,17 +110,21 @@ def test_multipliers_are_those_of_the_two_impact_motion() -> None:
 
 
 def test_the_response_found_is_the_one_that_the_run_comes_to() -> None:
-    """Random points from rest: no orbit is accepted that 3000 plain cycles do not come to."""
+    """Random points from rest: no orbit is accepted that thousands of plain cycles do not come to."""
     compared = 0
     for point in islice(drawn_points(1), 150):
         response, _ = point.solve()
         if response.period == 0 or response.response_class == ResponseClass.LOCKED:
             continue
         peaks = np.empty((max(1, 128 // response.period) * response.period, 2))
-        _, outcome = march_plainly(*point, point.rest(), 3000, peaks)
+        # a run that wanders for long before it is caught has to be given longer than it took
+        cycles = max(3000, 4 * response.cycles)
+        _, outcome = march_plainly(*point, point.rest(), cycles, peaks)
         assert outcome == ARRIVED
         left = response.floquet_multiplier ** (3000.0 / response.period)
         allowed = 1e-7 * max(1.0, response.amplitude_ratio) + 10.0 * left + 10.0 * response.amplitude_error
-        assert abs(peaks[:, 0].mean() - response.amplitude_ratio) <= allowed, (point, response)
+        # the largest peak is that of the mirrored orbit too; the mean of the cycles' peaks is another where a cycle begins
+        # half a cycle later
+        assert abs(peaks[:, 0].max() - response.amplitude_ratio_max) <= allowed, (point, response)
         compared += 1
     assert compared >= 75

@@ -28,14 +28,16 @@ def environment() -> dict[str, str]:
     return {**os.environ, "COLUMNS": "200", "TERM": "dumb"}
 
 
-def run(*arguments: str | Path, status: int = 0) -> subprocess.CompletedProcess[str]:
+def run(
+    *arguments: str | Path, status: int = 0, seconds: float = END_SECONDS
+) -> subprocess.CompletedProcess[str]:
     ended = subprocess.run(
         command(*arguments),
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
         env=environment(),
-        timeout=END_SECONDS,
+        timeout=seconds,
     )
     assert ended.returncode == status, f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
     return ended

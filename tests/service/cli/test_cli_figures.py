@@ -7,9 +7,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from service.figures.comparison import draw_comparison
 from service.figures.resonance_map import draw_map
 from service.figures.style import is_logarithmic, save
 from studies.answers.resonance_map import resonance_map
+from studies.answers.tmd_comparison import tmd_comparison
 from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
@@ -104,3 +106,31 @@ def test_an_axis_is_logarithmic_where_its_values_are() -> None:
     assert is_logarithmic(np.geomspace(0.01, 100, 9))
     assert not is_logarithmic(np.linspace(0.01, 100, 9))
     assert not is_logarithmic(np.geomspace(0.8, 1.25, 9))
+
+
+def comparison() -> xr.Dataset:
+    """Compare a design that is better than a tuned mass damper everywhere but at r = 1."""
+    r = np.linspace(0.8, 1.2, 9)
+    axes = dict.fromkeys(DIMENSIONS, np.full(1, 0.1)) | {"frequency_ratio": r}
+    shape = tuple(axes[name].size for name in DIMENSIONS)
+    values = np.where(np.abs(r - 1) < 1e-9, 50.0, 0.5).reshape(shape)
+    arrays = {"amplitude_ratio": values, "status": np.zeros(shape, np.int8)}
+    return tmd_comparison(
+        xr.Dataset({name: (DIMENSIONS, array) for name, array in arrays.items()}, axes), detuning=0.05
+    )
+
+
+def test_a_comparison_draws_three_curves_and_shades_where_the_study_is_better() -> None:
+    answer = comparison()
+    (axes,) = draw_comparison(answer).axes
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names[0] == "study's damper better"
+    assert "+0.05 in frequency" in names[2]
+    curves = {line.get_label(): line for line in axes.lines}
+    np.testing.assert_array_equal(curves["study's damper"].get_ydata(), answer["hybrid"])
+    np.testing.assert_array_equal(curves[names[2]].get_ydata(), answer["tmd"])
+    np.testing.assert_array_equal(curves["no damper"].get_ydata(), answer["no_damper"])
+    spans = [(p.get_x(), p.get_x() + p.get_width()) for p in axes.patches]
+    # below and above r = 1, where the study's 50 is the worse
+    np.testing.assert_allclose(spans, answer.attrs["hybrid_better"])
+    assert [round(edge, 3) for span in spans for edge in span] == [0.8, 0.95, 1.05, 1.2]

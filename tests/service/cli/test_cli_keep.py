@@ -55,3 +55,13 @@ def test_gc_removes_what_is_old_enough(store: Store) -> None:
     assert (json.loads(young.stdout)["paths"], orphan.exists()) == (0, True)
     swept = run("gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
     assert (json.loads(swept.stdout)["paths"], orphan.exists()) == (1, False)
+
+
+def test_a_study_beyond_the_quota_is_refused_with_what_to_do(tmp_path: Path, linear_study: Path) -> None:
+    refused = run("run", linear_study, "--quota", "1kB", "--data-dir", tmp_path, status=1).stderr
+    assert "1,000 bytes" in refused
+    assert "damperlab delete" in refused
+    assert (
+        "quota_bytes" in run("run", linear_study, "--quota", "much", "--data-dir", tmp_path, status=2).stderr
+    )
+    assert not list((tmp_path / "cubes").iterdir())

@@ -50,6 +50,17 @@ def test_minimax_is_no_higher_than_any_other_tuning_and_detuning_is_worse(cube):
     )
 
 
+def test_a_force_has_its_own_transfer_function_and_it_is_said(cube, whole):
+    answer = tmd_comparison(cube, "hinf", excitation="force")
+    r = whole["frequency_ratio"].values
+    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
+    # a shaken base acts through the structure's spring and dashpot: |1 + 2iζr| times a force over the stiffness
+    base = tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, 0.0038)
+    np.testing.assert_allclose(answer["tmd"], base / np.hypot(1, 2 * 0.0038 * r), rtol=1e-11)
+    assert "answer to a force" in answer.attrs["note"]
+    assert "force" not in tmd_comparison(cube, "hinf").attrs["note"]
+
+
 def test_masses_are_equal_unless_told_otherwise_and_then_it_is_said(cube):
     assert tmd_comparison(cube).attrs["tmd_mass_ratio"] == 0.1
     other = tmd_comparison(cube, mass_ratio=0.05)
@@ -76,6 +87,7 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
         ({"criterion": "best"}, "criterion", "minimax"),
         ({"mass_ratio": 0.0}, "mass_ratio", "above 0"),
         ({"detuning": -1.0}, "detuning", "above -1"),
+        ({"excitation": "wind"}, "excitation", "base or force"),
         ({"damping_detuning": float("nan")}, "damping_detuning", "share"),
         ({"at": {"gap": 1.0}}, "gap", "one of"),
     ],

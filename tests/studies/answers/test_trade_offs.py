@@ -88,7 +88,10 @@ def test_flatness_ends_where_the_loss_is_exceeded(whole):
     assert LOSS == 0.1
     assert flat["clearance_ratio"] == {
         "dimension": "clearance_ratio", "value": 5.0, "low": 5.0, "high": 5.0, "below": 2.0, "above": 10.0,
+        "resolved": False,
     }  # fmt: skip
+    assert flat["restitution"]["resolved"]
+    assert "does not resolve the optimum in clearance_ratio, friction_ratio" in answer.attrs["note"]
     assert (flat["restitution"]["low"], flat["restitution"]["below"]) == (0.2, None)
     assert "mass_ratio" not in flat
     assert "restitution from 0.2 (end of the axis) to 0.8 (end of the axis)" in answer.attrs["note"]
@@ -155,6 +158,37 @@ def test_rays_that_leave_the_grid_everywhere_are_refused(amplitudes):
     with pytest.raises(QueryFault) as caught:
         robust_designs(_logarithmic(), amplitudes)
     assert caught.value.fault.field == "amplitudes"
+
+
+def test_limits_on_results_leave_designs_out_and_say_so(cube, whole):
+    limits = {"stick_fraction": (2.0, 8.8), "restitution": (0.4, 1.0)}
+    answer = optimal_designs(cube, "peak", (0.8, 1.2), top=1000, ranges=limits)
+    r = whole["frequency_ratio"].values
+    counting = (r >= 0.8) & (r <= 1.2)
+    expected, left_out = set(), 0
+    for index in np.ndindex(whole["status"].shape[:-1]):
+        design = tuple(whole[name].values[i].item() for name, i in zip(DESIGN, index, strict=True))
+        if design[DESIGN.index("restitution")] < 0.4:
+            continue
+        if not np.isin(whole["status"].values[index][counting], (0, 1)).all():
+            continue
+        stuck = whole["stick_fraction"].values[index][counting]
+        if ((stuck < 2.0) | (stuck > 8.8)).any():
+            left_out += 1
+        else:
+            expected.add(design)
+    assert expected
+    assert left_out
+    found = {tuple(answer[name].values[i].item() for name in DESIGN) for i in range(answer.sizes["rank"])}
+    assert found == expected
+    assert answer.attrs["outside"] == left_out
+    assert f"{left_out} outside a limit on a result" in answer.attrs["note"]
+    for wrong, field in (({"response_class": (0, 1)}, "response_class"), ({"cycles": (2, 1)}, "cycles")):
+        with pytest.raises(QueryFault) as caught:
+            optimal_designs(cube, ranges=wrong)
+        assert caught.value.fault.field == field
+    with pytest.raises(QueryFault):
+        optimal_designs(cube[["amplitude_ratio", "status"]], ranges=limits)
 
 
 def test_work_precision_counts_every_point_that_has_a_value(cube, whole):

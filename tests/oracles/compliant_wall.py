@@ -1,0 +1,192 @@
+"""The contact model `compliant` marched plainly: short Taylor steps in absolute coordinates, events by bisection.
+
+Imports nothing of the project. No step is longer than a fifth of the fastest rate of the regime, whatever that costs; every
+event function is looked at where a step ends, and a sign that changed is bisected. The number type is a parameter: floats,
+or mpmath's for a reference in extended precision.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import cos, pi, sin
+from typing import Any
+
+_FREE_STEP = 0.01
+_CONTACT_STEP = 0.2
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A number type: how to make one, its sine and cosine, π, and the Taylor terms and bisections that exhaust it."""
+
+    of: Callable[[Any], Any]
+    sin: Callable[[Any], Any]
+    cos: Callable[[Any], Any]
+    pi: Any
+    terms: int
+    bisections: int
+
+
+FLOATS = Numbers(float, sin, cos, pi, 16, 60)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Ratios of a design point with friction (0 for none), and the stiffness and damping of its walls over k."""
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction_ratio: float
+    clearance_ratio: float
+    mass_ratio: float
+    stiffness: float
+    damping: float
+
+
+class March:
+    """A march from rest: the particle free, pushed by a wall, or in a wall that would pull; the mass slips or is held."""
+
+    def __init__(self, scene: Scene, numbers: Numbers = FLOATS) -> None:
+        of = numbers.of
+        self.numbers = numbers
+        self.zeta, self.r, self.gamma = (
+            of(x) for x in (scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio)
+        )
+        self.d, self.beta = of(scene.clearance_ratio), of(scene.mass_ratio)
+        self.k, self.c = of(scene.stiffness), of(scene.damping)
+        mass = self.beta / (1 + self.beta)
+        fastest = 1.0 + 2.0 * scene.damping_ratio
+        self.free_step = of(_FREE_STEP / max(1.0, scene.frequency_ratio) / fastest)
+        rate = max(float((self.k / mass) ** 0.5), float(self.c / mass))
+        self.contact_step = min(self.free_step, of(_CONTACT_STEP / rate))
+        self.t = of(0)
+        self.u, self.u_rate, self.p, self.p_rate = of(0), of(0), of(0), of(0)
+        self.side = 0  # wall that the particle is in
+        self.pushed = False
+        self.slip = -1 if self.gamma else 0
+        self.held = False
+        self.impacts = self.turns = 0
+        self.loss = of(0)
+
+    def _expand(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
+        """Taylor coefficients of u, p, the base, and the force of the wall."""
+        phase = self.r * self.t
+        s, c = self.numbers.sin(phase), self.numbers.cos(phase)
+        base, u, p = [s, self.r * c], [self.u, self.u_rate], [self.p, self.p_rate]
+        force = []
+        for n in range(self.numbers.terms - 2):
+            below = (n + 1) * (n + 2)
+            base.append(-self.r * self.r * base[n] / below)
+            push = self.numbers.of(0)
+            if self.pushed:
+                depth = self.side * (u[n] - p[n]) - (self.d if n == 0 else 0)
+                push = self.k * depth + self.c * self.side * (n + 1) * (u[n + 1] - p[n + 1])
+            force.append(push)
+            pull = -2 * self.zeta * (n + 1) * (u[n + 1] - base[n + 1]) - (u[n] - base[n])
+            if n == 0:
+                pull -= self.slip * self.gamma
+            u.append(base[n + 2] if self.held else (pull - self.side * push) / below)
+            p.append(self.side * push / (self.beta * below))
+        return u, p, base, force
+
+    def _judge(self, force: Any) -> None:
+        """Stick or slip of a mass that is at rest on the base."""
+        phase = self.r * self.t
+        load = self.r * self.r * self.numbers.sin(phase) - (self.u - self.numbers.sin(phase))
+        load -= self.side * force
+        self.held = bool(abs(load) <= self.gamma)
+        self.slip = 0 if self.held else (1 if load > 0 else -1)
+
+    def _watches(
+        self, u: list[Any], p: list[Any], base: list[Any], force: list[Any]
+    ) -> dict[str, Callable[[Any], Any]]:
+        """Functions that become negative at an event."""
+        watches: dict[str, Callable[[Any], Any]] = {}
+        if self.gamma and self.held:
+
+            def load(h: Any) -> Any:
+                rest = self.r * self.r * _value(base, h) - (_value(u, h) - _value(base, h))
+                return self.gamma - abs(rest - self.side * _value(force, h))
+
+            watches["onset"] = load
+        elif self.gamma:
+            watches["turn"] = lambda h: self.slip * (_slope(u, h) - _slope(base, h))
+        if self.pushed:
+            watches["release"] = lambda h: _value(force, h)
+        elif self.side:
+            side = self.side
+            watches["clear"] = lambda h: side * (_value(u, h) - _value(p, h)) - self.d
+            watches["push"] = lambda h: (
+                -(
+                    self.k * (side * (_value(u, h) - _value(p, h)) - self.d)
+                    + self.c * side * (_slope(u, h) - _slope(p, h))
+                )
+            )
+        else:
+            watches["near"] = lambda h: self.d - (_value(u, h) - _value(p, h))
+            watches["far"] = lambda h: self.d + (_value(u, h) - _value(p, h))
+        return watches
+
+    def step_to(self, end: Any) -> None:
+        """One step, cut at its first event, which is carried out."""
+        u, p, base, force = self._expand()
+        in_wall = self.side != 0
+        h = min(end - self.t, self.contact_step if in_wall else self.free_step)
+        what = ""
+        for name, watch in self._watches(u, p, base, force).items():
+            if watch(h) < 0:
+                low, high = self.numbers.of(0), h
+                for _ in range(self.numbers.bisections):
+                    middle = (low + high) / 2
+                    if watch(middle) < 0:
+                        high = middle
+                    else:
+                        low = middle
+                h, what = high, name
+        self.t += h
+        self.u, self.u_rate, self.p, self.p_rate = _value(u, h), _slope(u, h), _value(p, h), _slope(p, h)
+        push = _value(force, h) if self.pushed else 0
+        if what == "release":
+            self.pushed = False
+            if not self.c:
+                self.side = 0
+        elif what == "clear":
+            self.side = 0
+        elif what == "push":
+            self.pushed = True
+        elif what in ("near", "far"):
+            self.side, self.pushed = (1 if what == "near" else -1), True
+            self.impacts += 1
+            if self.held:
+                self._judge(self.c * self.side * (self.u_rate - self.p_rate))
+        elif what in ("turn", "onset"):
+            self.turns += what == "turn"
+            self._judge(push)
+            if what == "onset" and self.held:  # at the limit up to rounding
+                load = self.r * self.r * _value(base, h) - (self.u - _value(base, h)) - self.side * push
+                self.held, self.slip = False, (1 if load > 0 else -1)
+
+
+def _value(p: list[Any], h: Any) -> Any:
+    total = p[-1]
+    for one in p[-2::-1]:
+        total = total * h + one
+    return total
+
+
+def _slope(p: list[Any], h: Any) -> Any:
+    total = (len(p) - 1) * p[-1]
+    for n in range(len(p) - 2, 0, -1):
+        total = total * h + n * p[n]
+    return total
+
+
+def end_state(
+    scene: Scene, cycles: int, numbers: Numbers = FLOATS, shift: Sequence[Any] = (0, 0, 0, 0)
+) -> tuple[list[Any], March]:
+    """State u, u', p, p' after whole cycles from rest, or from rest shifted a little, and the march that led there."""
+    march = March(scene, numbers)
+    march.u, march.u_rate, march.p, march.p_rate = (numbers.of(x) for x in shift)
+    end = 2 * numbers.pi * cycles / march.r
+    while march.t < end:
+        march.step_to(end)
+    return [march.u, march.u_rate, march.p, march.p_rate], march

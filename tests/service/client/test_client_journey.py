@@ -1,0 +1,176 @@
+"""The client from a study to its deletion, over real sockets: submitting, following, steering, listing."""
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.client import Client, Conflict, NotFound, Refused, StillRunning, Stopped
+
+LOAD = "import sys; from service.client import Client; print([name for name in {names!r} if name in sys.modules])"
+
+
+@pytest.fixture
+def remote(service: Any) -> Iterator[Client]:
+    with Client(service.url) as client:
+        yield client
+
+
+def test_import_leaves_out_what_a_client_does_not_need() -> None:
+    names = (
+        "numba",
+        "dask",
+        "distributed",
+        "worker",
+        "matplotlib",
+        "fastapi",
+        "xarray",
+        "zarr",
+        "sqlalchemy",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", LOAD.format(names=names)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_asking_a_service_needs_neither_compiler_nor_cluster(service: Any) -> None:
+    code = f"""
+import sys
+from service.client import Client
+with Client({service.url!r}) as client:
+    study = client.submit({{"particle": False, "axes": {{"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1]}}}})
+    study.wait(progress=False)
+    study.resonance_map().plot()
+    study.cube(chunks=None)["amplitude_ratio"].load()
+    client.simulate(0.5, particle=False, history=1).plot()
+print([name for name in ("numba", "distributed", "worker", "fastapi") if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
+    asked = helpers.CURVE | {"name": "a client's journey", "damping_ratio": 0.0021}
+    estimate = remote.estimate(asked)
+    assert (estimate.points, estimate.definition["name"]) == (11, "a client's journey")
+    with pytest.raises(NotFound):
+        remote.study("a client's journey")
+
+    study = remote.submit(asked)
+    assert study.wait(progress=False) is study
+    record = study.record
+    assert (record.state, record.points_done, record.digest) == ("done", 11, estimate.digest)
+    assert record.finished is not None
+    assert record.started is not None
+    assert record.finished >= record.started
+    assert record.definition == estimate.definition
+
+    # submitted again it is the same, in whatever form
+    text = tmp_path / "study.yaml"
+    text.write_text(
+        "name: a client's journey\nparticle: false\ndamping_ratio: 0.0021\n"
+        "axes: {friction_ratio: 0, frequency_ratio: {start: 0.5, stop: 1.5, num: 11}}\n"
+    )
+    arrays = asked | {"axes": {"friction_ratio": 0, "frequency_ratio": np.linspace(0.5, 1.5, 11)}}
+    for other in (text, str(text), text.read_text(), arrays):
+        assert remote.submit(other) == study
+    assert remote.study(study.id[:6]) == study
+    assert remote.study("a client's journey") == study
+    assert study in remote.studies(name="journey")
+    assert study in remote.studies("done")
+    assert study not in remote.studies("failed")
+
+    with pytest.raises(Conflict, match="there is nothing left to compute"):
+        study.resume()
+    study.delete()
+    with pytest.raises(NotFound):
+        print(study.state)
+    # what was deleted may be asked for again
+    again = remote.submit(asked).wait(progress=False)
+    assert (again, again.record.points_done) == (study, 11)
+    again.delete()
+
+
+def test_named_study_of_the_paper(remote: Client) -> None:
+    assert remote.estimate("figure-11").points == 49 * 33
+    with pytest.raises(Refused, match="did you mean figure-14"):
+        remote.submit("figur-14")
+    with pytest.raises(Refused, match=r"found 1\.0"):
+        remote.submit(1.0)  # type: ignore[arg-type]
+
+
+def test_running_study_is_asked_cancelled_and_resumed(
+    remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = helpers.long_study("asked while it runs", 0.0041)
+    # far from done when it is cancelled, however long the questions before that take
+    asked["axes"]["friction_ratio"]["num"] = 2000
+    study = remote.submit(asked)
+    with pytest.raises(StillRunning, match="points done"):
+        study.wait(progress=False, timeout=0.5)
+    helpers.wait_until(lambda: study.record.points_done > 0)
+    answer = study.resonance_map("friction_ratio", "frequency_ratio")
+    assert 0 < answer.attrs["complete"] < 1
+    assert bool(answer["amplitude_ratio"].isnull().any())
+
+    cube = study.cube()
+    status = cube["status"].values
+    assert 0 < (status == -1).sum() < status.size
+    # what was opened stays as it was, whatever is computed since
+    seen = study.record.points_done
+    helpers.wait_until(lambda: study.record.points_done > seen)
+    np.testing.assert_array_equal(cube["status"].values, status)
+    assert (study.cube()["status"].values != -1).sum() > (status != -1).sum()
+
+    with pytest.raises(Conflict):
+        study.delete()
+    study.cancel()
+    with pytest.raises(Stopped, match=r"is cancelled.*resume"):
+        study.wait(progress=False)
+    assert study.resume().state in ("queued", "running")
+    study.cancel()
+    study.delete()
+    with pytest.raises(NotFound):
+        study.resume()
+
+
+def test_waiting_outlives_a_service_that_is_killed(
+    own_service: Callable[..., Any], helpers: Any, free_port: int, tmp_path: Path
+) -> None:
+    first = own_service(DAMPERLAB_PORT=str(free_port))
+    url = f"http://127.0.0.1:{free_port}"
+    with Client(url) as client:
+        study = client.submit(helpers.long_study("killed and restarted") | {"steady": {"max_cycles": 500}})
+        helpers.wait_until(lambda: study.record.blocks_done > 0)
+        ended: list[Any] = []
+        waiter = threading.Thread(target=lambda: ended.append(study.wait(progress=False)), daemon=True)
+        waiter.start()
+        first.stop(signal.SIGKILL)
+        second = own_service(DAMPERLAB_PORT=str(free_port))
+        waiter.join(helpers.WORK_SECONDS)
+        assert ended == [study]
+        record = study.record
+        assert (record.state, record.points_done) == ("done", record.points_total)
+    assert second.stop() == 0
+
+
+def test_progress_is_told_line_by_line_without_a_terminal(service: Any) -> None:
+    code = f"""
+from service.client import Client
+from service.cli import progress
+progress.LINE_EVERY_SECONDS = 0.0
+with Client({service.url!r}) as client:
+    study = client.submit({{"name": "told", "particle": False, "damping_ratio": 0.0037,
+        "axes": {{"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1]}}}})
+    study.wait()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == ""
+    assert "told: 4 of 4 points, 0 failed" in done.stderr.splitlines()[-1]

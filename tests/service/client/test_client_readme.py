@@ -1,0 +1,81 @@
+"""What the README shows of the client is what happens, word for word."""
+
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+import service.client as package
+from service.client import Client, Study
+from studies.answers.design_question import OBJECTIVES
+from studies.answers.pareto import RESPECTS
+from studies.answers.resonance_map import REDUCTIONS
+from studies.tmd.tunings import CRITERIA
+from studies.variables import DIMENSIONS
+
+README = (Path(__file__).parents[3] / "README.md").read_text()
+SECTION = README[README.index("## From Python") :].partition("\n## ")[0]
+
+
+def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -> None:
+    code, _, rest = SECTION.partition("```python\n")[2].partition("```\n")
+    expected = re.findall(r"^    (\S+) (\S+)$", rest.partition("What is submitted")[0], re.MULTILINE)
+    assert len(expected) == 3
+    code = code.replace("http://127.0.0.1:8000", service.url)
+    assert service.url in code
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for line, (name, value) in zip(done.stdout.splitlines(), expected, strict=True):
+        found_name, found = line.split()
+        assert found_name == name
+        # another processor's own sine and fused multiply-add move the last digits
+        assert float(found) == pytest.approx(float(value), rel=1e-12)
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:
+    command = re.search(r"^    curl (.*)$", SECTION, re.MULTILINE)
+    study = README.partition("```yaml\n")[2].partition("```")[0]
+    assert command is not None
+    assert "'Content-Type: application/yaml' --data-binary" in command[1]
+    url = command[1].split()[-1].replace("http://127.0.0.1:8000", service.url)
+    answer = httpx.post(url, content=study.encode(), headers={"Content-Type": "application/yaml"})
+    assert answer.status_code in (200, 201)
+    assert answer.json()["name"] == "three cavities"
+
+
+@pytest.mark.parametrize(("kind", "opening"), [(Client, "| `Client("), (Study, "| `Study`")])
+def test_table_has_every_method_with_its_arguments(kind: type, opening: str) -> None:
+    table = SECTION[SECTION.index(opening) :].partition("\n\n")[0]
+    for name, method in inspect.getmembers(kind, inspect.isfunction):
+        if name.startswith("_") or name == "close":
+            continue
+        arguments = [
+            str(each.replace(annotation=inspect.Parameter.empty)).replace("'", '"')
+            for each in inspect.signature(method).parameters.values()
+            if each.name != "self"
+        ]
+        if name in ("study", "simulate"):
+            assert f".{name}(" in table
+        else:
+            assert f".{name}({', '.join(arguments)})" in table.replace("id_or_name", "reference")
+
+
+def test_faults_of_the_section_are_those_of_the_package() -> None:
+    for name in package.__all__:
+        thing = getattr(package, name)
+        if issubclass(thing, Exception) and thing is not package.Problem:
+            assert f"`{name}`" in SECTION
+
+
+def test_choices_of_the_section_are_those_that_are_taken() -> None:
+    words = re.sub(r"\s+", " ", SECTION)
+    for name in (*OBJECTIVES, *REDUCTIONS, *CRITERIA, *RESPECTS, *DIMENSIONS):
+        assert re.search(rf"\b{name}\b", words), name

@@ -1,0 +1,109 @@
+"""A real browser: the system's Chromium, driven from here, held to the service's own host and to a silent console."""
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
+
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--no-first-run",
+)
+PATIENCE_MILLISECONDS = 90_000
+
+MAP: dict[str, Any] = {
+    "name": "small map",
+    "axes": {
+        "clearance_ratio": [5, 10, 15],
+        "friction_ratio": [0.2, 0.4, 0.9],
+        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 5},
+    },
+    "steady": {"max_cycles": 300, "tolerance": 0.01},
+}
+"""Both dampers over a band, friction that locks included: 45 points."""
+
+
+# Not of the session: playwright keeps an event loop running in this thread, beside which asyncio.run() refuses to work.
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
+        how = "there is no Chromium: apt-get install chromium"
+        if os.environ.get("CI") == "true":
+            pytest.fail(how)
+        pytest.skip(how)
+    with sync_playwright() as playwright:
+        expect.set_options(timeout=PATIENCE_MILLISECONDS)
+        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@dataclass
+class Watched:
+    """A page and what must not happen on it."""
+
+    page: Page
+    root: str
+    troubles: list[str] = field(default_factory=list)
+    requests: list[Request] = field(default_factory=list)
+    allowed: tuple[str, ...] = ()
+    """What a console message may hold: a refusal that a test asks for is one."""
+
+    def go(self, fragment: str = "") -> Page:
+        """Open a view, as from an address that somebody sent."""
+        self.page.goto(f"{self.root}/{fragment}")
+        # The same page with another fragment is not loaded anew, and a link of last week is.
+        self.page.reload()
+        self.page.wait_for_selector("h1")
+        return self.page
+
+    def note(self, message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning"):
+            self.troubles.append(f"{message.type}: {message.text} {message.location}")
+
+    def check(self) -> None:
+        strangers = [r.url for r in self.requests if not r.url.startswith((self.root, "blob:", "data:"))]
+        assert strangers == []
+        assert [one for one in self.troubles if not any(part in one for part in self.allowed)] == []
+
+
+@pytest.fixture
+def open_page(browser: Browser, service: Any) -> Iterator[Callable[..., Watched]]:
+    """Open pages; at the end none may have had an error, a warning, or a request to anywhere else."""
+    opened: list[Watched] = []
+
+    def start(root: str = service.url, **options: Any) -> Watched:
+        context = browser.new_context(**{"viewport": {"width": 1440, "height": 900}} | options)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE_MILLISECONDS)
+        watched = Watched(page, root)
+        page.on("console", watched.note)
+        page.on("pageerror", lambda error: watched.troubles.append(f"exception: {error}"))
+        page.on("request", lambda request: watched.requests.append(request))
+        opened.append(watched)
+        return watched
+
+    yield start
+    for watched in opened:
+        watched.page.context.close()
+    for watched in opened:
+        watched.check()
+
+
+@pytest.fixture(scope="session")
+def small_map(service: Any, helpers: Any) -> dict[str, Any]:
+    """The record of a finished study with a map."""
+    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+        record = client.post("/api/v1/studies", json=MAP).raise_for_status().json()
+        finished: dict[str, Any] = helpers.wait_for(client, record["id"], helpers.ended)
+    assert finished["state"] == "done", finished
+    return finished

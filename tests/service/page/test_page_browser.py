@@ -1,0 +1,303 @@
+"""The page in a real browser, before a real service: what people do on it, and what must never happen."""
+
+import json
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, expect
+
+from service.reports import keep_report
+from worker.accuracy.diagram import draw_diagrams
+from worker.accuracy.extremes import Extreme
+from worker.accuracy.methods import METHODS
+from worker.accuracy.scenes import SCENES
+from worker.accuracy.stability import stability_table
+from worker.simulate import Design
+
+FIRST_VIEW_BYTES = 1_500_000
+KNOWN_POINTS = """() => {
+  const plot = document.querySelector(".plot");
+  return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;
+}"""
+PLACE_OF_TRACE = """(name) => {
+  const plot = document.querySelector(".plot");
+  const trace = plot.data.find((one) => one.name === name);
+  const { xaxis, yaxis } = plot._fullLayout;
+  const box = plot.getBoundingClientRect();
+  return [box.x + xaxis._offset + xaxis.l2p(trace.x[0]), box.y + yaxis._offset + yaxis.l2p(trace.y[0])];
+}"""
+
+
+OPTIMUM_IS_MARKED = "() => document.querySelector('.plot').data.some((one) => one.name === 'optimum')"
+
+
+def _until(page: Page, question: str, good: Callable[[Any], bool], seconds: float = 300.0) -> Any:
+    """Ask the page until the answer is good; its policy forbids what `wait_for_function` does."""
+    give_up = time.monotonic() + seconds
+    while not good(answer := page.evaluate(question)):
+        assert time.monotonic() < give_up, answer
+        page.wait_for_timeout(100)
+    return answer
+
+
+def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, tmp_path: Path) -> None:
+    watched = open_page(accept_downloads=True)
+    page = watched.go()
+    page.get_by_role("navigation").get_by_role("link", name="New study").click()
+    page.get_by_label("Start from").select_option("figure-11")
+    clearance = page.get_by_role("group", name="Clearance ratio d/Z")
+    clearance.get_by_label("values").fill("9")
+    page.get_by_role("group", name="Friction ratio γ_F").get_by_label("values").fill("11")
+    page.get_by_label("Name").fill("journey")
+    expect(page.locator(".estimate")).to_contain_text("99")
+    page.get_by_role("button", name="Run the study").click()
+
+    expect(page.get_by_role("heading", name="journey", level=1)).to_be_visible()
+    at_first = _until(page, KNOWN_POINTS, lambda known: known >= 0)
+    expect(page.locator(".head .badge")).to_contain_text("done", timeout=300_000)
+    _until(page, KNOWN_POINTS, lambda known: known == 99)
+    # It filled before the reader's eyes: the same page showed fewer points a moment ago.
+    assert at_first < 99
+
+    _until(page, OPTIMUM_IS_MARKED, bool)
+    page.mouse.click(*page.evaluate(PLACE_OF_TRACE, "optimum"))
+    study_id = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
+    best = client.get(f"/api/v1/studies/{study_id}/optimal-designs?top=1").json()["designs"][0]
+    panel = page.locator(".point")
+    expect(panel.get_by_role("heading", level=2)).to_contain_text(f"d/Z = {best['clearance_ratio']:g}")
+    expect(panel.locator("dd").first).to_have_text(f"{best['value']:.6g}")
+    expect(panel.get_by_role("heading", name="Motion at r = 1")).to_be_visible()
+    assert f"friction_ratio={best['friction_ratio']}" in page.url
+
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as PNG: Resonance map of journey").click()
+    picture = tmp_path / "map.png"
+    download.value.save_as(picture)
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert picture.stat().st_size > 10_000
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as SVG: Resonance map of journey").click()
+    drawing = tmp_path / "map.svg"
+    download.value.save_as(drawing)
+    assert "<svg" in drawing.read_text()[:200]
+
+    page.get_by_role("link", name="Tuned mass damper").click()
+    at = {"clearance_ratio": best["clearance_ratio"], "friction_ratio": best["friction_ratio"]}
+    compared = client.get(f"/api/v1/studies/{study_id}/tmd-comparison", params=at).json()
+    expect(page.locator("#tmd-ratio")).to_have_text(f"{compared['ratio']:.4g}")
+
+
+def test_the_first_view_is_small_and_loads_no_plotting_library(
+    open_page: Callable[..., Any], small_map: dict[str, Any]
+) -> None:
+    watched = open_page()
+    sizes: list[int] = []
+    watched.page.on("requestfinished", lambda request: sizes.append(request.sizes()["responseBodySize"]))
+    watched.page.goto(watched.root + "/")
+    watched.page.wait_for_selector(".card")
+    watched.page.wait_for_load_state("networkidle")
+    assert not [request.url for request in watched.requests if "plotly" in request.url]
+    assert len(sizes) >= 15
+    assert sum(sizes) < FIRST_VIEW_BYTES
+
+
+def test_names_of_studies_are_text_wherever_they_stand(
+    open_page: Callable[..., Any], client: httpx.Client
+) -> None:
+    name = '<img src=x onerror="window.taken=1"><b>\'"&amp;</b><script>window.taken=1</script>'
+    study = {"name": name, "particle": False, "axes": {"friction_ratio": 0, "frequency_ratio": [0.9, 1]}}
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    watched = open_page()
+    watched.allowed = ("404 (Not Found)", "422 (Unprocessable")
+    page = watched.go()
+    expect(page.get_by_role("link", name=name, exact=True)).to_be_visible()
+    for tab in ("map", "tmd", "data"):
+        page = watched.go(f"#/studies/{record['id']}/{tab}")
+        expect(page.get_by_role("heading", level=1)).to_have_text(name)
+    page = watched.go("#/new")
+    page.get_by_label("The study as JSON").fill(json.dumps({"name": name, "<b>x</b>": 1}))
+    expect(page.locator(".cost .faults")).to_contain_text("<b>x</b>")
+    page = watched.go("#/studies/<img src=x onerror=window.taken=1>")
+    expect(page.get_by_role("alert")).to_contain_text("no such study")
+    assert page.evaluate("window.taken") is None
+    assert page.locator("main img, main b").count() == 0
+    assert client.delete(f"/api/v1/studies/{record['id']}").status_code in (204, 409)
+
+
+def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
+    open_page: Callable[..., Any],
+) -> None:
+    watched = open_page()
+    watched.allowed = ("422 (Unprocessable",)
+    page = watched.go("#/new?scene=figure-11")
+    text = page.get_by_label("The study as JSON")
+    mass = page.get_by_role("group", name="Mass ratio β")
+    mass.get_by_label("Mass ratio β", exact=True).fill("-1")
+    assert json.loads(text.input_value())["axes"]["mass_ratio"] == -1
+    expect(mass.locator(".faults")).to_contain_text("found -1")
+    expect(mass.get_by_label("Mass ratio β", exact=True)).to_have_attribute("aria-invalid", "true")
+
+    study = json.loads(text.input_value())
+    study["axes"]["mass_ratio"] = [0.1, 0.2]
+    text.fill(json.dumps(study))
+    expect(page.get_by_label("Mass ratio β: values, separated by commas")).to_have_value("0.1, 0.2")
+    expect(page.locator(".estimate")).to_contain_text("3,234")
+    text.fill("{")
+    expect(page.locator(".beside .faults[role=alert]")).to_contain_text("not JSON yet")
+    expect(page.get_by_role("button", name="Run the study")).to_be_disabled()
+    text.fill(json.dumps(study))
+
+    page.get_by_label("Sizes as").select_option("units")
+    expect(
+        page.get_by_role("group", name="Clearance d [mm]").get_by_label("Clearance d: to", exact=True)
+    ).to_have_value("37.5")
+    assert json.loads(text.input_value())["physical"]["clearance_m"] == {
+        "start": 0.0015,
+        "stop": 0.0375,
+        "num": 49,
+    }
+    expect(page.locator(".estimate")).to_contain_text("3,234")
+    page.get_by_label("Sizes as").select_option("ratios")
+    assert json.loads(text.input_value()) == study
+
+
+def test_cancel_resume_and_delete_which_asks_first(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    record = client.post("/api/v1/studies", json=helpers.long_study("long", 0.0041)).raise_for_status().json()
+    page = open_page().go()
+    card = page.locator(f"[data-study='{record['id']}']")
+    page.get_by_label("Search").fill("no study is called so")
+    expect(page.get_by_text("No study fits the search.")).to_be_visible()
+    page.get_by_label("Search").fill("long")
+    card.get_by_role("button", name="Cancel long").click()
+    expect(card.locator(".badge")).to_contain_text("cancelled")
+    card.get_by_role("button", name="Resume long").click()
+    expect(card.locator(".badge")).to_contain_text(re.compile("queued|running"))
+    card.get_by_role("button", name="Cancel long").click()
+    card.get_by_role("button", name="Delete long").click()
+    dialog = page.get_by_role("dialog", name="Delete this study?")
+    dialog.get_by_role("button", name="Keep it").click()
+    expect(card).to_be_visible()
+    helpers.wait_for(client, record["id"], lambda now: now["state"] == "cancelled" and now["owner"] is None)
+    card.get_by_role("button", name="Delete long").click()
+    dialog.get_by_role("button", name="Delete it").click()
+    expect(card).to_have_count(0)
+    assert client.get(f"/api/v1/studies/{record['id']}").status_code == 404
+
+
+def test_keys_alone_reach_and_move_the_point(
+    open_page: Callable[..., Any], small_map: dict[str, Any]
+) -> None:
+    page = open_page().go(f"#/studies/{small_map['id']}/map?clearance_ratio=5&friction_ratio=0.2")
+    _until(page, KNOWN_POINTS, lambda known: known > 0)
+    heading = page.locator(".point h2")
+    expect(heading).to_contain_text("d/Z = 5")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.classList.contains('plot')"):
+            break
+    page.keyboard.press("ArrowRight")
+    expect(heading).to_contain_text("d/Z = 10")
+    page.keyboard.press("ArrowUp")
+    expect(heading).to_contain_text("= 0.4")
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if (
+            page.evaluate("document.activeElement.getAttribute('aria-label')")
+            == "Friction ratio of the point"
+        ):
+            break
+    page.keyboard.press("Home")
+    expect(heading).to_contain_text("= 0.2")
+    expect(page.locator(".point").get_by_role("heading", name=re.compile("Motion at r"))).to_be_visible()
+
+
+def _serious(page: Page, schemes: tuple[str, ...] = ("light", "dark")) -> list[Any]:
+    """What axe finds that is serious or critical."""
+    bad: list[Any] = []
+    for scheme in schemes:
+        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        page.wait_for_timeout(100)
+        found = Axe().run(page).response["violations"]
+        bad += [
+            (scheme, one["id"], [node["html"][:200] for node in one["nodes"]])
+            for one in found
+            if one["impact"] in ("serious", "critical")
+        ]
+    return bad
+
+
+@pytest.mark.parametrize(("width", "schemes"), [(390, ("dark",)), (1440, ("light", "dark"))])
+def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
+    open_page: Callable[..., Any], small_map: dict[str, Any], width: int, schemes: tuple[str, ...]
+) -> None:
+    study = f"#/studies/{small_map['id']}"
+    views = {
+        "": ".card",
+        "#/new": ".estimate dl",
+        f"{study}/map?clearance_ratio=10&friction_ratio=0.4": ".point .js-plotly-plot",
+        f"{study}/tmd": "#tmd-ratio",
+        f"{study}/earthquake": ".records option >> nth=1",
+        f"{study}/data": "pre",
+        "#/accuracy": "pre",
+    }
+    watched = open_page(viewport={"width": width, "height": 900})
+    watched.allowed = ("404 (Not Found)",)
+    for view, ready in views.items():
+        page = watched.go(view)
+        page.wait_for_selector(ready, state="attached")
+        assert _serious(page, schemes) == [], view
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, view
+
+
+def test_an_accuracy_report_is_drawn_and_its_table_read(open_page: Callable[..., Any], service: Any) -> None:
+    diagrams = draw_diagrams(METHODS, SCENES[:1])
+    rows = stability_table([Extreme("ζ = 0.99, r = 2", Design(0.99, 2.0))])
+    report = {
+        "created": "2026-01-01T00:00:00+00:00",
+        "version": "0",
+        "diagrams": [one.document() for one in diagrams],
+        "stability": [one.document() for one in rows],
+        "passed": all(one.passed for one in rows),
+    }
+    kept = keep_report(service.log.parent / "data", report)
+    try:
+        page = open_page(viewport={"width": 390, "height": 900}).go("#/accuracy")
+        page.wait_for_selector(".js-plotly-plot")
+        expect(page.get_by_text("Every extreme case passed.")).to_be_visible()
+        expect(page.get_by_role("row").nth(1)).to_contain_text("ζ = 0.99, r = 2")
+        expect(page.get_by_role("row").nth(1)).to_contain_text("passed")
+        curves = page.evaluate("document.querySelector('.plot').data.map((one) => one.x.length)")
+        assert curves == [len([p for p in one.points if p.error is not None]) for one in diagrams[0].curves]
+        assert _serious(page) == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    finally:
+        kept.unlink()
+
+
+def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
+    open_page: Callable[..., Any], small_map: dict[str, Any], tmp_path: Path
+) -> None:
+    watched = open_page()
+    watched.allowed = ("422 (Unprocessable",)
+    page = watched.go(f"#/studies/{small_map['id']}/earthquake")
+    page.wait_for_selector(".records option >> nth=1", state="attached")
+    page.get_by_text("Put up a record of your own").click()
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time (s), acceleration (g)\n0, much\n")
+    page.get_by_label("File", exact=True).set_input_files(bad)
+    expect(page.locator(".records .faults")).to_contain_text("line 2")
+    good = tmp_path / "mine.csv"
+    good.write_text("time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.05\n0.03, 0\n")
+    page.get_by_label("File", exact=True).set_input_files(good)
+    expect(page.locator(".records select").first.locator("option:checked")).to_contain_text("mine (0.1 g")
+    expect(page.get_by_role("region", name="Comparison under the record").get_by_role("row")).to_have_count(6)

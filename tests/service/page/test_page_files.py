@@ -1,0 +1,123 @@
+"""What the browser is sent before it runs anything: policy, caching, packing, and modules that parse."""
+
+import gzip
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from service.page.files import PLOTLY, page_names, page_version
+
+FOLDER = Path(__file__).parents[3] / "service" / "page"
+FIRST_VIEW_BYTES = 1_500_000
+
+
+def test_the_page_allows_itself_nothing_from_elsewhere(client: httpx.Client) -> None:
+    answer = client.get("/")
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'; script-src 'self';" in policy
+    assert "unsafe-inline" not in policy.replace("style-src-attr 'unsafe-inline'", "")
+    assert "unsafe-eval" not in policy
+    assert not re.search(r"https?://|<script>| on\w+=| style=|<style", answer.text)
+
+
+def test_every_file_that_the_page_names_is_there_and_kept_for_good(client: httpx.Client) -> None:
+    names = re.findall(r'(?:href|src)="(page/[^"]+)"', client.get("/").text)
+    assert len(set(names)) >= 15
+    for name in set(names):
+        answer = client.get("/" + name)
+        assert answer.status_code == 200, name
+        assert "immutable" in answer.headers["cache-control"]
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        again = client.get("/" + name, headers={"if-none-match": answer.headers["etag"]})
+        assert (again.status_code, again.content) == (304, b"")
+
+
+def test_the_page_itself_and_files_of_another_version_are_asked_for_anew(client: httpx.Client) -> None:
+    first = client.get("/")
+    assert first.headers["cache-control"] == "no-cache"
+    assert client.get("/", headers={"if-none-match": first.headers["etag"]}).status_code == 304
+    old = client.get("/page/000000000000/main.js")
+    assert (old.status_code, old.headers["cache-control"]) == (200, "no-cache")
+
+
+@pytest.mark.parametrize("name", ["files.py", "__init__.py", "..%2fapp.py", "none.js", "index.htm"])
+def test_nothing_else_of_the_package_is_served(client: httpx.Client, name: str) -> None:
+    assert client.get(f"/page/{page_version()}/{name}").status_code == 404
+
+
+def test_files_are_packed_for_who_takes_that_and_plain_for_who_does_not(service: Any) -> None:
+    for name in ("main.js", PLOTLY):
+        address = f"{service.url}/page/{page_version()}/{name}"
+        plain = httpx.get(address, headers={"accept-encoding": "identity"})
+        assert "content-encoding" not in plain.headers
+        with httpx.stream("GET", address, headers={"accept-encoding": "gzip"}) as packed:
+            sent = b"".join(packed.iter_raw())
+            assert packed.headers["content-encoding"] == "gzip"
+        assert gzip.decompress(sent) == plain.content
+        assert len(sent) < 0.5 * len(plain.content)
+
+
+def test_the_first_view_is_small(client: httpx.Client) -> None:
+    files = [gzip.compress((FOLDER / name).read_bytes()) for name in page_names()]
+    assert sum(map(len, files)) < FIRST_VIEW_BYTES / 10
+
+
+@pytest.mark.skipif(
+    shutil.which("node") is None, reason="node is not here; the browser's tests run the modules"
+)
+def test_modules_parse() -> None:
+    read = (
+        "const fs = require('fs'), vm = require('vm'); "
+        "for (const path of process.argv.slice(1)) "
+        "new vm.SourceTextModule(fs.readFileSync(path, 'utf8'), {identifier: path})"
+    )
+    modules = [str(path) for path in sorted(FOLDER.glob("*.js"))]
+    command = ["node", "--experimental-vm-modules", "--no-warnings", "-e", read, *modules]
+    checked = subprocess.run(command, capture_output=True, timeout=60, check=False)
+    assert checked.returncode == 0, checked.stderr.decode()
+
+
+def test_catalog_holds_every_named_study_and_they_are_taken_as_they_stand(client: httpx.Client) -> None:
+    catalog = client.get("/api/v1/catalog").raise_for_status().json()
+    names = [study["name"] for study in catalog["studies"]]
+    assert "figure-11" in names
+    for study in catalog["studies"]:
+        assert study["about"][0]
+        answer = client.post("/api/v1/studies", params={"dry_run": True}, json=study["definition"])
+        assert answer.status_code == 200, answer.text
+    (clearance,) = (one for one in catalog["dimensions"] if one["name"] == "clearance_ratio")
+    assert (clearance["lowest"], clearance["highest"], clearance["default"]) == (1e-12, 1e12, None)
+
+
+def test_axes_are_those_of_the_grid(client: httpx.Client, curve: dict[str, Any]) -> None:
+    answer = client.get(f"/api/v1/studies/{curve['id']}/axes").raise_for_status().json()
+    assert answer["axes"]["frequency_ratio"] == np.linspace(0.5, 1.5, 11).tolist()
+    assert answer["axes"]["damping_ratio"] == [0.0038]
+    assert {"amplitude_ratio", "status"} <= set(answer["variables"])
+
+
+def test_a_map_is_thinned_to_grid_lines_and_cut_to_a_part(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    path = f"/api/v1/studies/{curve['id']}/resonance-map"
+    question: dict[str, Any] = {"x": "frequency_ratio", "y": "damping_ratio"}
+    whole = client.get(path, params=question).raise_for_status().json()
+    thin = client.get(path, params={**question, "most": 3}).raise_for_status().json()
+    assert thin["x"] == [whole["x"][i] for i in (0, 5, 10)]
+    assert thin["values"] == [[whole["values"][0][i] for i in (0, 5, 10)]]
+    assert thin["thinned"]
+    assert "3 of 11 values of frequency_ratio are shown" in thin["note"]
+    part = client.get(path, params={**question, "x_range": "0.75,1.05"}).raise_for_status().json()
+    assert part["x"] == [x for x in whole["x"] if 0.75 <= x <= 1.05]
+    assert part["points"] == whole["points"]
+    assert not part["thinned"]
+    nothing = client.get(path, params={**question, "x_range": "1.51,1.52"})
+    assert nothing.status_code == 422
+    assert "1.51 to 1.52" in nothing.json()["errors"][0]["found"]

@@ -1,0 +1,99 @@
+"""Records and comparisons over real sockets."""
+
+import httpx
+import pytest
+
+RECORDS = "/api/v1/records"
+COMPARE = "/api/v1/earthquake-comparisons"
+COLUMNS = "time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.05\n0.03, 0\n"
+
+
+def test_the_built_in_records_are_listed_with_units(client: httpx.Client) -> None:
+    listed = {one["id"]: one for one in client.get(RECORDS).raise_for_status().json()["records"]}
+    loma = listed["loma-prieta-000"]
+    assert loma["step_s"] == 0.005
+    assert loma["samples"] == 7997
+    assert loma["peak_acceleration_m_s2"] == pytest.approx(9.80665 * loma["peak_acceleration_g"], rel=1e-12)
+    assert {"el-centro-180", "northridge-090", "san-fernando-164"} <= set(listed)
+
+
+def test_a_record_goes_up_and_is_used(client: httpx.Client) -> None:
+    answer = client.post(
+        RECORDS, content=COLUMNS, headers={"content-type": "text/csv"}, params={"name": "mine"}
+    )
+    assert answer.status_code == 201
+    record_id = answer.json()["id"]
+    assert answer.json()["peak_acceleration_g"] == pytest.approx(0.1, rel=1e-12)
+    again = client.post(RECORDS, content=COLUMNS, headers={"content-type": "text/csv"})
+    assert (again.status_code, again.json()["id"]) == (200, record_id)
+    assert record_id in [one["id"] for one in client.get(RECORDS).json()["records"]]
+    found = client.post(COMPARE, json={"record": record_id, "cases": ["none", "tmd"], "tail_s": 1.0})
+    assert found.status_code == 200
+    assert found.json()["cases"]["none"]["peak_relative_displacement_m"] > 0.0
+
+
+def test_a_peer_file_in_other_units(client: httpx.Client) -> None:
+    text = "PEER\na quake\nno word of it\nNPTS= 4, DT= .01 SEC\n 0.0 1.0 -2.0 0.5\n"
+    refused = client.post(RECORDS, content=text, headers={"content-type": "text/plain"})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "line 3"
+    kept = client.post(
+        RECORDS, content=text, headers={"content-type": "text/plain"}, params={"units": "m/s2"}
+    )
+    assert kept.status_code == 201
+    assert kept.json()["peak_acceleration_m_s2"] == 2.0
+
+
+def test_a_record_is_generated_from_its_seed(client: httpx.Client) -> None:
+    recipe = {"kanai_tajimi": {"seed": 5, "duration_s": 10, "rise_s": 1, "fall_s": 2}}
+    made = client.post(RECORDS, json=recipe)
+    assert made.status_code == 201
+    assert client.post(RECORDS, json=recipe).json()["id"] == made.json()["id"]
+
+
+def test_table_a1_is_answered(client: httpx.Client) -> None:
+    answer = client.post(COMPARE, json={"record": "el-centro", "starts": 2}).raise_for_status().json()
+    assert list(answer["cases"]) == ["none", "tmd", "pid", "fd", "hybrid"]
+    for case in answer["cases"].values():
+        assert case["energy_residual"] < 1e-9
+        assert case["status"] == 0
+        assert case["rms_relative_displacement_m"] < case["peak_relative_displacement_m"]
+    over = answer["cases"]["hybrid"]["spread"]
+    assert over["starts"] == 2
+    assert over["peak_relative_displacement_m"]["lowest"] <= over["peak_relative_displacement_m"]["highest"]
+    assert answer["paper_table_a1"]["none"]["peak_m"] == 0.1671
+    assert answer["units"]
+
+
+@pytest.mark.parametrize(
+    ("body", "field"),
+    [
+        ({"record": "nowhere"}, "record"),
+        ({"record": 7}, "record"),
+        ({"record": {"kanai_tajimi": {"seed": "x"}}}, "kanai_tajimi.seed"),
+        ({"clearance_m": -1}, "clearance_m"),
+        ({"tmd_criterion": "best"}, "tmd_criterion"),
+        ({"cases": []}, "cases"),
+        ({"gap": 1}, "gap"),
+        ({"natural_frequency_hz": 1000, "starts": 256}, "starts"),
+        ([1, 2], "body"),
+    ],
+)
+def test_bad_comparisons_are_refused(client: httpx.Client, body: object, field: str) -> None:
+    answer = client.post(COMPARE, json=body)
+    assert answer.status_code == 422
+    assert field in [error["field"] for error in answer.json()["errors"]]
+
+
+def test_uploads_are_bounded_and_typed(client: httpx.Client) -> None:
+    big = client.post(RECORDS, content=b"0 0\n" * 2_000_000, headers={"content-type": "text/csv"})
+    assert big.status_code == 413
+    assert client.post(RECORDS, content="x", headers={"content-type": "image/png"}).status_code == 415
+    assert client.post(RECORDS, json={"seed": 1}).status_code == 422
+    bad = client.post(
+        RECORDS, content=COLUMNS, headers={"content-type": "text/csv"}, params={"units": "furlong"}
+    )
+    assert bad.status_code == 422
+    broken = COLUMNS.replace("-0.05", "five")
+    line = client.post(RECORDS, content=broken, headers={"content-type": "text/csv"})
+    assert line.json()["errors"][0]["field"] == "line 4"

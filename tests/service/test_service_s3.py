@@ -1,0 +1,67 @@
+"""A service whose cubes lie in a bucket: it runs studies, pauses them while the bucket does not answer, and goes on."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import xarray as xr
+
+from studies.store.store import Store
+from studies.store.verify import verify
+from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+
+STUDIES = "/api/v1/studies"
+
+
+def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
+    own_service: Callable[..., Any], helpers: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = ObjectServer(tmp_path / "objects")
+    server.start()
+    try:
+        with proxy_before(server.address) as proxy:
+            variables = environment(proxy.address) | {"DAMPERLAB_STORE": f"s3://{BUCKET}/service"}
+            service = own_service(tmp_path / "data", **variables)
+            with httpx.Client(base_url=service.url, timeout=60) as client:
+                _pause_and_go_on(client, proxy, helpers)
+            url = f"{service.url}{STUDIES}"
+            for name, value in environment(server.address).items():
+                monkeypatch.setenv(name, value)
+            store = Store.open(tmp_path / "data")  # the catalogue knows where its cubes are
+            for record in store.page().records:
+                assert list(verify(store, record)) == []
+                over_http = xr.open_zarr(f"{url}/{record.id}/zarr", chunks=None)
+                xr.testing.assert_equal(over_http.load(), store.cube(record.id).load())
+            used = {entry.key.partition("~")[2] for entry in store.shelf.entries() if "~" in entry.key}
+            marked = {g for r in store.page().records for g in store.snapshot(r.id)[1].values()}
+            assert used == marked  # no stray of the attempts that failed
+            store.close()
+            assert SECRET not in service.log.read_text()
+    finally:
+        server.stop()
+    assert not list((tmp_path / "data" / "cubes").iterdir())
+
+
+def _pause_and_go_on(client: httpx.Client, proxy: Any, helpers: Any) -> None:
+    curve = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
+    assert helpers.wait_for(client, curve, helpers.ended)["state"] == "done"
+    study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
+    running = helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+    proxy.mode = "refuse"
+    paused = helpers.wait_for(client, study, lambda record: record["state"] == "queued")
+    assert "503 Service Unavailable" in paused["message"] or "503 Slow Down" in paused["message"]
+    assert f"s3://{BUCKET}/service" in paused["message"]
+    assert paused["blocks_done"] >= running["blocks_done"]
+    for question in ("frequency-response", "zarr/amplitude_ratio/c.0.0.0.0.0.0"):
+        answer = client.get(f"{STUDIES}/{curve}/{question}")
+        assert answer.status_code == 503, question
+        assert answer.json()["type"] == "urn:damperlab:problem:store-unavailable"
+        assert "s3://" in answer.json()["errors"][0]["found"]
+    assert client.post(STUDIES, json=helpers.long_study("refused", 0.01)).status_code == 503
+    assert client.get(f"{STUDIES}/{study}").status_code == 200  # the catalogue is elsewhere
+    proxy.mode = "well"
+    assert helpers.wait_for(client, study, helpers.ended)["state"] == "done"
+    assert client.get(f"{STUDIES}/{study}").json()["message"] is None
+    assert client.get(f"{STUDIES}/{curve}/frequency-response").status_code == 200

@@ -1,0 +1,172 @@
+"""A service whose storage fails it: a clear state and message, answers that still can be given, and it goes on by itself."""
+
+import os
+import sqlite3
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from studies.store.store import Store
+from studies.store.verify import verify
+
+STUDIES = "/api/v1/studies"
+LOCK_SECONDS = float(os.environ.get("FAULTS_LOCK_SECONDS", "8"))
+"""How long another process holds the catalogue; `make faults` sets it to 30."""
+
+
+def mount(*arguments: str) -> None:
+    try:
+        subprocess.run(["mount", *arguments], check=True, capture_output=True, timeout=20)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("mounting is for root alone: run the tests in a container with SYS_ADMIN")
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    """A small disk of its own."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount("-t", "tmpfs", "-o", "size=32m", "tmpfs", str(folder))
+    yield folder
+    subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=20)
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[None]:
+    """Let nothing be written below a folder, not even by root; files that are open for writing stay so."""
+    mount("--bind", str(folder), str(folder))
+    try:
+        mount("-o", "remount,bind,ro", str(folder))
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=20)
+
+
+def run_times(store: Store, study_id: str) -> np.ndarray:
+    """No two runs of a point take the same time to the last bit: equal ones were not run again."""
+    return store.cube(study_id)["run_time"].values
+
+
+def assert_kept(before: np.ndarray, after: np.ndarray) -> None:
+    kept = ~np.isnan(before)
+    assert kept.any()
+    np.testing.assert_array_equal(before[kept], after[kept])
+
+
+def test_a_full_disk_pauses_studies_and_nothing_else(
+    own_service: Callable[..., Any], helpers: Any, disk: Path
+) -> None:
+    service = own_service(disk / "data")
+    store = Store.open(disk / "data")
+    with httpx.Client(base_url=service.url, timeout=60) as client:
+        other = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
+        assert helpers.wait_for(client, other, helpers.ended)["state"] == "done"
+        study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
+        helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+        with (disk / "ballast").open("wb") as file:
+            # less than is kept for the catalogue, and still room for that
+            file.truncate(0)
+            file.write(bytes(22 * 2**20))
+        paused = helpers.wait_for(client, study, lambda record: record["state"] != "running")
+        assert paused["state"] == "queued"
+        assert "is full" in paused["message"]
+        assert "make room" in paused["message"]
+        assert 0 < paused["blocks_done"] < paused["blocks_total"]
+        before = run_times(store, study)
+        helpers.wait_until(lambda: "is full" in str(client.get("/health/ready").json()["cluster_message"]))
+        # other studies, and what there is of this one, are read as ever
+        curve = client.get(f"{STUDIES}/{other}/frequency-response").raise_for_status().json()
+        assert len(curve["values"]) == 11
+        assert (
+            client.get(f"{STUDIES}/{study}/frequency-response", params={"friction_ratio": 0.1}).status_code
+            == 200
+        )
+        assert client.get(f"{STUDIES}/{other}/zarr/status/c.0.0.0.0.0.0").status_code == 200
+        (disk / "ballast").unlink()
+        more = helpers.wait_for(client, study, lambda record: record["blocks_done"] > paused["blocks_done"])
+        assert (more["state"], more["message"]) in (("running", None), ("done", None)), more
+        client.post(f"{STUDIES}/{study}/cancel").raise_for_status()
+    assert_kept(before, run_times(store, study))
+    assert list(verify(store, store.find(study))) == []
+    store.close()
+
+
+def test_cubes_that_cannot_be_written_pause_studies_until_they_can(
+    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
+) -> None:
+    service = own_service()
+    store = Store.open(tmp_path / "data")
+    with httpx.Client(base_url=service.url, timeout=60) as client:
+        study = client.post(STUDIES, json=helpers.long_study("read only")).raise_for_status().json()["id"]
+        helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+        with read_only(tmp_path / "data" / "cubes"):
+            refused = client.post(STUDIES, json=helpers.CURVE)
+            assert refused.status_code == 503
+            assert refused.json()["type"] == "urn:damperlab:problem:store-unavailable"
+            assert "Read-only file system" in refused.text
+            paused = helpers.wait_for(client, study, lambda record: record["state"] != "running")
+            assert paused["state"] == "queued"
+            assert "cannot be written" in paused["message"]
+            before = run_times(store, study)
+            answer = client.get(f"{STUDIES}/{study}/frequency-response", params={"friction_ratio": 0.1})
+            assert answer.status_code == 200
+        # nothing of what was refused is left
+        assert client.get(STUDIES, params={"name": "curve"}).json()["studies"] == []
+        more = helpers.wait_for(client, study, lambda record: record["blocks_done"] > paused["blocks_done"])
+        assert more["message"] is None
+        client.post(f"{STUDIES}/{study}/cancel").raise_for_status()
+        assert client.post(STUDIES, json=helpers.CURVE).status_code == 201
+    assert_kept(before, run_times(store, study))
+    assert list(verify(store, store.find(study))) == []
+    store.close()
+
+
+def test_a_locked_catalogue_delays_and_loses_nothing(
+    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
+) -> None:
+    service = own_service(DAMPERLAB_CATALOGUE_WAIT_SECONDS="2")
+    file = tmp_path / "data" / "catalogue.sqlite"
+    with (
+        httpx.Client(base_url=service.url, timeout=60) as client,
+        closing(sqlite3.connect(file, isolation_level=None, timeout=20)) as other,
+        ThreadPoolExecutor(60) as threads,
+    ):
+        study = client.post(STUDIES, json=helpers.long_study("locked")).raise_for_status().json()["id"]
+        helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+        other.execute("BEGIN EXCLUSIVE")
+        began = time.monotonic()
+        # more writers than the service has threads, and readers that do not wait for them
+        posts = [
+            threads.submit(client.post, STUDIES, json={**helpers.CURVE, "damping_ratio": 0.001 * number})
+            for number in range(1, 51)
+        ]
+        while time.monotonic() < began + LOCK_SECONDS:
+            look = client.get(f"{STUDIES}/{study}")
+            assert look.status_code == 200
+            assert client.get("/health/live").status_code == 200
+            time.sleep(0.2)
+        other.execute("ROLLBACK")
+        codes = {answer.result().status_code for answer in posts}
+        assert codes <= {201, 503}
+        assert 503 in codes
+        refused = next(answer.result() for answer in posts if answer.result().status_code == 503)
+        assert "locked" in refused.json()["errors"][0]["found"]
+        assert int(refused.headers["retry-after"]) > 0
+        store = Store.open(tmp_path / "data")
+        before = run_times(store, study)
+        more = helpers.wait_for(
+            client, study, lambda record: record["blocks_done"] > look.json()["blocks_done"]
+        )
+        assert more["state"] in ("running", "done"), more
+        client.post(f"{STUDIES}/{study}/cancel").raise_for_status()
+        assert_kept(before, run_times(store, study))
+        assert list(verify(store, store.find(study))) == []
+        store.close()

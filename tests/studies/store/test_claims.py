@@ -1,0 +1,109 @@
+"""Claims under clocks that are wrong, and owners that were thought dead and are not."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import studies.store.claims
+from studies.store.cube import write_region
+from studies.store.store import Store
+from studies.store.sweep import collect_garbage
+from studies.store.verify import verify
+
+_OTHER_CLOCK = """
+import sys, time
+from pathlib import Path
+real, ahead = time.time, float(sys.argv[4])
+time.time = lambda: real() + ahead
+from studies.store.store import Store
+store = Store.open(Path(sys.argv[1]))
+print(store.claim(sys.argv[2], sys.argv[3]), flush=True)
+"""
+
+
+def claim_by_another_clock(store: Store, study_id: str, owner: str, ahead_seconds: float) -> bool:
+    """Claim a study from a process whose clock is ahead, or behind; the process is gone afterwards."""
+    command = [sys.executable, "-c", _OTHER_CLOCK, str(store.data_dir), study_id, owner, str(ahead_seconds)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=True, timeout=60, cwd=Path(__file__).parents[3]
+    )
+    return done.stdout == "True\n"
+
+
+@pytest.fixture
+def study_id(store: Store, make_study, make_plan_of) -> str:
+    found: str = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+    return found
+
+
+def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
+    store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(studies.store.claims, "CLAIM_SECONDS", 1.0)
+    # an owner elsewhere died; then the clock was set back by a day, so that its claim ends tomorrow
+    assert claim_by_another_clock(store, study_id, "elsewhere:1:0123abcd", 86400.0)
+    assert store.find(study_id).owner == "elsewhere:1:0123abcd"
+    assert not store.abandoned(study_id)
+    assert not store.claim(study_id, "next")
+    time.sleep(1.1)
+    assert store.abandoned(study_id)
+    assert store.claim(study_id, "next")
+    assert not store.abandoned(study_id)
+
+
+def test_a_living_owner_keeps_its_claim_whatever_the_clock_says(
+    store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(studies.store.claims, "CLAIM_SECONDS", 1.0)
+    assert claim_by_another_clock(store, study_id, "living", 86400.0)
+    for _ in range(4):
+        time.sleep(0.4)
+        assert claim_by_another_clock(store, study_id, "living", 86400.0)  # renewed
+        assert not store.claim(study_id, "next")
+
+
+def test_an_owner_whose_claim_was_taken_marks_nothing_and_ends_nothing(
+    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of
+) -> None:
+    plan = make_plan_of(make_study())
+    # its clock is behind by more than a claim lasts: to everybody else its claim is over
+    assert claim_by_another_clock(store, study_id, "slow", -3600.0)
+    assert store.claim(study_id, "next")
+    store.set_state(study_id, "running", owner="next")
+    assert not store.mark(study_id, outcome_of(plan.block(0)), owner="slow")
+    assert store.set_state(study_id, "cancelled", "by one who lost it", owner="slow").state == "running"
+    assert not store.renew(study_id, "slow")
+    assert store.pending(study_id).size == plan.count
+    assert store.mark(study_id, outcome_of(plan.block(0)), outcome_of(plan.block(3)), owner="next")
+    assert store.find(study_id).blocks_done == 2
+
+
+def test_a_study_that_was_deleted_and_submitted_anew_takes_no_marks_of_the_first(
+    store: Store, study_id: str, make_study, make_plan_of, outcome_of
+) -> None:
+    study, plan = make_study(), make_plan_of(make_study())
+    assert store.claim(study_id, "first")
+    store.set_state(study_id, "cancelled")
+    store.delete(study_id)
+    assert store.submit(study, plan, {})[0].id == study_id
+    # the files of this block went with the first cube
+    assert not store.mark(study_id, outcome_of(plan.block(0)), owner="first")
+    assert store.find(study_id).blocks_done == 0
+
+
+def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
+    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of
+) -> None:
+    study, plan = make_study(), make_plan_of(make_study())
+    block = plan.block(2)
+    assert claim_by_another_clock(store, study_id, "slow", -3600.0)
+    write_region(store.cube_path(study_id), block, values_of(study, block), "slow")
+    assert collect_garbage(store, -1.0).paths > 0
+    # what it wrote is gone, and so is its leave to say that it is there
+    assert not store.mark(study_id, outcome_of(block), owner="slow")
+    record = store.find(study_id)
+    assert (record.blocks_done, record.owner) == (0, None)
+    assert list(verify(store, record)) == []

@@ -1,0 +1,289 @@
+"""Cubes in a bucket of a real S3 server: the promises of a folder, kept over HTTP."""
+
+import itertools
+import pickle
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.store.backup import copy_store
+from studies.store.bucket import Bucket, open_bucket
+from studies.store.cube import write_region
+from studies.store.faults import StoreAway, StoreFault
+from studies.store.record import BlockOutcome, Record
+from studies.store.shelf import ShelfAway
+from studies.store.store import Store
+from studies.store.sweep import collect_garbage, sweep
+from studies.store.verify import repair, verify
+from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+
+METRICS = ["amplitude_ratio", "response_class", "period"]
+_prefixes = itertools.count()
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ObjectServer]:
+    running = ObjectServer(tmp_path_factory.mktemp("objects"))
+    running.start()
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def address(server: ObjectServer, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A place of its own in the bucket; the environment leads to the server."""
+    for name, value in environment(server.address).items():
+        monkeypatch.setenv(name, value)
+    return f"s3://{BUCKET}/test {next(_prefixes)}".replace(" ", "-")
+
+
+@pytest.fixture
+def opened(tmp_path: Path, address: str) -> Iterator[Callable[..., Store]]:
+    """Open stores by the name of their data directory, in the bucket unless told otherwise."""
+    stores: list[Store] = []
+
+    def open_one(name: str = "data", cubes: str | None = address) -> Store:
+        stores.append(Store.open(tmp_path / name, cubes=cubes))
+        return stores[-1]
+
+    yield open_one
+    for store in stores:
+        store.close()
+
+
+@pytest.fixture
+def filled(opened, make_study, make_plan_of, values_of) -> Callable[[Store], Record]:
+    def fill(store: Store) -> Record:
+        study = make_study(metrics=METRICS)
+        plan = make_plan_of(study)
+        record, _ = store.submit(study, plan, {})
+        for index in range(plan.count):
+            block, generation = plan.block(index), f"g{index}"
+            values = _noise(values_of(study, block), index)
+            found = write_region(store.cube_path(record.id), block, values, generation)
+            outcome = BlockOutcome(index, block.points, 0, 0.5, 0.4, generation=generation, checksum=found)
+            store.mark(record.id, outcome)
+        return store.set_state(record.id, "done")
+
+    return fill
+
+
+def _noise(values: dict[str, np.ndarray], seed: int) -> dict[str, np.ndarray]:
+    """Give floats with every bit in use; one variable is NaN throughout."""
+    random = np.random.default_rng(seed)
+    floats = {name: v for name, v in values.items() if v.dtype.kind == "f"}
+    return values | {name: random.standard_normal(v.shape).astype(v.dtype) for name, v in floats.items()}
+
+
+def _objects(store: Store) -> dict[str, bytes]:
+    return {entry.key: store.shelf.get(entry.key) for entry in store.shelf.entries()}
+
+
+def test_folder_and_bucket_hold_the_same_bytes(opened, filled):
+    here, there = opened("here", None), opened()
+    record = filled(there)
+    assert filled(here).id == record.id
+    xr.testing.assert_identical(
+        here.cube(record.id).drop_attrs().load(), there.cube(record.id).drop_attrs().load()
+    )
+    blocks = [
+        {key: content for key, content in _objects(s).items() if "/c." in key or "/c/" in key}
+        for s in (here, there)
+    ]
+    assert len(blocks[0]) > record.blocks_total
+    assert blocks[0] == blocks[1]
+
+
+def test_a_slice_and_a_scattered_index_read_what_was_written(opened, filled):
+    store = opened()
+    cube = store.cube(filled(store).id)["amplitude_ratio"]
+    whole = cube.values
+    assert np.array_equal(
+        cube.isel(clearance_ratio=[4, 0], frequency_ratio=3).values, whole[..., 3][:, :, :, [4, 0]]
+    )
+    assert np.array_equal(cube[..., 1:3].values, whole[..., 1:3])
+
+
+def test_only_marked_generations_are_seen_and_the_others_are_swept(
+    opened, make_study, make_plan_of, values_of
+):
+    store = opened()
+    study = make_study(metrics=METRICS)
+    plan = make_plan_of(study)
+    record, _ = store.submit(study, plan, {})
+    block = plan.block(3)
+    for generation in ("lost", "kept", "late"):
+        found = write_region(store.cube_path(record.id), block, values_of(study, block), generation)
+        if generation == "kept":
+            store.mark(
+                record.id, BlockOutcome(3, block.points, 0, 1, 1, generation=generation, checksum=found)
+            )
+    assert int((store.cube(record.id)["status"] == 0).sum()) == block.points
+    assert sweep(store, record.id).paths == 2 * (len(METRICS) + 1)
+    assert {key.partition("~")[2] for key in _objects(store) if "~" in key} == {"kept"}
+    assert int((store.cube(record.id)["status"] == 0).sum()) == block.points
+
+
+def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(opened, filled):
+    store = opened()
+    record = filled(store)
+    orphan = store.shelf.at("0123456789ab-99.zarr")
+    orphan.put("status/c.0.0.0.0.0.0~g", b"of a submission that was killed")
+    assert collect_garbage(store).paths == 0  # too young: it may be in use
+    assert collect_garbage(store, 0.0, dry_run=True).paths == 1
+    assert collect_garbage(store, 0.0).paths == 1
+    assert list(orphan.entries()) == []
+    assert list(verify(store, record)) == []
+    store.delete(record.id)
+    assert _objects(store) == {}
+
+
+def test_lost_and_damaged_objects_are_found_and_their_blocks_taken_back(opened, filled):
+    store = opened()
+    record = filled(store)
+    shelf, _ = store.snapshot(record.id)
+    keys = sorted(entry.key for entry in shelf.entries() if entry.key.startswith("period/c."))
+    shelf.remove(keys[0])
+    content = bytearray(shelf.get(keys[1]))
+    content[len(content) // 2] ^= 1
+    shelf.put(keys[1], bytes(content))
+    damages = list(verify(store, record))
+    lost, flipped = (int(key.rpartition("~g")[2]) for key in keys[:2])
+    assert {damage.block for damage in damages} == {lost, flipped}
+    assert repair(store, record, damages).blocks_done == record.blocks_total - 2
+    assert set(store.pending(record.id)) == {lost, flipped}
+
+
+def test_metadata_that_was_lost_is_written_anew(opened, filled):
+    store = opened()
+    record = filled(store)
+    before = store.cube(record.id).load()
+    shelf, _ = store.snapshot(record.id)
+    shelf.remove("zarr.json")
+    (damage,) = verify(store, record)
+    assert damage.block is None
+    repair(store, record, [damage])
+    assert list(verify(store, record)) == []
+    xr.testing.assert_equal(store.cube(record.id).load(), before)
+
+
+def test_backup_to_a_folder_and_restore_to_another_bucket(opened, filled, address):
+    store = opened()
+    record = filled(store)
+    backup, restored = opened("backup", None), opened("restored", f"{address}-again")
+    copy_store(store, backup)
+    copied = copy_store(backup, restored)
+    assert (copied.studies, copied.blocks) == (1, record.blocks_total)
+    assert list(verify(restored, restored.find(record.id))) == []
+    xr.testing.assert_identical(restored.cube(record.id).load(), store.cube(record.id).load())
+    assert _objects(restored) == _objects(store)
+
+
+def test_the_catalogue_remembers_its_bucket_and_shares_it_with_no_other(opened, filled, address):
+    record = filled(opened())
+    again = opened("data", None)
+    assert again.shelf.address == f"{address}/cubes"
+    assert list(verify(again, record)) == []
+    with pytest.raises(StoreFault, match="another catalogue"):
+        opened("other")
+    with pytest.raises(StoreFault, match="none of this catalogue's cubes"):
+        opened("data", f"{address}-elsewhere")
+    filled(opened("local", None))
+    with pytest.raises(StoreFault, match="backup"):
+        opened("local", f"{address}-elsewhere")
+
+
+def test_one_of_two_gets_a_name_that_is_put_once(address):
+    bucket = open_bucket(address)
+    assert bucket.put_new("name", b"first")
+    assert bucket.put_new("name", b"first")  # the same again, as after an answer that was lost
+    assert not bucket.put_new("name", b"second")
+    assert bucket.get("name") == b"first"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["s3://", "s3://B", "s3://cubes/../up", "s3://cubes/a//b", "s3://key:secret@cubes/x", "http://cubes"],
+)
+def test_addresses_of_no_bucket_are_refused_without_repeating_secrets(opened, wrong):
+    with pytest.raises(StoreFault, match="s3://bucket") as refused:
+        opened("data", wrong)
+    assert "secret" not in str(refused.value)
+
+
+def test_a_shelf_travels_by_its_address_alone(address):
+    bucket = open_bucket(address)
+    packed = pickle.dumps(bucket)
+    assert SECRET.encode() not in packed
+    assert pickle.loads(packed) == bucket
+
+
+def test_no_secret_is_stored_or_told(opened, filled, tmp_path, monkeypatch, address):
+    store = opened()
+    record = filled(store)
+    shelf, _ = store.snapshot(record.id)
+    assert SECRET not in repr(vars(shelf)) + shelf.address + store.cube_path(record.id)
+    store.close()
+    stored = b"".join(file.read_bytes() for file in tmp_path.rglob("*") if file.is_file())
+    assert SECRET.encode() not in stored
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "not-the-secret-0816")
+    with pytest.raises(PermissionError, match="AWS_SECRET_ACCESS_KEY") as refused:
+        open_bucket(address).get("anything")
+    assert "not-the-secret" not in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_plain_http_is_for_this_machine_unless_allowed(monkeypatch, address):
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://storage.example:8333")
+    with pytest.raises(StoreFault, match="AWS_ALLOW_HTTP"):
+        open_bucket(address)
+    monkeypatch.setenv("AWS_ALLOW_HTTP", "true")
+    assert isinstance(open_bucket(address), Bucket)
+
+
+@pytest.mark.parametrize("mode", ["refuse", "cut"])
+def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(
+    server, opened, filled, monkeypatch, mode
+):
+    # as few tries as still tell a short trouble from a long one
+    monkeypatch.setattr("studies.store.bucket.RETRIES", 2)
+    record = filled(opened())
+    with proxy_before(server.address) as proxy:
+        monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])
+        store = opened()
+        cube = store.cube(record.id)
+        proxy.mode = mode
+        with pytest.raises(StoreAway, match="AWS_"):
+            cube["period"].load()
+        with pytest.raises(StoreAway):
+            store.cube(record.id)
+        with pytest.raises(StoreAway):
+            list(verify(store, record))  # says nothing of what is stored
+        with pytest.raises(ShelfAway):
+            store.shelf.put("x", b"y")
+        assert proxy.met > 2
+        proxy.mode = "well"
+        assert list(verify(store, record)) == []
+        assert cube["period"].load().notnull().any()
+
+
+def test_short_trouble_and_slowness_pass_unnoticed(server, opened, filled, monkeypatch):
+    with proxy_before(server.address) as proxy:
+        monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])
+        store = opened()
+        proxy.mode, proxy.delay_seconds = "slow", 0.05
+        record = filled(store)
+        assert proxy.met > record.blocks_total
+        proxy.mode = "well"
+        assert list(verify(store, record)) == []
+
+
+def test_a_killed_server_has_kept_what_it_acknowledged(server, opened, filled):
+    store = opened()
+    record = filled(store)
+    server.stop()
+    server.start()
+    assert list(verify(store, record)) == []

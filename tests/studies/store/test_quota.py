@@ -1,0 +1,74 @@
+"""Quotas: what is counted, what is refused, and what makes room."""
+
+from pathlib import Path
+
+import pytest
+
+from studies.store.cube import bytes_per_point
+from studies.store.faults import QuotaReached
+from studies.store.quota import Quota, Taken
+from studies.store.store import Store
+
+
+def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(
+    tmp_path: Path, make_study, make_plan_of
+) -> None:
+    study, other = make_study(), make_study(damping_ratio=0.2)
+    size = study.points * bytes_per_point(study)
+    with_room = Store.open(tmp_path, quota=Quota(bytes=2 * size - 1))
+    record, _ = with_room.submit(study, make_plan_of(study), {})
+    assert with_room.taken() == Taken(study.points, size)
+    with pytest.raises(QuotaReached, match=f"{size:,} bytes.*{size - 1:,} bytes.*damperlab delete"):
+        with_room.submit(other, make_plan_of(other), {})
+    assert [found.id for found in with_room.page().records] == [record.id]
+    assert len(list((tmp_path / "cubes").iterdir())) == 1
+    assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
+    with_room.delete(record.id)
+    assert with_room.taken() == Taken(0, 0)
+    assert with_room.submit(other, make_plan_of(other), {})[1]
+    with_room.close()
+
+
+def test_points_are_counted_too(tmp_path: Path, make_study, make_plan_of) -> None:
+    study = make_study()
+    store = Store.open(tmp_path, quota=Quota(points=study.points - 1))
+    with pytest.raises(QuotaReached, match=f"quota_points.*{study.points} points"):
+        store.submit(study, make_plan_of(study), {})
+    store.close()
+
+
+def test_a_tombstone_counts_until_its_files_are_gone(
+    tmp_path: Path, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = Store.open(tmp_path)
+    study = make_study()
+    record, _ = store.submit(study, make_plan_of(study), {})
+    monkeypatch.setattr(Store, "bury", lambda self: None)  # killed between the two steps of a delete
+    store.delete(record.id)
+    assert store.taken().points == study.points
+    monkeypatch.undo()
+    store.bury()
+    assert store.taken().points == 0
+    store.close()
+
+
+def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
+    tmp_path: Path, make_study, make_plan_of
+) -> None:
+    from sqlalchemy import text
+
+    store = Store.open(tmp_path)
+    study = make_study(metrics=["amplitude_ratio", "period"])
+    store.submit(study, make_plan_of(study), {})
+    before = store.taken()
+    with store.catalogue.writing() as connection:
+        for statement in (
+            "ALTER TABLE studies DROP COLUMN bytes_total",
+            "DROP TABLE facts",
+            "UPDATE alembic_version SET version_num = '0002'",
+        ):
+            connection.execute(text(statement))
+    store.close()
+    again = Store.open(tmp_path)
+    assert again.taken() == before
+    again.close()

@@ -1,0 +1,81 @@
+"""Studies by the paper's fixed steps: what they converge to, how fast, and what they do not know."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.choices import Rk4Solver
+from studies.definition import Study, parse_study
+from studies.faults import StudyFaults
+from studies.plan import plan_with_chunk
+from studies.variables import STEPPED, Status
+from worker.block import solve_block
+from worker.cost import seconds_per_point
+
+
+def study_of(steps: int | None, **changes: Any) -> Study:
+    document: dict[str, Any] = {
+        "damping_ratio": 0.1,
+        "axes": {"frequency_ratio": [0.7, 1.2], "friction_ratio": 0.2},
+        "particle": False,
+        "steady": {"max_cycles": 400, "tolerance": 1e-8},
+    }
+    if steps is not None:
+        document["solver"] = {"method": "rk4", "steps_per_cycle": steps}
+    return parse_study({**document, **changes})
+
+
+def solved(study: Study) -> dict[str, np.ndarray]:
+    return solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+
+
+def test_steps_come_closer_to_the_exact_response_with_their_number() -> None:
+    """A step straddles each turn: the error is of first order, so 16 times the steps leave less than an eighth of it."""
+    exact = solved(study_of(None))["amplitude_ratio"]
+    errors = [np.abs(solved(study_of(steps))["amplitude_ratio"] / exact - 1.0).max() for steps in (100, 1600)]
+    assert errors[0] < 0.05
+    assert errors[1] < errors[0] / 8.0
+
+
+def test_a_point_without_friction_and_particle_is_stepped_too_and_meets_the_closed_form() -> None:
+    axes = {"frequency_ratio": [0.7, 1.2], "friction_ratio": 0.0}
+    values = solved(study_of(400, axes=axes))
+    r, zeta = np.array(axes["frequency_ratio"]), 0.1
+    exact = np.sqrt((1 + (2 * zeta * r) ** 2) / ((1 - r * r) ** 2 + (2 * zeta * r) ** 2))
+    # sampled peaks are low by up to (π/400)²/2, the method itself errs by less
+    np.testing.assert_allclose(values["amplitude_ratio"].ravel(), exact, rtol=0.5 * (np.pi / 400) ** 2 + 1e-8)
+    assert (values["status"] == Status.CONVERGED).all()
+    assert (values["cycles"] > 0).all()
+
+
+def test_a_study_by_steps_stores_what_steps_tell_and_no_more() -> None:
+    study = study_of(400)
+    assert isinstance(study.solver, Rk4Solver)
+    assert tuple(study.metrics) == STEPPED
+    assert set(solved(study)) == set(STEPPED)
+    assert study.digest != study_of(200).digest
+    assert study.digest != study_of(None).digest
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"metrics": ["amplitude_ratio", "energy_residual"]}, "metrics[1]"),
+        ({"start": {"kind": "ensemble", "n": 3}}, "start"),
+        (
+            {
+                "particle": True,
+                "axes": {"frequency_ratio": 1.0, "clearance_ratio": 2.0},
+                "contact": {"model": "dwell", "contact_time": 0.1},
+            },
+            "contact.model",
+        ),
+        ({"solver": {"method": "rk4", "steps_per_cycle": 3}}, "solver.steps_per_cycle"),
+        ({"solver": {"method": "rk4", "steps": 400}}, "solver.steps"),
+    ],
+)
+def test_what_steps_do_not_know_is_refused_by_field(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(StudyFaults) as refusal:
+        study_of(400, **change)
+    assert field in [fault.field for fault in refusal.value.faults]
