@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo test lint bench faults lock clean
+.PHONY: help install install-dev install-bench demo test lint docs bench faults lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -33,13 +33,16 @@ demo: install ## Figure 11 of the paper: computed, stored, its optimum in words,
 	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
 
 test: install-dev ## every test that ends in minutes
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile
 
-lint: install-dev ## style, types, layers
+lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: install-dev ## the documentation site, in site/; a broken link is an error
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 install-bench: $(VENV)/.installed-bench
 
@@ -50,17 +53,19 @@ $(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
 bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
 
-faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; then as many with PostgreSQL
+faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers
 	$(BIN)/python -m tests.faults.campaign --kills 200
-	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql
+	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql --s3
+	$(BIN)/python -m tests.faults.reading --reads 10000
+	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
 lock: ## renew the lock files (needs uv); names and hashes only
 	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes \
 	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
-	uv pip compile pyproject.toml --extra build --extra postgresql --extra dev -c requirements.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra build --extra postgresql --extra s3 --extra docs --extra dev -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
 	uv pip compile pyproject.toml --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
 
 clean: ## what the commands above made, and nothing else
-	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(DEMO) site build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
