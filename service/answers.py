@@ -6,18 +6,18 @@ import numpy as np
 import xarray as xr
 
 from service.columns import columns
-from studies.definition import Study
+from studies.kind import AnyStudy
 from studies.plan import Plan
 from studies.store.cube import bytes_per_point
 from studies.variables import DIMENSIONS, VARIABLES
 
 
-def estimate_document(study: Study, plan: Plan) -> dict[str, Any]:
+def estimate_document(study: AnyStudy, plan: Plan) -> dict[str, Any]:
     """Say what a study will cost, before it is stored.
 
     Parameters
     ----------
-    study, plan : Study, Plan
+    study, plan : AnyStudy, Plan
         The study, and how it is cut.
 
     Returns

@@ -45,7 +45,7 @@ from studies.guard import guard
 from studies.physical import Physical, derivations, derived_faults
 from studies.pydantic_faults import faults_of
 from studies.reads import Reads
-from studies.variables import DIMENSIONS, STANDARD, VARIABLES
+from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
 
 MAX_NAME = 200
 """Characters of a study's name."""
@@ -194,6 +194,26 @@ class Study(Choice):
         return values
 
     @property
+    def labels(self) -> dict[str, dict[str, str]]:
+        """``units`` and ``long_name`` of the six dimensions."""
+        return {name: {"units": "1", "long_name": words} for name, words in DIMENSION_LONG_NAMES.items()}
+
+    @property
+    def identities(self) -> dict[str, NDArray[np.float64]]:
+        """The coordinates: equal ratios are equal points."""
+        return self.coordinates
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Every variable of a study of this kind, in the cube's order."""
+        return VARIABLES
+
+    @property
+    def whole_rows(self) -> bool:
+        """Whether a response is carried from frequency to frequency, so that a block holds them all."""
+        return isinstance(self.start, Continuation)
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each of the six dimensions."""
         return tuple(len(values) for values in self.coordinates.values())
@@ -207,6 +227,21 @@ class Study(Choice):
     def digest(self) -> str:
         """Digest of what the study asks for, 64 hexadecimal digits; see `studies.digest`."""
         return study_digest(self)
+
+    def settings(self) -> dict[str, Any] | None:
+        """Return what a point's values depend on besides its coordinates; None where they depend on its neighbours."""
+        if self.start != "rest":
+            return None
+        settings: dict[str, Any] = self.model_dump(
+            mode="json", include={"particle", "contact", "steady", "solver"}
+        )
+        if not self.particle:
+            del settings["contact"]
+        return settings
+
+    def attachments(self) -> dict[str, bytes]:
+        """Return no files: the definition says it all."""
+        return {}
 
     def document(self) -> dict[str, Any]:
         """Return the study as JSON-able data that parses back to an equal study."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.kind import AnyStudy
 from studies.physical import DERIVATIONS
 
 if TYPE_CHECKING:
@@ -41,20 +42,16 @@ def study_digest(study: "Study") -> str:
     return content.hexdigest()
 
 
-def family_digest(study: "Study", provenance: dict[str, str]) -> str:
+def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
     """Return SHA-256 over what a point's values depend on besides its coordinates, in hexadecimal.
 
     Studies of one family differ in their grids and metrics alone: a point that both have is the same bits. It is
     empty, of no family, where a point depends on its neighbours or the solver is not known.
     """
     kernels = provenance.get("kernels")
-    if not kernels or study.start != "rest":
+    settings = study.settings()
+    if not kernels or settings is None:
         return ""
-    settings: dict[str, Any] = study.model_dump(
-        mode="json", include={"particle", "contact", "steady", "solver"}
-    )
-    if not study.particle:
-        del settings["contact"]
     content = hashlib.sha256(_SCHEME)
     _feed(content, "version", provenance.get("solver_version", "unknown").encode())
     _feed(content, "kernels", kernels.encode())

@@ -4,15 +4,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.choices import Continuation
-from studies.definition import Study
+from studies.kind import AnyStudy
 
-Cost = Callable[[Study, dict[str, NDArray[np.float64]]], NDArray[np.float64]]
-"""From a study and the six coordinates of N design points, each (N,), to positive seconds per point, (N,)."""
+Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
+"""From a study and the coordinates of N points, each (N,), to positive seconds per point, (N,)."""
 
 BLOCK_SECONDS = 2.0
 """Expected time of a block of a long study: long beside scheduling and storing, short to a person."""
@@ -30,7 +30,9 @@ MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
 """More would come faster than one scheduler hands them out; see the architecture, "How large studies stay small"."""
 
-_SAMPLES_PER_AXIS = (3, 3, 3, 7, 7, 9)
+_SAMPLES = {"clearance_ratio": 7, "friction_ratio": 7, "frequency_ratio": 9}
+"""Values along a dimension at which the cost is looked at."""
+_FEWEST_SAMPLES = 3
 _CENTRES_AT_ONCE = 16_384
 
 
@@ -43,7 +45,7 @@ class Block:
     index : int
         Number of the block, in the row-major order of the grid of blocks.
     start, shape : tuple of int
-        First index and number of values along each of the six dimensions.
+        First index and number of values along each dimension.
     """
 
     index: int
@@ -68,7 +70,7 @@ class Plan:
 
     Parameters
     ----------
-    study : Study
+    study : AnyStudy
         What is computed.
     chunk : tuple of int
         Shape of a block.
@@ -76,7 +78,7 @@ class Plan:
         Expected seconds per point, see `Cost`.
     """
 
-    def __init__(self, study: Study, chunk: tuple[int, ...], cost: Cost) -> None:
+    def __init__(self, study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> None:
         self.study = study
         self.chunk = chunk
         self._cost = cost
@@ -111,7 +113,7 @@ class Plan:
         seconds = np.empty(self.count)
         for first in range(0, self.count, _CENTRES_AT_ONCE):
             indices = np.arange(first, min(first + _CENTRES_AT_ONCE, self.count))
-            centres: dict[str, NDArray[np.float64]] = {}
+            centres: dict[str, NDArray[Any]] = {}
             points = np.ones(len(indices))
             positions = np.unravel_index(indices, self.grid)
             for (name, values), position, size in zip(
@@ -142,12 +144,12 @@ class Plan:
         return ordered
 
 
-def make_plan(study: Study, cost: Cost) -> Plan:
+def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Cut a study into blocks of about two seconds.
 
     A short study gets shorter blocks, to keep `BALANCED_BLOCKS` of them. No block has more than
-    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. A block of a
-    continuation holds every frequency, however many.
+    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. Rows that
+    must stay whole (`AnyStudy.whole_rows`) do, however long.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -155,8 +157,7 @@ def make_plan(study: Study, cost: Cost) -> Plan:
     seconds = min(max(mean * points / BALANCED_BLOCKS, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
     wanted = min(seconds / mean, SLOWEST_BLOCK_SECONDS / most, MAX_BLOCK_POINTS)
     size = max(1, int(wanted), -(-points // MAX_BLOCKS))
-    if isinstance(study.start, Continuation):
-        # A response is carried from frequency to frequency, so a block holds them all.
+    if study.whole_rows:
         rows = chunk_of(shape[:-1], max(1, size // shape[-1]))
         return plan_with_chunk(study, (*rows, shape[-1]), cost)
     chunk = chunk_of(shape, size)
@@ -167,17 +168,17 @@ def make_plan(study: Study, cost: Cost) -> Plan:
     return plan_with_chunk(study, chunk, cost)
 
 
-def plan_with_chunk(study: Study, chunk: tuple[int, ...], cost: Cost) -> Plan:
+def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan:
     """Return the plan of a study whose block shape is known, as of a cube that exists already.
 
     Raises
     ------
     ValueError
-        Where `chunk` is no shape of a block of this study, or cuts the frequencies of a continuation.
+        Where `chunk` is no shape of a block of this study, or cuts rows that must stay whole.
     """
     shape = study.shape
-    if isinstance(study.start, Continuation) and chunk[-1] != shape[-1]:
-        raise ValueError(f"chunk {chunk} cuts the {shape[-1]} frequencies of a continuation")
+    if study.whole_rows and chunk[-1] != shape[-1]:
+        raise ValueError(f"chunk {chunk} cuts rows of {shape[-1]} values")
     if len(chunk) != len(shape) or not all(1 <= c <= n for c, n in zip(chunk, shape, strict=False)):
         raise ValueError(f"chunk {chunk} does not cut a grid of shape {shape}")
     return Plan(study, tuple(int(c) for c in chunk), cost)
@@ -198,11 +199,11 @@ def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
     return tuple(chunk)
 
 
-def _sampled_cost(study: Study, cost: Cost) -> tuple[float, float]:
+def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     """Return the mean and the largest cost over a coarse sub-grid that spans every axis."""
     picked = []
-    for values, samples in zip(study.coordinates.values(), _SAMPLES_PER_AXIS, strict=True):
-        count = min(len(values), samples)
+    for name, values in study.coordinates.items():
+        count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
         # Centres of equal parts: the ends of an axis stand for less of it than its inside.
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")

@@ -6,11 +6,14 @@ run times on random points of every scene (r 0.05 … 20, ζ 0.0038 … 0.5, d/Z
 agree within a factor of three; single points scatter more, above all between periodic and modulated neighbours.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from studies.choices import Ensemble, Rk4Solver
 from studies.definition import Study
+from studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
@@ -30,7 +33,7 @@ RESONANCE_WIDTH = 0.1
 """How far from resonance, in ln r, friction lets the particle of a hybrid rattle without end."""
 
 
-def seconds_per_point(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
     """Kernel seconds that design points are expected to take.
 
     Parameters
@@ -45,6 +48,12 @@ def seconds_per_point(study: Study, coordinates: dict[str, NDArray[np.float64]])
     ndarray
         N values [s], all above 0.
     """
+    if not isinstance(study, Study):
+        raise TypeError(f"no cost is known of a {type(study).__name__}")
+    return _harmonic(study, coordinates)
+
+
+def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
     most = float(study.steady.max_cycles)
     ratio = coordinates["frequency_ratio"]
     rubs = coordinates["friction_ratio"] > 0.0

@@ -260,7 +260,7 @@ class _Run:
     def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:
         block = self._plan.block(failure.index)
         began = time.perf_counter()
-        values = failed_values(block)
+        values = failed_values(self._plan.study, block)
         generation = uuid.uuid4().hex[:12]
         try:
             checksum = write_region(cube_path, block, values, generation)

@@ -8,13 +8,14 @@ import numpy as np
 from distributed import Worker
 
 from studies.definition import Study, parse_study
+from studies.kind import AnyStudy
 from studies.plan import Block
 from studies.store.coding import describe_cube
-from studies.store.cube import write_region
+from studies.store.cube import stored_variables, write_region
 from studies.store.record import BlockOutcome
 from studies.store.reuse import Source, known_points
 from studies.store.shelf import open_shelf
-from studies.variables import VARIABLES, Status
+from studies.variables import Status
 from worker.block import solve_block
 from worker.provenance import require_code
 
@@ -83,22 +84,22 @@ def _solve(study: Study, block: Block, sources: tuple[Source, ...]) -> tuple[dic
     return values, int(np.count_nonzero(known))
 
 
-def failed_values(block: Block) -> dict[str, np.ndarray]:
+def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     """Values of a block that could not be computed.
 
     Parameters
     ----------
-    block : Block
+    study, block : AnyStudy, Block
         Which block.
 
     Returns
     -------
     dict of ndarray
-        Every variable, shaped `block.shape`: status BLOCK_FAILED, all else empty.
+        Every stored variable, shaped `block.shape`: status BLOCK_FAILED, all else empty.
     """
     values = {
-        name: np.full(block.shape, variable.fill, dtype=variable.dtype)
-        for name, variable in VARIABLES.items()
+        variable.name: np.full(block.shape, variable.fill, dtype=variable.dtype)
+        for variable in stored_variables(study)
     }
     values["status"][...] = Status.BLOCK_FAILED
     return values

@@ -28,7 +28,7 @@ from service.cli.studies import summary
 if TYPE_CHECKING:
     from distributed import Client
 
-    from studies.definition import Study
+    from studies.kind import AnyStudy
     from studies.store.record import Record
     from studies.store.store import Store
 
@@ -85,7 +85,7 @@ def resume(
 
 
 def find_or_submit(
-    store: "Store", asked: "Study", reuse: bool, more: "Mapping[str, str] | None" = None
+    store: "Store", asked: "AnyStudy", reuse: bool, more: "Mapping[str, str] | None" = None
 ) -> "Record":
     """Find a study in the store, or put it there.
 
@@ -93,7 +93,7 @@ def find_or_submit(
     ----------
     store : Store
         Where.
-    asked : Study
+    asked : AnyStudy
         The study.
     reuse : bool
         Take points that earlier studies hold from them.
@@ -217,7 +217,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
-def _print_size(asked: "Study", as_json: bool) -> None:
+def _print_size(asked: "AnyStudy", as_json: bool) -> None:
     """Print what POST /studies?dry_run=true answers."""
     from service.answers import estimate_document
     from studies.plan import make_plan

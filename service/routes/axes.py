@@ -6,7 +6,7 @@ from service.documents import Document
 from service.problems import documented
 from service.routes.queries import router as queries
 from service.state import TheService, TheStudy
-from studies.variables import DIMENSIONS
+from studies.store.export import dimensions_of
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 
@@ -20,7 +20,7 @@ def axes(service: TheService, study: TheStudy) -> Document:
     return Document(
         {
             "study": study.id,
-            "axes": {name: cube[name].values for name in DIMENSIONS},
+            "axes": {name: cube[name].values for name in dimensions_of(cube)},
             "variables": [str(name) for name in cube.data_vars],
         }
     )

@@ -26,7 +26,6 @@ from studies.store.grouped import Group, group_of, grouped_metadata
 from studies.store.record import Record
 from studies.store.shelf import Shelf
 from studies.store.store import Store
-from studies.variables import DIMENSIONS, VARIABLES
 
 CHUNK = "application/octet-stream"
 TRIES = 5
@@ -80,7 +79,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
                 return _grouped(shelf, group, marks, request)
             return _metadata(shelf, key, request, complete=len(marks) == study.blocks_total)
         variable, index = place
-        if variable not in VARIABLES or variable not in _description(shelf).arrays:
+        if variable not in _description(shelf).arrays:
             raise _nothing(key)
         generation = marks.get(index)
         if generation is not None:
@@ -160,8 +159,9 @@ def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Resp
 
 def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Response:
     node, _, name = key.rpartition("/")
-    known = node == "" or node in DIMENSIONS or node in VARIABLES
-    coordinate = key.removesuffix("/c/0") in DIMENSIONS
+    described = _description(shelf)
+    known = node == "" or node in described.arrays or node in described.coordinates
+    coordinate = key.endswith("/c/0") and key.removesuffix("/c/0") in described.coordinates
     if not (coordinate or (known and name == "zarr.json")):
         raise _nothing(key)
     try:

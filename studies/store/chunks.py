@@ -12,7 +12,6 @@ import numpy as np
 from studies.faults import Fault
 from studies.store.faults import StoreFault
 from studies.store.shelf import Shelf
-from studies.variables import DIMENSIONS
 
 Marks = Mapping[int, str]
 """The generation of every done block, by the block's index."""
@@ -47,7 +46,7 @@ def chunk_file(key: str, generation: str) -> str:
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
     """Read a chunk's key: the variable and the block's index; None for any other key, as of a coordinate."""
     variable, slash, name = key.partition("/c.")
-    if not slash or variable in DIMENSIONS:
+    if not slash:
         return None
     parts = name.split(".")
     if len(parts) != len(grid) or not all(part.isascii() and part.isdigit() for part in parts):

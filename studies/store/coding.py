@@ -17,8 +17,6 @@ from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec
 from zarr.core.buffer import Buffer, default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from studies.variables import DIMENSIONS
-
 _CHECKSUM_BYTES = 4
 _SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
 
@@ -99,6 +97,8 @@ class Description:
     ----------
     attributes : mapping
         Of the cube.
+    dimensions : tuple of str
+        Of every array, in their order.
     arrays : mapping
         By name; coordinates are not among them.
     coordinates : mapping
@@ -106,6 +106,7 @@ class Description:
     """
 
     attributes: Mapping[str, Any]
+    dimensions: tuple[str, ...]
     arrays: Mapping[str, StoredArray]
     coordinates: Mapping[str, Mapping[str, Any]]
 
@@ -123,7 +124,9 @@ def decode_coordinate(metadata: bytes, name: str, content: bytes) -> np.ndarray:
     }
     array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[name]
     assert isinstance(array, zarr.Array)
-    return np.asarray(array[:])
+    values = np.asarray(array[:])
+    # texts as numpy has them for everybody, of one length
+    return values if values.dtype.kind == "f" else values.astype(np.str_)
 
 
 def coordinate_key(name: str) -> str:
@@ -142,12 +145,15 @@ def describe_cube(metadata: bytes) -> Description:
     """
     group = zarr.open_group(MemoryStore({"zarr.json": _buffer(metadata)}), mode="r", use_consolidated=True)
     arrays, coordinates = {}, {}
+    dimensions: tuple[str, ...] = ()
     for name, array in group.arrays():
-        if name in DIMENSIONS:
+        named = tuple(map(str, getattr(array.metadata, "dimension_names", None) or ()))
+        if named == (name,):
             coordinates[name] = dict(array.attrs)
         else:
             arrays[name] = _stored(name, array)
-    return Description(dict(group.attrs), arrays, coordinates)
+            dimensions = named
+    return Description(dict(group.attrs), dimensions, arrays, coordinates)
 
 
 def _buffer(content: bytes) -> Buffer:

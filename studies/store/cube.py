@@ -25,7 +25,7 @@ from xarray.core.indexing import (
 from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.storage import MemoryStore
 
-from studies.definition import Study
+from studies.kind import AnyStudy
 from studies.plan import Block
 from studies.store.checksum import checksum
 from studies.store.chunks import Marks, chunk_file, chunk_key, damaged
@@ -33,15 +33,15 @@ from studies.store.coding import StoredArray, coordinate_key, decode_coordinate,
 from studies.store.decoded import KEPT, DecodedChunks, read_outer
 from studies.store.faults import cannot_use
 from studies.store.shelf import Shelf, open_shelf
-from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Variable
+from studies.variables import VARIABLES, Variable
 
 
-def stored_variables(study: Study) -> tuple[Variable, ...]:
+def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
     """Give the variables that a study keeps: its metrics and always the status, in the registry's order."""
-    return tuple(v for v in VARIABLES.values() if v.name in study.metrics or v.name == "status")
+    return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
 
 
-def bytes_per_point(study: Study) -> int:
+def bytes_per_point(study: AnyStudy) -> int:
     """Bytes that one point of the study takes before compression."""
     return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
 
@@ -51,14 +51,14 @@ def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
-def create_cube(shelf: Shelf, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
+def create_cube(shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
     """Make an empty cube and wait until it is safe; whatever lies on the shelf is removed.
 
     Parameters
     ----------
     shelf : Shelf
         Where it shall be.
-    study : Study
+    study : AnyStudy
         Coordinates and variables.
     chunk : tuple of int
         Extent of a block.
@@ -75,7 +75,7 @@ def create_cube(shelf: Shelf, study: Study, chunk: tuple[int, ...], provenance: 
 
 
 def restore_metadata(
-    shelf: Shelf, study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]
+    shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]
 ) -> None:
     """Write a cube's metadata and coordinates anew; the files of its blocks stay.
 
@@ -87,8 +87,8 @@ def restore_metadata(
     shelf.fill(_first_files(study, chunk, provenance))
 
 
-def _first_files(study: Study, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> dict[str, bytes]:
-    """Give the files of a cube without blocks: the metadata and the coordinates."""
+def _first_files(study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> dict[str, bytes]:
+    """Give the files of a cube without blocks: the metadata, the coordinates, and what the study brings along."""
     attributes = {
         "title": study.name,
         "study": json.dumps(study.document()),
@@ -104,10 +104,10 @@ def _first_files(study: Study, chunk: tuple[int, ...], provenance: Mapping[str, 
             name,
             shape=values.shape,
             chunks=values.shape,
-            dtype="f8",
-            fill_value=float("nan"),
+            dtype="string" if values.dtype.kind == "U" else "f8",
+            fill_value="" if values.dtype.kind == "U" else float("nan"),
             dimension_names=[name],
-            attributes={"units": "1", "long_name": DIMENSION_LONG_NAMES[name]},
+            attributes=dict(study.labels[name]),
         )
         coordinate[:] = values
     for variable in stored_variables(study):
@@ -117,15 +117,15 @@ def _first_files(study: Study, chunk: tuple[int, ...], provenance: Mapping[str, 
             chunks=chunk,
             dtype=variable.dtype,
             fill_value=variable.fill,
-            dimension_names=list(DIMENSIONS),
+            dimension_names=list(study.coordinates),
             attributes=_attributes(variable),
             # the last four bytes of every file are a checksum of the others, which every Zarr reader checks
             compressors=[BloscCodec(cname="zstd", clevel=1, shuffle="shuffle"), Crc32cCodec()],
-            # one flat folder per variable: a block syncs one folder each instead of six
+            # one flat folder per variable: a block syncs one folder each instead of one per dimension
             chunk_key_encoding={"name": "default", "separator": "."},
         )
     files = {key: content.to_bytes() for key, content in memory.items()}
-    return files | {"zarr.json": _consolidated(files)}
+    return files | study.attachments() | {"zarr.json": _consolidated(files)}
 
 
 def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = "") -> str:
@@ -211,8 +211,8 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, array, marks, kept))
-        variables[name] = xr.Variable(DIMENSIONS, lazy, attributes, {"chunks": array.chunks})
-    ordered = [name for name in (*DIMENSIONS, *VARIABLES) if name in variables]
+        variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
+    ordered = [name for name in (*described.dimensions, *VARIABLES) if name in variables]
     return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(described.attributes))
 
 

@@ -6,14 +6,22 @@ from pathlib import Path
 from typing import Any
 
 import h5netcdf
+import h5py  # type: ignore[import-untyped]
 import numpy as np
 import xarray as xr
 
 from studies.store.slabs import BUDGET, rows, slabs
-from studies.variables import DIMENSIONS
+
+_FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 
 ROWS_AT_ONCE = 2**13
 """Rows in one piece of CSV text; about four megabytes."""
+
+
+def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
+    """Give the dimensions of a cube in their order, also of one without variables."""
+    first = next(iter(cube.data_vars.values()), None)
+    return tuple(map(str, cube.sizes if first is None else first.dims))
 
 
 def write_netcdf(cube: xr.Dataset, path: Path) -> None:
@@ -41,16 +49,21 @@ def write_netcdf(cube: xr.Dataset, path: Path) -> None:
 
 
 def _fill(file: Any, cube: xr.Dataset) -> None:
-    file.dimensions = {name: cube.sizes[name] for name in DIMENSIONS}
+    dimensions = dimensions_of(cube)
+    file.dimensions = {name: cube.sizes[name] for name in dimensions}
     file.attrs.update({str(name): value for name, value in cube.attrs.items()})
-    for name in DIMENSIONS:
-        coordinate = file.create_variable(name, (name,), data=cube[name].values)
+    for name in dimensions:
+        values = cube[name].values
+        kind = values.dtype
+        if kind.kind == "U":
+            kind, values = h5py.string_dtype(), values.astype(object)
+        coordinate = file.create_variable(name, (name,), kind, data=values)
         coordinate.attrs.update(cube[name].attrs)
     for key, variable in cube.data_vars.items():
         chunks = _chunks(variable)
         target = file.create_variable(
             str(key),
-            DIMENSIONS,
+            dimensions,
             dtype=variable.dtype,
             chunks=chunks,
             compression="gzip",
@@ -69,7 +82,7 @@ def _chunks(variable: xr.DataArray) -> tuple[int, ...]:
 
 
 def csv_lines(cube: xr.Dataset) -> Iterator[str]:
-    """Give a cube as CSV: one row a point in C order, the six coordinates, then the variables.
+    """Give a cube as CSV: one row a point in C order, the coordinates, then the variables.
 
     Numbers have the 17 digits that bring every float64 back; a missing value is `nan`, codes are integers.
 
@@ -84,11 +97,11 @@ def csv_lines(cube: xr.Dataset) -> Iterator[str]:
         The header line, then pieces of whole lines.
     """
     names = [str(name) for name in cube.data_vars]
-    yield ",".join((*DIMENSIONS, *names)) + "\n"
+    dimensions = dimensions_of(cube)
+    yield ",".join((*dimensions, *names)) + "\n"
     if not names:
         return
-    formats = ["%.17g"] * len(DIMENSIONS)
-    formats += ["%.17g" if cube[name].dtype.kind == "f" else "%d" for name in names]
+    formats = [_FORMATS[cube[name].dtype.kind] for name in (*dimensions, *names)]
     line = ",".join(formats) + "\n"
     for piece in columns(cube):
         for start in range(0, piece[names[0]].size, ROWS_AT_ONCE):
@@ -107,12 +120,13 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
     Yields
     ------
     dict of ndarray, each (n,)
-        The six coordinates, then the variables.
+        The coordinates, then the variables.
     """
     names = [str(name) for name in cube.data_vars]
     first = cube[names[0]]
+    dimensions = dimensions_of(cube)
     for slab in rows(first.shape, _chunks(first), BUDGET):
-        piece = cube.isel(dict(zip(DIMENSIONS, slab, strict=True)))
-        axes = np.meshgrid(*(piece[name].values for name in DIMENSIONS), indexing="ij", copy=False)
+        piece = cube.isel(dict(zip(dimensions, slab, strict=True)))
+        axes = np.meshgrid(*(piece[name].values for name in dimensions), indexing="ij", copy=False)
         flat = [*axes, *(piece[name].values for name in names)]
-        yield {name: column.reshape(-1) for name, column in zip((*DIMENSIONS, *names), flat, strict=True)}
+        yield {name: column.reshape(-1) for name, column in zip((*dimensions, *names), flat, strict=True)}

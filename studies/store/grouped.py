@@ -19,7 +19,6 @@ from studies.store.chunks import Marks
 from studies.store.coding import Description, StoredArray
 from studies.store.cube import block_grid, read_region
 from studies.store.shelf import Shelf
-from studies.variables import DIMENSIONS
 
 POINTS = 2**16
 """Most points of such a chunk: half a megabyte of doubles before compression."""
@@ -72,7 +71,7 @@ def group_of(key: str, described: Description) -> Group | None:
     variable, _, name = key.partition("/")
     array = described.arrays.get(variable)
     parts = name.split(".")
-    if array is None or len(parts) != len(DIMENSIONS):
+    if array is None or len(parts) != len(array.shape):
         return None
     if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
         return None
@@ -101,7 +100,7 @@ def grouped_metadata(metadata: bytes) -> bytes:
     document = json.loads(metadata)
     members = document.get("consolidated_metadata", {}).get("metadata", {})
     for node in (document, *members.values()):
-        if node.get("node_type") == "array" and len(node["shape"]) == len(DIMENSIONS):
+        if node.get("node_type") == "array" and len(node["shape"]) > 1:  # coordinates have one dimension
             grid = node["chunk_grid"]["configuration"]
             grid["chunk_shape"] = grouped_chunks(tuple(node["shape"]), tuple(grid["chunk_shape"]))
             node["chunk_key_encoding"] = {"name": "v2", "configuration": {"separator": "."}}

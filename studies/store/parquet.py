@@ -5,8 +5,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from studies.store.export import columns
-from studies.variables import DIMENSIONS
+from studies.store.export import columns, dimensions_of
 
 
 class _Pieces:
@@ -35,7 +34,7 @@ class _Pieces:
 
 
 def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
-    """Give a cube as Parquet: one row a point in C order, the six coordinates, then the variables.
+    """Give a cube as Parquet: one row a point in C order, the coordinates, then the variables.
 
     Every column has its units and description as metadata, and the file has the study's attributes.
 
@@ -53,7 +52,7 @@ def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
     import pyarrow
     import pyarrow.parquet
 
-    names = (*DIMENSIONS, *(str(name) for name in cube.data_vars))
+    names = (*dimensions_of(cube), *(str(name) for name in cube.data_vars))
     schema = pyarrow.schema(
         [
             pyarrow.field(

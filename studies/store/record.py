@@ -59,7 +59,7 @@ class Record:
     digest : str
         Of the definition, 64 hex digits.
     chunk : tuple of int
-        Largest extent of a block along each of the six dimensions.
+        Largest extent of a block along each dimension.
     provenance : dict
         Versions, machine, who and when.
     message : str, optional
@@ -75,7 +75,7 @@ class Record:
     reuse : bool
         Whether points may be taken from earlier studies.
     shape : tuple of int
-        Points along each of the six dimensions.
+        Points along each dimension.
     """
 
     id: str

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy import select
 
-from studies.definition import Study, parse_study
+from studies.definition import parse_study
+from studies.kind import AnyStudy
 from studies.plan import Block
 from studies.store.cube import block_grid, open_cube, stored_variables
 from studies.store.faults import StoreFault, StudyNotFound
@@ -14,7 +15,7 @@ from studies.store.rows import ALIVE, record_of
 from studies.store.shelf import open_shelf
 from studies.store.store import Store
 from studies.store.tables import studies
-from studies.variables import DIMENSIONS, Status
+from studies.variables import Status
 
 STUDIES_AT_MOST = 8
 """Earlier studies that are looked at, the newest first: each costs a look for every block."""
@@ -94,7 +95,7 @@ class Overlaps:
 
 
 def known_points(
-    sources: tuple[Source, ...], study: Study, block: Block
+    sources: tuple[Source, ...], study: AnyStudy, block: Block
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Read what is known of a block; a source that is gone or damaged gives nothing.
 
@@ -102,7 +103,7 @@ def known_points(
     ----------
     sources : tuple of Source
         Of `Overlaps.of`.
-    study, block : Study, Block
+    study, block : AnyStudy, Block
         The block.
 
     Returns
@@ -118,7 +119,7 @@ def known_points(
     for source in sources:
         try:
             cube = open_cube(open_shelf(source.cube_path), source.generations)
-            part = cube.isel(dict(zip(DIMENSIONS, source.theirs, strict=True)))
+            part = cube.isel(dict(zip(study.coordinates, source.theirs, strict=True)))
             found = {v.name: part[v.name].values for v in variables}
         except (StoreFault, OSError):
             continue
@@ -140,12 +141,12 @@ class _Overlap:
     common: tuple[tuple[np.ndarray, np.ndarray], ...]
 
 
-def _overlap(study: Study, other: Record) -> _Overlap | None:
+def _overlap(study: AnyStudy, other: Record) -> _Overlap | None:
     earlier = parse_study(other.definition)
     if not {v.name for v in stored_variables(study)} <= {v.name for v in stored_variables(earlier)}:
         return None
     common = []
-    for own, theirs in zip(study.coordinates.values(), earlier.coordinates.values(), strict=True):
+    for own, theirs in zip(study.identities.values(), earlier.identities.values(), strict=True):
         _, here, there = np.intersect1d(own, theirs, assume_unique=True, return_indices=True)
         if not here.size:
             return None

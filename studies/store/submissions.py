@@ -7,9 +7,9 @@ from contextlib import suppress
 
 from sqlalchemy import Connection, delete, func, insert, select, update
 
-from studies.definition import Study
 from studies.digest import family_digest
 from studies.faults import Fault, describe
+from studies.kind import AnyStudy
 from studies.plan import Plan
 from studies.store.base import StoreBase
 from studies.store.claims import require_free
@@ -25,7 +25,7 @@ class Submissions(StoreBase):
 
     def submit(
         self,
-        study: Study,
+        study: AnyStudy,
         plan: Plan,
         provenance: dict[str, str],
         *,
@@ -36,7 +36,7 @@ class Submissions(StoreBase):
 
         Parameters
         ----------
-        study, plan : Study, Plan
+        study, plan : AnyStudy, Plan
             What is asked, and how its grid is cut.
         provenance : dict of str
             See `studies.store.provenance.provenance`.

@@ -1,6 +1,6 @@
 """Whether a study's files still hold what its done-marks say."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,6 @@ from studies.store.record import Record
 from studies.store.shelf import Shelf, ShelfAway
 from studies.store.store import Store
 from studies.store.tables import done_blocks
-from studies.variables import DIMENSIONS
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     if found is not None:
         yield Damage(None, found)
         return
-    plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(at["mass_ratio"])))
+    plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
     with store.catalogue.reading() as connection:
         marks = connection.execute(
             select(done_blocks.c.block, done_blocks.c.generation, done_blocks.c.checksum)
@@ -107,7 +106,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     return store.forget(record.id, blocks, "damaged") if blocks else store.find(record.id)
 
 
-def _description(shelf: Shelf, record: Record, coordinates: dict[str, np.ndarray]) -> str | None:
+def _description(shelf: Shelf, record: Record, coordinates: Mapping[str, np.ndarray]) -> str | None:
     try:
         cube = open_cube(shelf, {}, DecodedChunks(0))
     except (ShelfAway, PermissionError) as error:
@@ -116,14 +115,14 @@ def _description(shelf: Shelf, record: Record, coordinates: dict[str, np.ndarray
         return f"the cube's description cannot be read ({type(error).__name__}: {error})"
     if cube.attrs.get("digest") != record.digest:
         return f"the cube says that it is study {cube.attrs.get('digest')}"
-    for name in DIMENSIONS:
-        if name not in cube.coords or not np.array_equal(cube[name].values, coordinates[name]):
+    for name, values in coordinates.items():
+        if name not in cube.coords or not np.array_equal(cube[name].values, values):
             return f"the coordinates along {name} are not the study's"
     return None
 
 
 def _trouble(cube: xr.Dataset, block: Block, expected: str | None) -> str | None:
-    place = dict(zip(DIMENSIONS, block.slices, strict=True))
+    place = dict(zip(cube["status"].dims, block.slices, strict=True))
     try:
         values = {str(name): array.values for name, array in cube.isel(place).data_vars.items()}
     except StoreAway:

@@ -122,7 +122,7 @@ def test_what_is_not_the_same_is_not_taken(store: Store, study: Study, options: 
 
 def mark_made_up(store: Store, record: Record, study: Study, index: int) -> None:
     block = plan_with_chunk(study, record.chunk, seconds_per_point).block(index)
-    values = failed_values(block)
+    values = failed_values(study, block)
     found = write_region(store.cube_path(record.id), block, values, "g")
     store.mark(record.id, BlockOutcome(index, block.points, block.points, 0.1, 0.0, "lost", "g", found))
 

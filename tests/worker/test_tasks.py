@@ -74,9 +74,10 @@ def test_other_code_and_other_studies_are_refused(tmp_path: Path) -> None:
 
 
 def test_failed_block_has_its_status_and_nothing_else() -> None:
-    block = plan_with_chunk(study_of(100), CHUNK, seconds_per_point).block(1)
-    values = failed_values(block)
-    assert set(values) == set(VARIABLES)
+    study = study_of(100)
+    block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
+    values = failed_values(study, block)
+    assert set(values) == set(study.metrics)
     for name, column in values.items():
         assert (column.shape, column.dtype) == (block.shape, np.dtype(VARIABLES[name].dtype))
         if name == "status":

@@ -1,0 +1,67 @@
+"""What every kind of study has in common: all that planning, storing and scheduling know of one."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from studies.variables import Variable
+
+
+class AnyStudy(Protocol):
+    """A grid of points over named dimensions, and what is stored of each point."""
+
+    @property
+    def name(self) -> str:
+        """Free text."""
+
+    @property
+    def coordinates(self) -> Mapping[str, NDArray[Any]]:
+        """The values along every dimension, each 1-D and increasing, in the cube's order."""
+
+    @property
+    def labels(self) -> Mapping[str, Mapping[str, str]]:
+        """``units`` and ``long_name`` of every dimension."""
+
+    @property
+    def identities(self) -> Mapping[str, NDArray[Any]]:
+        """The coordinates as they are told apart from those of other studies, in the same order."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each dimension."""
+
+    @property
+    def points(self) -> int:
+        """Number of points."""
+
+    @property
+    def variables(self) -> Mapping[str, Variable]:
+        """Every variable of this kind of study, in the cube's order."""
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """Names of the variables that are stored."""
+
+    @property
+    def whole_rows(self) -> bool:
+        """Whether no block may cut the last dimension, because a point there begins where the one before ended."""
+
+    @property
+    def digest(self) -> str:
+        """Digest of what the study asks for, 64 hexadecimal digits."""
+
+    def settings(self) -> dict[str, Any] | None:
+        """Give what a point's values depend on besides its coordinates; None where they depend on its neighbours."""
+
+    def attachments(self) -> dict[str, bytes]:
+        """Give the files that workers need beside the definition, by their keys in the cube.
+
+        Raises
+        ------
+        StudyFaults
+            Where what they are made of is not at hand.
+        """
+
+    def document(self) -> dict[str, Any]:
+        """Give the study as JSON-able data that parses back to an equal study."""
