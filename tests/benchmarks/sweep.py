@@ -17,8 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.choices import CompliantContact, Contact, DwellContact
+from studies.consistency import LEAST_COMPLIANT
 from studies.variables import DIMENSIONS, VARIABLES, Status
-from worker.solver.scene import Particle
+from worker.lower import contact_time_of, rebound_of, wall_of
+from worker.solver.scene import Particle, Wall
 from worker.steady.linear import linear_response
 from worker.steady.settle import Settings, at_rest, settle
 
@@ -29,6 +32,7 @@ LONGEST_SECONDS = 20.0
 RESIDUAL = 1e-9
 """Largest share of the energy that may be unaccounted for."""
 SETTINGS = Settings(CYCLES, 1e-4, 1e-9)
+CONTACTS = ("instant", "dwell", "compliant")
 NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time")
 KEPT = 20
 """Faulty points that are reported in full."""
@@ -36,7 +40,7 @@ KEPT = 20
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong with a point, and the point: its six coordinates, whether it has a particle."""
+    """What is wrong with a point, and the point: its six coordinates, whether it has a particle, and its contact."""
 
     wrong: str
     point: dict[str, float]
@@ -48,7 +52,7 @@ def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
     Returns
     -------
     dict of ndarray, shape (count,)
-        The six dimensions, and `particle`: 1 with one, 0 without.
+        The six dimensions; `particle`: 1 with one, 0 without; `contact`: index into `CONTACTS`; and `contact_time`.
     """
     random = np.random.default_rng(seed)
 
@@ -75,16 +79,36 @@ def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
     friction = np.minimum(mixed(random.uniform(0.0, 2.0, count), ties, 0.4), 1e6)
     values = (damping, restitution, mass, np.clip(clearance, 0.01, 1000.0), friction, frequency)
     return dict(zip(DIMENSIONS, values, strict=True)) | {
-        "particle": (random.random(count) < 0.85).astype(float)
+        "particle": (random.random(count) < 0.85).astype(float),
+        "contact": random.choice(len(CONTACTS), count, p=(0.6, 0.2, 0.2)).astype(float),
+        "contact_time": spread(1e-6, 10.0),
     }
+
+
+def particle_of(point: dict[str, float]) -> Particle | None:
+    """Particle of a point as a block would make it; None without one."""
+    if not point["particle"] or point["mass_ratio"] == 0.0:
+        return None
+    restitution, mass = point["restitution"], point["mass_ratio"]
+    contact: Contact | None = None
+    if CONTACTS[int(point["contact"])] == "dwell":
+        contact = DwellContact(model="dwell", contact_time=point["contact_time"])
+    elif CONTACTS[int(point["contact"])] == "compliant":
+        restitution = max(restitution, LEAST_COMPLIANT)
+        contact = CompliantContact(model="compliant", contact_time=point["contact_time"])
+    return Particle(
+        point["clearance_ratio"],
+        rebound_of(restitution),
+        mass,
+        contact_time_of(contact),
+        wall_of(contact, restitution, mass),
+    )
 
 
 def solve(point: dict[str, float]) -> dict[str, Any]:
     """Every variable of one point, by the kernel of its scene, as a block would compute it."""
     friction = point["friction_ratio"] if point["friction_ratio"] > 0.0 else None
-    particle = None
-    if point["particle"] and point["mass_ratio"] > 0.0:
-        particle = Particle(point["clearance_ratio"], point["restitution"], point["mass_ratio"])
+    particle = particle_of(point)
     if friction is None and particle is None:
         closed = linear_response(np.array([point["damping_ratio"]]), np.array([point["frequency_ratio"]]))
         return {name: column[0] for name, column in closed.items()}
@@ -213,8 +237,13 @@ def _point(points: dict[str, NDArray[np.float64]], index: int) -> dict[str, floa
 
 def _warm() -> None:
     """Have every kernel on disk before a process is watched that would have to compile it."""
+    particles = (
+        Particle(1.0, 0.5, 0.1),
+        Particle(1.0, 0.5, 0.1, 0.1),
+        Particle(1.0, 0.5, 0.1, None, Wall(1.0, 0.1)),
+    )
     for friction in (None, 0.5):
-        for particle in (None, Particle(1.0, 0.5, 0.1)):
+        for particle in (None, *particles):
             if friction is not None or particle is not None:
                 settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2), at_rest(1.0, friction, particle))
 

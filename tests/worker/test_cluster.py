@@ -70,10 +70,12 @@ def test_no_process_is_left_after_an_exception() -> None:
         assert _gone(workers)
 
 
+# A shell ignores Ctrl-C for what it starts in the background, and its children inherit that.
 _HOLD = """
-import sys, time
+import signal, sys, time
 from worker.cluster import connect
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with connect(workers=2) as client:
         print(" ".join(str(pid) for pid in client.run(__import__("os").getpid).values()), flush=True)
         time.sleep(60)
