@@ -10,7 +10,7 @@ from studies.choices import Continuation, Ensemble, Rk4Solver
 from studies.definition import Study
 from studies.plan import Block
 from studies.variables import DIMENSIONS, VARIABLES, Status
-from worker.lower import block_points, has_friction, has_particle, kernel_arguments
+from worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
 from worker.solver.scene import State
 from worker.steady.ensemble import drawn_starts, ensemble_values
 from worker.steady.linear import linear_response
@@ -70,7 +70,8 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
 
 
 def _settings(study: Study) -> Settings:
-    return Settings(study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance)
+    steady = study.steady
+    return Settings(steady.max_cycles, steady.tolerance, steady.periodic_tolerance, wants_energies(study))
 
 
 def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:

@@ -11,6 +11,7 @@ from studies.plan import Block
 from studies.variables import DIMENSIONS
 from worker.physics.contact import wall_constants
 from worker.solver.scene import Particle, Wall
+from worker.steady.response import INTEGRATED
 
 LEAST_REBOUND = 1e-14
 """Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""
@@ -19,6 +20,11 @@ LEAST_REBOUND = 1e-14
 def rebound_of(restitution: float) -> float:
     """Return e as the solver takes it: one that rounding would drown is 0, so that the bodies go on together."""
     return restitution if restitution >= LEAST_REBOUND else 0.0
+
+
+def wants_energies(study: Study) -> bool | None:
+    """True where a study stores a measure that needs integrals over the motion; None leaves them out of its kernels."""
+    return True if INTEGRATED & set(study.metrics) else None
 
 
 def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:

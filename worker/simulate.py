@@ -30,6 +30,7 @@ from worker.solver.scene import (
     STUCK,
     TURNS,
     VISCOUS_LOSS,
+    Meter,
     Particle,
     with_floats,
 )
@@ -188,13 +189,14 @@ def _march(
     """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
     particle = design.particle
     r = design.frequency_ratio
-    base = make_base(design.damping_ratio, r)
-    free = make_medium(base, 1.0)
-    loaded = None if particle is None else make_loaded(base, particle, particle.wall)
+    base = make_base(design.damping_ratio, r, True)
+    free = make_medium(base, 1.0, True)
+    loaded = None if particle is None else make_loaded(base, particle, particle.wall, True)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
-    meter = np.zeros(METERS)
+    sums = np.zeros(METERS)
+    meter = Meter(sums)
     peaks = np.zeros((cycles, 2))
     state = at_rest(r, friction, particle) if start is None else start
     stored = stored_energy(state, r, particle)
@@ -213,12 +215,12 @@ def _march(
             break
         if sampled:
             samples.append(sample_half(log, base, free, loaded, friction, particle, half, work))
-        peaks[half // 2] = meter[PEAK], meter[RELATIVE_PEAK]
+        peaks[half // 2] = sums[PEAK], sums[RELATIVE_PEAK]
         if half % 2 == 1:
-            meter[PEAK] = meter[RELATIVE_PEAK] = 0.0
+            sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
             done += 1
     if measured is None:
-        measured = _measures(base, particle, meter, peaks[:done], counts, stored, state, done, outcome)
+        measured = _measures(base, particle, sums, peaks[:done], counts, stored, state, done, outcome)
         measured["run_time"] = perf_counter() - began
     else:
         measured["run_time"] = perf_counter() - began
@@ -249,7 +251,7 @@ def _march(
 def _measures(
     base: Any,
     particle: Particle | None,
-    meter: np.ndarray,
+    sums: np.ndarray,
     peaks: np.ndarray,
     counts: np.ndarray,
     stored: float,
@@ -263,14 +265,14 @@ def _measures(
         return {"cycles": cycles, "status": status}
     r = base.frequency_ratio
     time = 2.0 * pi * cycles / r
-    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    meter[PEAK], meter[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
-    residual = energy_residual(meter, stored, stored_energy(state, r, particle))
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
+    residual = energy_residual(sums, stored, stored_energy(state, r, particle))
     return {
         "amplitude_ratio": float(peaks[:, 0].mean()),
         "amplitude_ratio_max": float(peaks[:, 0].max()),
-        "amplitude_ratio_rms": sqrt(2.0 * meter[SQUARE] / time),
+        "amplitude_ratio_rms": sqrt(2.0 * sums[SQUARE] / time),
         "relative_amplitude_ratio": float(peaks[:, 1].mean()),
         "amplitude_error": 0.0,
         "energy_residual": float(residual),
@@ -278,11 +280,11 @@ def _measures(
         "period": 0,
         "floquet_multiplier": nan,
         "impacts_per_cycle": float(counts[IMPACTS] / cycles),
-        "impact_speed_max": float(meter[SPEED]),
-        "stick_fraction": float(meter[STUCK] / time),
-        "dissipation_viscous": float(meter[VISCOUS_LOSS] * share),
-        "dissipation_friction": float(meter[FRICTION_LOSS] * share),
-        "dissipation_impact": float(meter[IMPACT_LOSS] * share),
+        "impact_speed_max": float(sums[SPEED]),
+        "stick_fraction": float(sums[STUCK] / time),
+        "dissipation_viscous": float(sums[VISCOUS_LOSS] * share),
+        "dissipation_friction": float(sums[FRICTION_LOSS] * share),
+        "dissipation_impact": float(sums[IMPACT_LOSS] * share),
         "cycles": cycles,
         "status": int(Status.MAX_CYCLES),
     }

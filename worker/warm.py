@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 from studies.definition import Study
 from worker.jit import CACHE_FOLDER
+from worker.lower import wants_energies
 from worker.solver.scene import Particle, Wall
 from worker.steady.settle import Settings, settle
 from worker.steady.start import at_rest
@@ -18,35 +19,36 @@ try:
 except ImportError:  # not a POSIX system: every process compiles for itself
     fcntl = None  # type: ignore[assignment]
 
-_SHORT = Settings(1, 0.5, 1e-2)
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 
 
-Scene = tuple[bool, bool, str]
-"""Whether there is friction, whether there is a particle, and the model of its contact ("" without one)."""
+Scene = tuple[bool, bool, str, bool]
+"""Whether there is friction, a particle, the model of its contact ("" without one), and whether energies are measured."""
 
 
 def scenes(study: Study) -> list[Scene]:
     """Kernels that a study needs; none for its linear points."""
     rubs = {bool(value > 0.0) for value in study.coordinates["friction_ratio"][[0, -1]]}
     rattles = {bool(value > 0.0) and study.particle for value in study.coordinates["mass_ratio"][[0, -1]]}
-    return sorted((f, p, study.contact.model if p else "") for f in rubs for p in rattles if f or p)
+    energies = bool(wants_energies(study))
+    return sorted((f, p, study.contact.model if p else "", energies) for f in rubs for p in rattles if f or p)
 
 
 def warm(scene: Scene) -> None:
     """Compile (or load) the kernel of a scene while no other process does the same."""
-    rubs, rattles, model = scene
+    rubs, rattles, model, energies = scene
     particle = _PARTICLE._replace(
         contact_time=_CONTACT_TIME if model == "dwell" else None,
         wall=Wall(1.0, 0.1) if model == "compliant" else None,
     )
-    with _alone(
-        f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
-    ):
+    name = f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
+    with _alone(name if energies else f"{name}-peaks"):
         friction = 0.5 if rubs else None
         start = at_rest(1.0, friction, particle if rattles else None)
-        settle(0.1, 1.0, friction, particle if rattles else None, _SHORT, start)
+        settle(
+            0.1, 1.0, friction, particle if rattles else None, Settings(1, 0.5, 1e-2, energies or None), start
+        )
 
 
 @contextmanager

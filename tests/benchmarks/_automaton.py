@@ -22,11 +22,15 @@ MOST_EVENTS = 20_000
 
 
 class Mode(NamedTuple):
-    """Which terms act: slip direction (0 without friction or while stuck), stuck, wall that the particle rides on."""
+    """Which terms act: slip direction (0 without friction or while stuck), stuck, wall that the particle rides on or is in.
+
+    A compliant wall that the particle is in may push it, or have let it go.
+    """
 
     slip: int
     stuck: bool
     wall: int
+    pushed: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,13 +136,83 @@ class Model:
         return (v, w, p, q), self.slipping(w, mode._replace(wall=0))
 
 
+class CompliantModel(Model):
+    """The same with walls that push by spring and dashpot, and never pull."""
+
+    def inertia(self, mode: Mode) -> float:
+        return 1.0
+
+    def depth(self, t: float, y: Vector, mode: Mode) -> float:
+        """How far the particle is in the wall."""
+        particle = self.design.particle
+        assert particle is not None
+        return mode.wall * (y[0] + sin(self.design.frequency_ratio * t) - y[2]) - particle.clearance_ratio
+
+    def force(self, t: float, y: Vector, mode: Mode) -> float:
+        """What spring and dashpot would push with."""
+        particle, r = self.design.particle, self.design.frequency_ratio
+        assert particle is not None
+        assert particle.wall is not None
+        rate = mode.wall * (y[1] + r * cos(r * t) - y[3])
+        return particle.wall.stiffness * self.depth(t, y, mode) + particle.wall.damping * rate
+
+    def contact(self, t: float, y: Vector, mode: Mode) -> float:
+        """Force on the particle."""
+        return mode.wall * self.force(t, y, mode) if mode.pushed else 0.0
+
+    def rates(self, t: float, y: Vector, mode: Mode) -> Vector:
+        particle = self.design.particle
+        assert particle is not None
+        push = self.contact(t, y, mode)
+        v_rate, w_rate, p_rate, _ = super().rates(t, y, mode._replace(wall=0))
+        return v_rate, (0.0 if mode.stuck else w_rate - push), p_rate, push / particle.mass_ratio
+
+    def hold_force(self, t: float, y: Vector, mode: Mode) -> float:
+        return super().hold_force(t, y, mode) - self.contact(t, y, mode)
+
+    def events(self, mode: Mode) -> list[Callable[[float, Vector], float]]:
+        if not mode.wall:
+            return super().events(mode)
+        found = super().events(mode)[: 2 * mode.stuck + abs(mode.slip)]
+        if mode.pushed:
+            return [*found, lambda t, y: self.force(t, y, mode)]
+        return [*found, lambda t, y: self.depth(t, y, mode), lambda t, y: -self.force(t, y, mode)]
+
+    def names(self, mode: Mode) -> list[str]:
+        found = super().names(mode)
+        return found if mode.pushed or not mode.wall else [*found[:-1], "clear", "push"]
+
+    def at_rest(self, t: float, y: Vector, mode: Mode) -> Mode:
+        """Stick or slip of a mass at rest on the base, in the contact that it has."""
+        force = self.hold_force(t, y, mode)
+        if abs(force) > self.design.friction_ratio:
+            return mode._replace(slip=1 if force > 0.0 else -1, stuck=False)
+        return mode._replace(slip=0, stuck=True)
+
+    def carry_out(self, event: str, t: float, y: Vector, mode: Mode) -> tuple[Vector, Mode]:
+        if event == "turn":
+            y = (y[0], 0.0, y[2], y[3])
+            return y, self.at_rest(t, y, mode)
+        if event in ("slip+", "slip-"):
+            return y, mode._replace(slip=1 if event == "slip+" else -1, stuck=False)
+        if event == "release":
+            return y, mode._replace(pushed=False)
+        if event == "clear":
+            return y, mode._replace(wall=0)
+        if event == "push":
+            return y, mode._replace(pushed=True)
+        struck = mode._replace(wall=1 if event == "wall+" else -1, pushed=True)
+        return y, self.at_rest(t, y, struck) if mode.stuck else struck
+
+
 Advance = Callable[[Model, Mode, float, float, Vector], tuple[float, Vector, int | None]]
 """From mode, time, end and state to time, state and which event function ended it; None at the end."""
 
 
 def march(design: Design, cycles: int, advance: Advance) -> State | None:
     """March whole cycles from rest with an integrator; None where it gives up or events do not end."""
-    model = Model(design)
+    walls = None if design.particle is None else design.particle.wall
+    model = Model(design) if walls is None else CompliantModel(design)
     r = design.frequency_ratio
     end = 2.0 * pi * cycles / r
     t, y = 0.0, (0.0, -r, 0.0, 0.0)

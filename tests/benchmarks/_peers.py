@@ -109,26 +109,33 @@ def heyoka_method(tolerances: tuple[float, ...]) -> Method:
 
     def build(design: Design, mode: Mode, tolerance: float) -> Any:
         v, w, p, q = hy.make_vars("v", "w", "p", "q")
-        model = Model(design)
         r, particle = design.frequency_ratio, design.particle
         shaking = r * r * hy.sin(r * hy.time)
-        force = -2.0 * design.damping_ratio * w - v - design.friction_ratio * mode.slip
-        inertia = model.inertia(mode)
         zero = hy.expression(0.0)
+        depth = push = contact = zero
+        compliant = particle is not None and particle.wall is not None
+        riding = mode.wall != 0 and not compliant
+        if particle is not None and particle.wall is not None and mode.wall:
+            depth = mode.wall * (v + hy.sin(r * hy.time) - p) - particle.clearance_ratio
+            rate = mode.wall * (w + r * hy.cos(r * hy.time) - q)
+            push = particle.wall.stiffness * depth + particle.wall.damping * rate
+            contact = mode.wall * push if mode.pushed else zero
+        force = -2.0 * design.damping_ratio * w - v - design.friction_ratio * mode.slip - contact
+        inertia = Model(design).inertia(mode) if riding else 1.0
         w_rate = zero if mode.stuck else force / inertia + shaking
         acceleration = w_rate - shaking
-        rates = [
-            (v, zero if mode.stuck else w),
-            (w, w_rate),
-            (p, q),
-            (q, acceleration if mode.wall else zero),
-        ]
-        hold = inertia * shaking - v
+        q_rate = acceleration if riding else zero
+        if compliant and particle is not None:
+            q_rate = contact / particle.mass_ratio
+        rates = [(v, zero if mode.stuck else w), (w, w_rate), (p, q), (q, q_rate)]
+        hold = inertia * shaking - v - contact
         found = [mode.slip * w] if mode.slip else []
         if mode.stuck:
             found += [design.friction_ratio - hold, design.friction_ratio + hold]
-        if mode.wall:
+        if riding:
             found.append(mode.wall * acceleration)
+        elif mode.wall:
+            found += [push] if mode.pushed else [depth, -push]
         elif particle is not None:
             gap = v + hy.sin(r * hy.time) - p
             found += [particle.clearance_ratio - gap, particle.clearance_ratio + gap]

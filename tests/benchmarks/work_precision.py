@@ -19,17 +19,13 @@ from worker.accuracy.scenes import SCENES
 
 
 def run() -> dict[str, Any]:
-    """Every method on every scene: the diagrams, and by how much each method is slower at its own best error.
-
-    The peers' model has impacts that take no time; walls that give way are left to the two methods that know them.
-    """
+    """Every method on every scene: the diagrams, and by how much each method is slower at its own best error."""
     methods, missing = peers()
 
     def say(name: str) -> None:
         print(f"  {name} …", file=sys.stderr)
 
-    diagrams = draw_diagrams((*METHODS, *methods), [scene for scene in SCENES if not scene.gives_way], say)
-    diagrams += draw_diagrams(METHODS, [scene for scene in SCENES if scene.gives_way], say)
+    diagrams = draw_diagrams((*METHODS, *methods), SCENES, say)
     return {
         "missing": missing,
         "diagrams": [one.document() for one in diagrams],

@@ -22,10 +22,10 @@ FEW = settings(max_examples=30, deadline=None)
 def march(design: Design, state: State, halves: int) -> State:
     """March with everything that a march needs made anew."""
     friction = design.friction_ratio or None
-    base = make_base(design.damping_ratio, design.frequency_ratio)
-    free = make_medium(base, 1.0)
+    base = make_base(design.damping_ratio, design.frequency_ratio, None)
+    free = make_medium(base, 1.0, None)
     particle = design.particle
-    loaded = None if particle is None else make_loaded(base, particle, particle.wall)
+    loaded = None if particle is None else make_loaded(base, particle, particle.wall, None)
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = 10**6
     work = np.empty((4, TERMS))

@@ -5,7 +5,7 @@ import numpy as np
 from worker.jit import kernel
 from worker.solver.march import half_cycle
 from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
 
@@ -32,14 +32,15 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
     outcome : int
         ARRIVED, or how the march ended early.
     """
-    base = make_base(damping_ratio, frequency_ratio)
-    free = make_medium(base, 1.0)
+    base = make_base(damping_ratio, frequency_ratio, None)
+    free = make_medium(base, 1.0, None)
     loaded = None
     if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall)
+        loaded = make_loaded(base, particle, particle.wall, None)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
-    meter = np.zeros(METERS)
+    sums = np.zeros(METERS)
+    meter = Meter(sums, None)
     counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
     outcome = ARRIVED
     for _ in range(2 * silent):
@@ -47,14 +48,14 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
         if outcome != ARRIVED:
             return state, outcome
     for cycle in range(peaks.shape[0]):
-        meter[PEAK] = 0.0
-        meter[RELATIVE_PEAK] = 0.0
+        sums[PEAK] = 0.0
+        sums[RELATIVE_PEAK] = 0.0
         for _ in range(2):
             state, outcome = half_cycle(
                 state, base, free, loaded, friction, particle, work, counts, meter, None
             )
             if outcome != ARRIVED:
                 return state, outcome
-        peaks[cycle, 0] = meter[PEAK]
-        peaks[cycle, 1] = meter[RELATIVE_PEAK]
+        peaks[cycle, 0] = sums[PEAK]
+        peaks[cycle, 1] = sums[RELATIVE_PEAK]
     return state, outcome

@@ -5,6 +5,13 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+from studies.choices import CompliantContact
+from studies.definition import parse_study
+from studies.plan import Block
+from studies.variables import STANDARD
+from worker.accuracy.march import march_from_rest
+from worker.block import solve_block
+from worker.lower import wall_of
 from worker.solver.march import half_cycle
 from worker.solver.scene import (
     BUDGET,
@@ -12,19 +19,24 @@ from worker.solver.scene import (
     METERS,
     PEAK,
     RELATIVE_PEAK,
+    SPEED,
     SQUARE,
+    STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
+    Particle,
     State,
 )
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
+from worker.steady.response import INTEGRATED
 
 
 @pytest.mark.parametrize("frequency_ratio", [1e-3, 0.1, 0.9, 1.0, 3.0, 30.0, 1e3, 1e4])
 def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float) -> None:
     damping_ratio, r = 0.3, frequency_ratio
-    base = make_base(damping_ratio, r)
+    base = make_base(damping_ratio, r, True)
     relative = (
         r * r / (1.0 - r * r + 2j * damping_ratio * r)
     )  # v over s, both as the imaginary part of exp(i r τ)
@@ -32,9 +44,18 @@ def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float)
     state = State(relative.imag, (1j * r * relative).imag, 0.0, 1.0, 0.0, 0.0, 0.0, 0, 0)
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = 10
-    meter = np.zeros(METERS)
+    sums = np.zeros(METERS)
     half_cycle(
-        state, base, make_medium(base, 1.0), None, None, None, np.empty((4, TERMS)), counts, meter, None
+        state,
+        base,
+        make_medium(base, 1.0, True),
+        None,
+        None,
+        None,
+        np.empty((4, TERMS)),
+        counts,
+        Meter(sums),
+        None,
     )
 
     half = pi / r
@@ -42,13 +63,47 @@ def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float)
         8, base.windows
     )  # rounding of a sum over windows: each adds at most one unit in the last place
     rounding = 4e-16 * windows
-    assert sqrt(2.0 * meter[SQUARE] / half) == pytest.approx(
-        abs(absolute), rel=rounding + 1e-15 * max(1.0, r)
-    )
-    assert meter[PEAK] == pytest.approx(abs(absolute), rel=4e-16)
-    assert meter[RELATIVE_PEAK] == pytest.approx(abs(relative), rel=4e-16)
+    assert sqrt(2.0 * sums[SQUARE] / half) == pytest.approx(abs(absolute), rel=rounding + 1e-15 * max(1.0, r))
+    assert sums[PEAK] == pytest.approx(abs(absolute), rel=4e-16)
+    assert sums[RELATIVE_PEAK] == pytest.approx(abs(relative), rel=4e-16)
     loss = damping_ratio * abs(r * relative) ** 2 * half
-    assert meter[VISCOUS_LOSS] == pytest.approx(loss, rel=rounding)
+    assert sums[VISCOUS_LOSS] == pytest.approx(loss, rel=rounding)
     # what goes to and fro in each half cycle, of which the loss is what stays
     exchanged = abs((1.0 + 2j * damping_ratio * r) * relative) * r * half
-    assert meter[WORK_IN] == pytest.approx(loss, abs=rounding * exchanged)
+    assert sums[WORK_IN] == pytest.approx(loss, abs=rounding * exchanged)
+
+
+@pytest.mark.parametrize("contact", [None, CompliantContact(model="compliant", contact_time=1e-3)])
+def test_what_is_measured_does_not_change_the_motion_nor_the_rest_of_the_measures(
+    contact: CompliantContact | None,
+) -> None:
+    particle = Particle(2.0, 0.47, 0.1, None, wall_of(contact, 0.47, 0.1))
+    whole, peaks = np.zeros(METERS), np.zeros(METERS)
+    with_energies = march_from_rest(0.0038, 0.9, 0.6, particle, 300, Meter(whole))
+    without = march_from_rest(0.0038, 0.9, 0.6, particle, 300, Meter(peaks, None))
+    assert with_energies[0] == without[0]
+    assert with_energies[3][1:] == without[3][1:]
+    assert np.array_equal(whole[STUCK:], peaks[STUCK:])
+    assert whole[: SPEED + 1].all()  # there was something to measure
+    assert not peaks[:STUCK].any()
+
+
+def test_a_study_without_energies_stores_the_same_bits() -> None:
+    document = {
+        "damping_ratio": 0.02,
+        "axes": {
+            "clearance_ratio": [1.0, 4.0],
+            "friction_ratio": 0.3,
+            "restitution": 0.47,
+            "mass_ratio": 0.1,
+            "frequency_ratio": [0.9, 1.05],
+        },
+    }
+    lean = [name for name in STANDARD if name not in INTEGRATED and name != "run_time"]
+    every = parse_study(document)
+    some = parse_study(document | {"metrics": lean})
+    block = Block(0, (0,) * 6, every.shape)
+    expected, found = solve_block(every, block), solve_block(some, block)
+    assert set(expected) - set(found) == INTEGRATED | {"run_time"}
+    for name, values in found.items():
+        assert values.tobytes() == expected[name].tobytes(), name

@@ -4,6 +4,7 @@ import numpy as np
 
 from worker.jit import kernel
 from worker.solver.march import half_cycle
+from worker.solver.metering import energies_of
 from worker.solver.riding import make_loaded
 from worker.solver.scene import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
 from worker.solver.taylor import TERMS
@@ -28,7 +29,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
         The particle.
     cycles : int
         Excitation cycles.
-    meter : float64 array, shape (METERS,), or None
+    meter : Meter or None
         Zeros, added to; None leaves energies and peaks out of the kernel.
 
     Returns
@@ -42,11 +43,12 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     measures : tuple of float
         Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros where not metered.
     """
-    base = make_base(damping_ratio, frequency_ratio)
-    free = make_medium(base, 1.0)
+    energies = energies_of(meter)
+    base = make_base(damping_ratio, frequency_ratio, energies)
+    free = make_medium(base, 1.0, energies)
     loaded = None
     if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall)
+        loaded = make_loaded(base, particle, particle.wall, energies)
     work = np.empty((4, TERMS))
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
@@ -61,13 +63,13 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
             break
         if meter is not None:
             if half % 2 == 1:
-                largest = max(largest, meter[PEAK])
-                total += meter[PEAK]
-                meter[PEAK] = 0.0
-                meter[RELATIVE_PEAK] = 0.0
+                largest = max(largest, meter.sums[PEAK])
+                total += meter.sums[PEAK]
+                meter.sums[PEAK] = 0.0
+                meter.sums[RELATIVE_PEAK] = 0.0
     residual = 0.0
     if meter is not None:
-        residual = energy_residual(meter, stored, stored_energy(state, frequency_ratio, particle))
+        residual = energy_residual(meter.sums, stored, stored_energy(state, frequency_ratio, particle))
     p = 0.0
     p_rate = 0.0
     if particle is not None:

@@ -9,7 +9,7 @@ from worker.accuracy.march import march_from_rest
 from worker.accuracy.scenes import State
 from worker.rk4 import march_rk4, march_rk4_wall
 from worker.simulate import Design
-from worker.solver.scene import ARRIVED, COUNTS, METERS
+from worker.solver.scene import ARRIVED, COUNTS, METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
 """From a design, excitation cycles and the value of a setting to the end state; None where the method gives up."""
@@ -55,7 +55,7 @@ def _event_all(design: Design, cycles: int, _: float) -> State | None:
         _friction(design),
         design.particle,
         cycles,
-        np.zeros(METERS),
+        Meter(np.zeros(METERS)),
     )
     return end if outcome == ARRIVED else None
 

@@ -13,7 +13,7 @@ from worker.accuracy.extremes import Extreme
 from worker.accuracy.march import march_from_rest
 from worker.accuracy.methods import paper_march
 from worker.simulate import Design, simulate
-from worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS
+from worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
 
 STEPS = 400
 """Of the paper's method per cycle."""
@@ -87,10 +87,10 @@ def run_case(case: Extreme) -> Row:
     design = case.design
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     arguments = (design.damping_ratio, design.frequency_ratio, friction, design.particle)
-    march_from_rest(*arguments, 1, np.zeros(METERS))  # compiles, or loads, the kernel of the scene
+    march_from_rest(*arguments, 1, Meter(np.zeros(METERS)))  # compiles, or loads, the kernel of the scene
     began = perf_counter()
     state, outcome, counts, (residual, _largest, _mean) = march_from_rest(
-        *arguments, case.cycles, np.zeros(METERS)
+        *arguments, case.cycles, Meter(np.zeros(METERS))
     )
     seconds = perf_counter() - began
     penetration, momentum = _sampled(design, case.cycles)

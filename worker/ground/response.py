@@ -33,6 +33,7 @@ from worker.solver.scene import (
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
     Particle,
     State,
 )
@@ -132,7 +133,7 @@ def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s
         structure.damping_ratio,
         structure.omega * tail_s,
     )
-    return Ready(base, make_medium(base, 1.0))
+    return Ready(base, make_medium(base, 1.0, None))
 
 
 def ground_response(
@@ -195,18 +196,18 @@ def _march(
     friction = friction_of(damper, scale)
     particle = particle_of(damper, scale)
     base, free = ready or made_ready(structure, motion, factor, tail_s)
-    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio)
+    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio, None)
     counts = np.zeros(COUNTS, np.int64)
     time = base.windows * base.window
     counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
-    meter = np.zeros(RECORD_METERS)
+    sums = np.zeros(RECORD_METERS)
     off = start or Perturbation()
     begun = start_on(base, friction, particle, off.v, off.w, off.place)
     log = None if not logged else empty_log(20 * base.windows + 10_000)
     end, outcome = march_record(
-        begun, base, free, loaded, friction, particle, np.empty((4, TERMS)), counts, meter, log
+        begun, base, free, loaded, friction, particle, np.empty((4, TERMS)), counts, Meter(sums), log
     )
-    response = _measures(base, scale, particle, meter, counts, begun, end, outcome)
+    response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None
     return response, _history(log, base, scale, friction, particle, end, structure.damping_ratio)
@@ -216,7 +217,7 @@ def _measures(
     base: RecordBase,
     scale: Scale,
     particle: Particle | None,
-    meter: NDArray[np.float64],
+    sums: NDArray[np.float64],
     counts: NDArray[np.int64],
     begun: State,
     end: State,
@@ -224,11 +225,11 @@ def _measures(
 ) -> GroundResponse:
     time = base.windows * base.window
     if outcome != ARRIVED:
-        meter = np.full(RECORD_METERS, nan)
+        sums = np.full(RECORD_METERS, nan)
         end = end._replace(v=nan, w=nan)
     stored = stored_energy(begun, 0.0, particle)
-    residual = energy_residual(meter, stored, stored_energy(end, base.rate[-1], particle))
-    read: list[float] = meter.tolist()
+    residual = energy_residual(sums, stored, stored_energy(end, base.rate[-1], particle))
+    read: list[float] = sums.tolist()
     length, speed, energy = scale.length_m, scale.speed_m_s, scale.energy_j
     return GroundResponse(
         peak_relative_displacement_m=read[RELATIVE_PEAK] * length,

@@ -1,20 +1,32 @@
 """March through half an excitation cycle, or through a record, from event to event.
 
 What a scene lacks is None here, and the compiler drops it: without `friction` there is no search for turns and no stick,
-without `particle` no gap, no impact, no riding; without `meter` no energies and no peaks; without `log` no history.
+without `particle` no gap, no impact, no riding; without `meter` no peaks, and without its `energies` no integrals; without
+`log` no history.
 """
 
 from worker.jit import inlined, kernel
 from worker.solver.dwell import dwell_on
 from worker.solver.event import next_event
+from worker.solver.measure import Curves, Segment
 from worker.solver.memory import address
-from worker.solver.metering import measure, measure_quiet
+from worker.solver.metering import energies_of, measure, measure_quiet
 from worker.solver.passing import pass_event
 from worker.solver.press import in_wall, through_wall
 from worker.solver.quiet import is_quiet, most_motion, was_quiet
 from worker.solver.record import record
 from worker.solver.riding import medium_of, point_loaded
-from worker.solver.scene import ARRIVED, BUDGET, IDLE, NOTHING, OUT_OF_EVENTS, SEGMENTS, STALLED, State
+from worker.solver.scene import (
+    ARRIVED,
+    BUDGET,
+    IDLE,
+    NOTHING,
+    OUT_OF_EVENTS,
+    SEGMENTS,
+    STALLED,
+    Meter,
+    State,
+)
 from worker.solver.shaking import (
     carry,
     expand_base,
@@ -33,7 +45,7 @@ _MOST_IDLE = 64  # events without time moving on before the march gives up
 
 @kernel
 def half_cycle(
-    state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_array, log
+    state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_arrays, log
 ):
     """March a state through half an excitation cycle and mirror it.
 
@@ -53,7 +65,7 @@ def half_cycle(
         Scratch.
     counts : int64 array, shape (COUNTS,)
         Counts, added to; counts[BUDGET] is the largest number of segments allowed.
-    meter : float64 array, shape (METERS,), or None
+    meter : Meter or None
         Added to, where given.
     log : Log or None
         Takes every segment, where given.
@@ -72,12 +84,13 @@ def half_cycle(
         loaded = point_loaded(loaded_arrays, particle.wall)
     counts = address(count_array, 0)
     meter = None
-    if meter_array is not None:
-        meter = address(meter_array, 0)
+    if meter_arrays is not None:
+        meter = Meter(address(meter_arrays.sums, 0), meter_arrays.energies)
     relative = address(work, 0)
     absolute = address(work, TERMS)
     scratch = address(work, 2 * TERMS)
     shaken = address(work, 3 * TERMS)
+    curves = Curves(relative, absolute, shaken, scratch)
     for k in range(base.windows):
         phase = phase_at(base, k)
         end = phase_until(base, k)
@@ -138,19 +151,8 @@ def half_cycle(
                     if meter is None:
                         state = crossed
                         break
-                    if measure_quiet(
-                        meter,
-                        state,
-                        crossed,
-                        offset,
-                        held,
-                        phase,
-                        end,
-                        base,
-                        medium,
-                        friction,
-                        u2_most,
-                    ):
+                    segment = Segment(state, crossed, phase, end, held, offset, base.window, w_most, u2_most)
+                    if measure_quiet(meter, segment, base, medium, friction):
                         state = crossed
                         break
             else:
@@ -196,27 +198,14 @@ def half_cycle(
                     u2_most,
                 )
             crossed = _coast(state, offset, held, t, particle, relative, absolute)
+            reached = end
+            if kind != NOTHING or (energies_of(meter) is not None and not whole):
+                expand_base(base, phase, shaken)
+            if kind != NOTHING:
+                reached = phase_after(base, phase, shaken, t)
             if meter is not None:
-                measure(
-                    meter,
-                    state,
-                    crossed,
-                    offset,
-                    held,
-                    phase,
-                    end,
-                    t,
-                    whole and kind == NOTHING,
-                    base,
-                    medium,
-                    friction,
-                    relative,
-                    absolute,
-                    scratch,
-                    shaken,
-                    w_most,
-                    u2_most,
-                )
+                segment = Segment(state, crossed, phase, reached, held, offset, t, w_most, u2_most)
+                measure(meter, segment, whole and kind == NOTHING, base, medium, friction, curves)
             if log is not None:
                 record(log, state, (k + 1) * base.window - left, t, kind)
             state = crossed
@@ -231,9 +220,7 @@ def half_cycle(
                     return state, STALLED
             else:
                 counts[IDLE] = 0
-            if meter is None:
-                expand_base(base, phase, shaken)
-            phase = phase_after(base, phase, shaken, t)
+            phase = reached
             left = left - t
             whole = False
             state = pass_event(state, kind, phase, base, friction, particle, counts, meter)

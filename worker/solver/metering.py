@@ -3,10 +3,12 @@
 from math import inf
 from typing import Any
 
+from numba import types
+
 from worker.jit import by_type, inlined, kernel
 from worker.solver.bounds import u_bend, w_bend
 from worker.solver.crossing import first_crossing
-from worker.solver.measure import find_peaks, measure_segment, measure_window, peaks_at_ends
+from worker.solver.measure import Curves, Segment, find_peaks, measure_part, measure_window, peaks_at_ends
 from worker.solver.scene import (
     FRICTION_LOSS,
     METERS,
@@ -16,8 +18,9 @@ from worker.solver.scene import (
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
 )
-from worker.solver.shaking import base_bend, expand_base, is_record, phase_after
+from worker.solver.shaking import base_bend, expand_base, is_record
 from worker.solver.taylor import ORDER, rate_into, slope, value
 from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
@@ -30,96 +33,35 @@ RECORD_METERS = METERS + 3
 _MOST_EXTREMA = 8  # of one segment, whose length is less than a tenth of a period
 
 
+def energies_of(meter: Meter | None) -> bool | None:
+    """Whether integrals are asked for: True, or None."""
+    return None if meter is None else meter.energies
+
+
+@by_type(energies_of)
+def _energies_of(meter):
+    if isinstance(meter, types.NoneType):
+        return lambda meter: None
+    return lambda meter: meter.energies
+
+
 @inlined
-def _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
+def _sine_quiet(meter, segment, base, medium, friction):
     """Whether a quiet window could be measured without its polynomials."""
-    if peaks_at_ends(
-        meter,
-        state,
-        crossed,
-        phase.position,
-        end.position,
-        base.window,
-        u2_most,
-        friction,
-        base.frequency_ratio,
-    ):
-        measure_window(meter, state, crossed, offset, held, phase, end, base, medium, friction)
+    if peaks_at_ends(meter.sums, segment, friction, base.frequency_ratio):
+        measure_window(meter.sums, meter.energies, segment, base, medium, friction)
         return True
     return False
 
 
 @inlined
-def _sine_segment(
-    meter,
-    state,
-    crossed,
-    offset,
-    held,
-    phase,
-    end,
-    t,
-    whole,
-    base,
-    medium,
-    friction,
-    relative,
-    absolute,
-    scratch,
-    shaken,
-    w_most,
-    u2_most,
-):
+def _sine_segment(meter, segment, whole, base, medium, friction, curves):
     if whole:
-        measure_window(meter, state, crossed, offset, held, phase, end, base, medium, friction)
+        measure_window(meter.sums, meter.energies, segment, base, medium, friction)
     else:
-        expand_base(base, phase, shaken)
-        end = phase_after(base, phase, shaken, t)
-        measure_segment(
-            meter,
-            state,
-            crossed,
-            offset,
-            held,
-            t,
-            phase,
-            end,
-            base,
-            medium,
-            friction,
-            relative,
-            absolute,
-            shaken,
-        )
-    if not peaks_at_ends(
-        meter,
-        state,
-        crossed,
-        phase.position,
-        end.position,
-        t,
-        u2_most,
-        friction,
-        base.frequency_ratio,
-    ):
-        find_peaks(
-            meter,
-            state,
-            crossed,
-            phase,
-            end,
-            offset,
-            held,
-            t,
-            base,
-            medium,
-            friction,
-            relative,
-            absolute,
-            scratch,
-            w_most,
-            u2_most,
-        )
+        measure_part(meter.sums, meter.energies, segment, base, medium, friction, curves)
+    if not peaks_at_ends(meter.sums, segment, friction, base.frequency_ratio):
+        find_peaks(meter.sums, segment, base, medium, friction, curves)
 
 
 @kernel
@@ -137,27 +79,19 @@ def _raised(peak, polynomial, less, rate, t, rate_bend):
 
 
 @kernel
-def _record_segment(
-    meter,
-    state,
-    crossed,
-    offset,
-    held,
-    phase,
-    end,
-    t,
-    whole,
-    base,
-    medium,
-    friction,
-    relative,
-    absolute,
-    scratch,
-    shaken,
-    w_most,
-    u2_most,
-):
+def _record_segment(meter, segment, whole, base, medium, friction, curves):
     """Energies, squares and true peaks of one segment, from its polynomials."""
+    state, crossed, phase, held, offset, t = (
+        segment.start,
+        segment.end,
+        segment.phase,
+        segment.held,
+        segment.offset,
+        segment.span,
+    )
+    w_most, u2_most = segment.w_most, segment.u2_most
+    relative, absolute, shaken, scratch = curves.relative, curves.absolute, curves.shaken, curves.scratch
+    sums = meter.sums
     expand_base(base, phase, shaken)
     work = 0.0
     loss = 0.0
@@ -180,40 +114,40 @@ def _record_segment(
         square += GAUSS_WEIGHTS[i] * u * u
         relative_square += GAUSS_WEIGHTS[i] * v * v
         acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
-    meter[WORK_IN] += t * work / medium.compliance  # the base moves the riding particle too
-    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
-    meter[SQUARE] += t * square
-    meter[RELATIVE_SQUARE] += t * relative_square
-    meter[ACCELERATION_SQUARE] += t * acceleration_square
+    sums[WORK_IN] += t * work / medium.compliance  # the base moves the riding particle too
+    sums[VISCOUS_LOSS] += t * base.two_zeta * loss
+    sums[SQUARE] += t * square
+    sums[RELATIVE_SQUARE] += t * relative_square
+    sums[ACCELERATION_SQUARE] += t * acceleration_square
     if friction is not None:
         if held:
-            meter[STUCK] += t
+            sums[STUCK] += t
         else:
-            meter[FRICTION_LOSS] += friction * abs(crossed.v - state.v)  # w keeps its sign on a segment
+            sums[FRICTION_LOSS] += friction * abs(crossed.v - state.v)  # w keeps its sign on a segment
     bulge = 0.125 * t * t
     ends = max(abs(state.v + phase.position), abs(crossed.v + value(shaken, t)))
-    peak = max(meter[PEAK], ends)
+    peak = max(sums[PEAK], ends)
     if ends + bulge * u2_most > peak and abs(absolute[1]) <= t * u2_most:
         rate_into(absolute, 0, scratch)
         most = u_bend(3, held, w_most, u2_most, base, phase, medium.compliance)
         peak = _raised(peak, absolute, offset, scratch, t, most)
-    meter[PEAK] = peak
+    sums[PEAK] = peak
     ends = max(abs(state.v), abs(crossed.v))
-    peak = max(meter[RELATIVE_PEAK], ends)
+    peak = max(sums[RELATIVE_PEAK], ends)
     if friction is None:  # with friction, |v| peaks only where a segment ends
         w1 = u2_most + base_bend(base, phase, 2)
         if ends + bulge * w1 > peak and abs(relative[1]) <= t * w1:
             rate_into(relative, 0, scratch)
             most = w_bend(0, w_most, u2_most, base, phase, medium.compliance)
             peak = _raised(peak, relative, 0.0, scratch, t, most)
-    meter[RELATIVE_PEAK] = peak
+    sums[RELATIVE_PEAK] = peak
     first = phase.first
     last = phase.first + phase.second * t
     if not held:
         first = -medium.compliance * (base.two_zeta * state.w + relative[0])
         last = -medium.compliance * (base.two_zeta * crossed.w + value(relative, t))
     ends = max(abs(first), abs(last))
-    peak = max(meter[ACCELERATION_PEAK], ends)
+    peak = max(sums[ACCELERATION_PEAK], ends)
     if not held:
         most = u_bend(4, held, w_most, u2_most, base, phase, medium.compliance)
         if ends + bulge * most > peak:
@@ -224,195 +158,39 @@ def _record_segment(
             rate_into(shaken, 0, scratch)
             most = u_bend(5, held, w_most, u2_most, base, phase, medium.compliance)
             peak = _raised(peak, shaken, 0.0, scratch, t, most)
-            expand_base(base, phase, shaken)
-    meter[ACCELERATION_PEAK] = peak
+    sums[ACCELERATION_PEAK] = peak
 
 
-def measure_quiet(
-    meter: Any,
-    state: Any,
-    crossed: Any,
-    offset: float,
-    held: bool,
-    phase: Any,
-    end: Any,
-    base: Any,
-    medium: Any,
-    friction: Any,
-    u2_most: float,
-) -> bool:
+def measure_quiet(meter: Any, segment: Segment, base: Any, medium: Any, friction: float | None) -> bool:
     """Measure a whole quiet window if that can be done without its polynomials; whether it was done."""
-    return not is_record(base) and bool(
-        _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most)
-    )
+    return not is_record(base) and bool(_sine_quiet(meter, segment, base, medium, friction))
 
 
 @by_type(measure_quiet)
-def _measure_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
+def _measure_quiet(meter, segment, base, medium, friction):
     if is_record(base):
-
-        def polynomials_needed(
-            meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most
-        ):
-            return False
-
-        return polynomials_needed
-
-    def quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most):
-        return _sine_quiet(meter, state, crossed, offset, held, phase, end, base, medium, friction, u2_most)
-
-    return quiet
+        return lambda meter, segment, base, medium, friction: False
+    return lambda meter, segment, base, medium, friction: _sine_quiet(meter, segment, base, medium, friction)
 
 
 def measure(
-    meter: Any,
-    state: Any,
-    crossed: Any,
-    offset: float,
-    held: bool,
-    phase: Any,
-    end: Any,
-    t: float,
-    whole: bool,
-    base: Any,
-    medium: Any,
-    friction: Any,
-    relative: Any,
-    absolute: Any,
-    scratch: Any,
-    shaken: Any,
-    w_most: float,
-    u2_most: float,
+    meter: Any, segment: Segment, whole: bool, base: Any, medium: Any, friction: float | None, curves: Curves
 ) -> None:
-    """Measure one segment of length t, `whole` where it is a whole window; its polynomials are given."""
+    """Measure one segment, `whole` where it is a whole window; its polynomials are given."""
     chosen = _record_segment if is_record(base) else _sine_segment
-    chosen(
-        meter,
-        state,
-        crossed,
-        offset,
-        held,
-        phase,
-        end,
-        t,
-        whole,
-        base,
-        medium,
-        friction,
-        relative,
-        absolute,
-        scratch,
-        shaken,
-        w_most,
-        u2_most,
-    )
+    chosen(meter, segment, whole, base, medium, friction, curves)
 
 
 @by_type(measure)
-def _measure(
-    meter,
-    state,
-    crossed,
-    offset,
-    held,
-    phase,
-    end,
-    t,
-    whole,
-    base,
-    medium,
-    friction,
-    relative,
-    absolute,
-    scratch,
-    shaken,
-    w_most,
-    u2_most,
-):
+def _measure(meter, segment, whole, base, medium, friction, curves):
     if is_record(base):
 
-        def segment(
-            meter,
-            state,
-            crossed,
-            offset,
-            held,
-            phase,
-            end,
-            t,
-            whole,
-            base,
-            medium,
-            friction,
-            relative,
-            absolute,
-            scratch,
-            shaken,
-            w_most,
-            u2_most,
-        ):
-            _record_segment(
-                meter,
-                state,
-                crossed,
-                offset,
-                held,
-                phase,
-                end,
-                t,
-                whole,
-                base,
-                medium,
-                friction,
-                relative,
-                absolute,
-                scratch,
-                shaken,
-                w_most,
-                u2_most,
-            )
+        def segment_of_record(meter, segment, whole, base, medium, friction, curves):
+            _record_segment(meter, segment, whole, base, medium, friction, curves)
 
-    else:
+        return segment_of_record
 
-        def segment(
-            meter,
-            state,
-            crossed,
-            offset,
-            held,
-            phase,
-            end,
-            t,
-            whole,
-            base,
-            medium,
-            friction,
-            relative,
-            absolute,
-            scratch,
-            shaken,
-            w_most,
-            u2_most,
-        ):
-            _sine_segment(
-                meter,
-                state,
-                crossed,
-                offset,
-                held,
-                phase,
-                end,
-                t,
-                whole,
-                base,
-                medium,
-                friction,
-                relative,
-                absolute,
-                scratch,
-                shaken,
-                w_most,
-                u2_most,
-            )
+    def segment_of_sine(meter, segment, whole, base, medium, friction, curves):
+        _sine_segment(meter, segment, whole, base, medium, friction, curves)
 
-    return segment
+    return segment_of_sine

@@ -107,8 +107,9 @@ def _impact(state, wall, phase, base, friction, particle, contact_time, counts, 
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     counts[IMPACTS] += 1
     if meter is not None:
-        meter[SPEED] = max(meter[SPEED], approach)
-        meter[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
+        meter.sums[SPEED] = max(meter.sums[SPEED], approach)
+        if meter.energies is not None:
+            meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if contact_time is not None:
         jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
@@ -215,7 +216,8 @@ def _leave(
         counts[ATTACHMENTS] += 1
         jump, p_rate = rebound(w + phase.rate, p_rate, 0.0, particle.mass_ratio)
         if meter is not None:
-            meter[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
+            if meter.energies is not None:
+                meter.sums[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
         return _join(state, wall, w + jump, p_rate, phase, base, friction, particle, dwell)
     return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 1 if leaving > 0.0 else 2, dwell)
 

@@ -35,6 +35,7 @@ from worker.solver.scene import (
     SLIP_ONSET,
     SPEED,
     STALLED,
+    STUCK,
     TURN,
     TURNS,
     Dwell,
@@ -94,7 +95,7 @@ def strike(state, side, phase, base, friction, wall, counts, meter):
     approach = max(side * (u_rate - state.p_rate), 0.0)
     counts[IMPACTS] += 1
     if meter is not None:
-        meter[SPEED] = max(meter[SPEED], approach)
+        meter.sums[SPEED] = max(meter.sums[SPEED], approach)
     order = 0
     if wall.damping * approach == 0.0:
         order = 1 if approach > 0.0 or wall.damping > 0.0 else 2
@@ -282,8 +283,11 @@ def _to_event(state, wall, phase, span, offset, held, base, friction, buffers, m
     y = value(depth, t)
     y_rate = slope(depth, t)
     if meter is not None:
-        measure_contact(meter, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
-        raise_peaks(meter, offset, t, friction, buffers)
+        if meter.energies is not None:
+            measure_contact(meter.sums, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
+        elif held:
+            meter.sums[STUCK] += t
+        raise_peaks(meter.sums, offset, t, friction, buffers)
     order = order if t == 0.0 else 0  # two events at once
     end = State(
         v,
@@ -371,19 +375,20 @@ def _leap(state, phase, span, offset, held, first, second, wall, base, motion, f
             else:
                 clear = clear and _least(scratch, state.slip, t) > w_most
         if meter is not None and clear:
+            # whether energies are asked for or not, so that a point has the same bits
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= TAME
             sign = 1.0 if rate[0] > 0.0 else -1.0
             if _least(rate, sign, t) <= w_most:
                 u_most = max(abs(buffers.absolute[0] - offset), abs(value(buffers.absolute, t) - offset))
                 u_most += 0.125 * t * t * curvature_bound(buffers.absolute, t) + x_most
-                clear = clear and u_most <= meter[PEAK]
+                clear = clear and u_most <= meter.sums[PEAK]
             if friction is None and clear:
                 rate_into(buffers.relative, 0, scratch)
                 sign = 1.0 if scratch[0] > 0.0 else -1.0
                 if _least(scratch, sign, t) <= w_most:
                     v_most = max(abs(buffers.relative[0]), abs(value(buffers.relative, t)))
                     v_most += 0.125 * t * t * curvature_bound(buffers.relative, t) + x_most
-                    clear = v_most <= meter[RELATIVE_PEAK]
+                    clear = v_most <= meter.sums[RELATIVE_PEAK]
         if clear:
             return t
         t *= _SHORTER
@@ -412,12 +417,14 @@ def _leapt(state, t, offset, held, first, second, wall, base, motion, friction, 
     y_rate = slope(buffers.depth, t) + (u[10] * one + u[11] * two)
     u_rate = w + slope(buffers.shaken, t)
     if meter is not None:
-        measure_contact(meter, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
-        measure_leap(meter, offset, held, t, first, second, one, two, wall, base, motion, buffers)
-        meter[PEAK] = max(
-            meter[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t)))
-        )
-        meter[RELATIVE_PEAK] = max(meter[RELATIVE_PEAK], max(abs(state.v), abs(v)))
+        sums = meter.sums
+        if meter.energies is not None:
+            measure_contact(sums, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
+            measure_leap(sums, offset, held, t, first, second, one, two, wall, base, motion, buffers)
+        elif held:
+            sums[STUCK] += t
+        sums[PEAK] = max(sums[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t))))
+        sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(state.v), abs(v)))
     end = State(
         v,
         w,
@@ -481,10 +488,13 @@ def _set_free(state, wall, phase, left, base, free, contact, friction, meter):
         w = slope(relative, t)
     pen = 0.0 if kind == CLEARANCE else value(depth, t)
     if meter is not None:
-        measure_contact(meter, v - state.v, offset, held, t, 0.0, base, friction, buffers)
-        raise_peaks(meter, offset, t, friction, buffers)
-        lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen)
-        meter[IMPACT_LOSS] += lost
+        if meter.energies is not None:
+            measure_contact(meter.sums, v - state.v, offset, held, t, 0.0, base, friction, buffers)
+            lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen)
+            meter.sums[IMPACT_LOSS] += lost
+        elif held:
+            meter.sums[STUCK] += t
+        raise_peaks(meter.sums, offset, t, friction, buffers)
     end = State(v, w, state.slip, state.wall, -pen, state.p_rate, 0.0, 0, 0, Dwell(0.0, 0.0))
     return end, t, kind
 
@@ -536,7 +546,8 @@ def _pass(state, kind, phase, base, friction, wall, counts, meter):
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
             # the particle came to rest on the wall: how it yields is beyond the digits of the velocities
             if meter is not None:
-                meter[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
+                if meter.energies is not None:
+                    meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
             return release(state, phase, base, friction)
         dwell = Dwell(0.0, 0.0)
         order = 1

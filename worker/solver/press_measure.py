@@ -23,7 +23,7 @@ _MOST_EXTREMA = 3  # of one displacement in a span
 
 
 @kernel
-def measure_contact(meter, moved, offset, held, t, damping, base, friction, buffers):
+def measure_contact(sums, moved, offset, held, t, damping, base, friction, buffers):
     """Add a segment of length t on the polynomials in `buffers`, over which v changes by `moved`."""
     square = base.frequency_ratio * base.frequency_ratio
     work = 0.0
@@ -44,26 +44,26 @@ def measure_contact(meter, moved, offset, held, t, damping, base, friction, buff
         loss += GAUSS_WEIGHTS[i] * w * w
         mean_square += GAUSS_WEIGHTS[i] * u * u
         struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
-    meter[WORK_IN] += t * work
-    meter[VISCOUS_LOSS] += t * base.two_zeta * loss
-    meter[SQUARE] += t * mean_square
-    meter[IMPACT_LOSS] += t * damping * struck
+    sums[WORK_IN] += t * work
+    sums[VISCOUS_LOSS] += t * base.two_zeta * loss
+    sums[SQUARE] += t * mean_square
+    sums[IMPACT_LOSS] += t * damping * struck
     if friction is not None:
         if held:
-            meter[STUCK] += t
+            sums[STUCK] += t
         else:
-            meter[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
+            sums[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
 
 
 @kernel
-def raise_peaks(meter, offset, t, friction, buffers):
+def raise_peaks(sums, offset, t, friction, buffers):
     """Raise the peaks to the largest |u| and |v| on the polynomials in `buffers`."""
-    meter[PEAK] = _largest(buffers.absolute, offset, t, meter[PEAK], buffers.scratch)
+    sums[PEAK] = _largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
     if friction is None:
-        meter[RELATIVE_PEAK] = _largest(buffers.relative, offset, t, meter[RELATIVE_PEAK], buffers.scratch)
+        sums[RELATIVE_PEAK] = _largest(buffers.relative, offset, t, sums[RELATIVE_PEAK], buffers.scratch)
     else:  # with friction, |v| peaks only where a segment ends
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
-        meter[RELATIVE_PEAK] = max(meter[RELATIVE_PEAK], ends)
+        sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], ends)
 
 
 @kernel
@@ -88,7 +88,7 @@ def _largest(polynomial, offset, t, peak, scratch):
 
 
 @kernel
-def measure_leap(meter, offset, held, t, first, second, one, two, wall, base, motion, buffers):
+def measure_leap(sums, offset, held, t, first, second, one, two, wall, base, motion, buffers):
     """Add what the vibration f, from (first, second) to (one, two), changes in the integrals of the slow motion.
 
     Notes
@@ -122,23 +122,23 @@ def measure_leap(meter, offset, held, t, first, second, one, two, wall, base, mo
     else:
         n1 = -(base.two_zeta * w1 + x1)
         n2 = -(base.two_zeta * w2 + x2)
-    meter[WORK_IN] += _by_parts(rate, n1, n2, t, first, second, one, two, motion.inverse, scratch)
+    sums[WORK_IN] += _by_parts(rate, n1, n2, t, first, second, one, two, motion.inverse, scratch)
     rate_into(buffers.depth, 0, rate)
     cross = _by_parts(rate, y1, y2, t, first, second, one, two, motion.inverse, scratch)
     own = y1 * y1 * j11 + 2.0 * y1 * y2 * j12 + y2 * y2 * j22
-    meter[IMPACT_LOSS] += wall.damping * (2.0 * cross + own)
+    sums[IMPACT_LOSS] += wall.damping * (2.0 * cross + own)
     if held:
         return
     rate_into(buffers.relative, 0, rate)
     cross = _by_parts(rate, w1, w2, t, first, second, one, two, motion.inverse, scratch)
     own = w1 * w1 * j11 + 2.0 * w1 * w2 * j12 + w2 * w2 * j22
-    meter[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + own)
+    sums[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + own)
     for i in range(TERMS):
         rate[i] = buffers.absolute[i]
     rate[0] -= offset
     cross = _by_parts(rate, x1, x2, t, first, second, one, two, motion.inverse, scratch)
     own = x1 * x1 * j11 + 2.0 * x1 * x2 * j12 + x2 * x2 * j22
-    meter[SQUARE] += 2.0 * cross + own
+    sums[SQUARE] += 2.0 * cross + own
 
 
 @kernel

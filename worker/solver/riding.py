@@ -11,8 +11,8 @@ from worker.solver.windows import Medium, make_medium, point_medium
 
 
 @kernel
-def _make_medium(base, particle):
-    return make_medium(base, 1.0 + particle.mass_ratio)
+def _make_medium(base, particle, energies):
+    return make_medium(base, 1.0 + particle.mass_ratio, energies)
 
 
 @inlined
@@ -20,7 +20,7 @@ def _choose(free, loaded, riding):
     return loaded if riding > 0.0 else free
 
 
-def make_loaded(base: Any, particle: Particle, wall: Wall | None) -> Medium | Contact:
+def make_loaded(base: Any, particle: Particle, wall: Wall | None, energies: bool | None) -> Medium | Contact:
     """`Medium` of both bodies as one, or the `Contact` of a compliant wall.
 
     Parameters
@@ -31,18 +31,20 @@ def make_loaded(base: Any, particle: Particle, wall: Wall | None) -> Medium | Co
         The particle.
     wall : Wall or None
         `particle.wall`, once more by itself: its type tells the compiler which of the two it is.
+    energies : True or None
+        As for `windows.make_base`.
     """
     made: Medium | Contact = (
-        _make_medium(base, particle) if wall is None else make_contact(base, particle, wall)
+        _make_medium(base, particle, energies) if wall is None else make_contact(base, particle, wall)
     )
     return made
 
 
 @by_type(make_loaded)
-def _make_loaded(base, particle, wall):
+def _make_loaded(base, particle, wall, energies):
     if isinstance(wall, types.NoneType):
-        return lambda base, particle, wall: _make_medium(base, particle)
-    return lambda base, particle, wall: make_contact(base, particle, wall)
+        return lambda base, particle, wall, energies: _make_medium(base, particle, energies)
+    return lambda base, particle, wall, energies: make_contact(base, particle, wall)
 
 
 def point_loaded(loaded: Any, wall: Wall | None) -> Any:

@@ -2,6 +2,9 @@
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class Wall(NamedTuple):
     """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.contact`).
@@ -113,7 +116,7 @@ IDLE = 4
 BUDGET = 5
 COUNTS = 6
 
-# What a meter adds up (float64 array of METERS entries); energies over k Z², times over 1/ω_n.
+# What a meter adds up; energies over k Z², times over 1/ω_n. The first five are integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2
@@ -124,6 +127,22 @@ SPEED = 6  # largest approach speed of an impact
 PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
 METERS = 9
+
+
+class Meter(NamedTuple):
+    """What a march measures: peaks, times and speeds, and where asked for the integrals of energies and squares.
+
+    Attributes
+    ----------
+    sums : array, shape (METERS,)
+        Added to. In a march that ends early, up to there.
+    energies : True or None
+        None: the kernel holds no integral, and their entries stay 0.
+    """
+
+    sums: NDArray[np.float64]
+    energies: bool | None = True
+
 
 # Kinds of event that end a segment.
 NOTHING = 0

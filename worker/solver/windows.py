@@ -5,12 +5,13 @@ at 0 again and again, and no digit is ever lost in sin(rτ) for large τ.
 """
 
 from math import ceil, cos, pi, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from worker.jit import inlined, kernel
+from worker.jit import by_type, inlined, kernel
 from worker.solver.forms import base_forms, medium_forms
 from worker.solver.memory import address
 from worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
@@ -41,8 +42,8 @@ class Base(NamedTuple):
         sin φ and cos φ at the window ends.
     rows : array, shape (2 · TERMS,)
         Taylor coefficients of s for sin φ = 1 and for cos φ = 1.
-    forms : array, shape (5,)
-        Integrals over a window (`forms.base_forms`).
+    forms : array, shape (5,), or None
+        Integrals over a window (`forms.base_forms`); None where no meter asks for energies.
     """
 
     frequency_ratio: float
@@ -52,7 +53,7 @@ class Base(NamedTuple):
     sine: NDArray[np.float64]
     cosine: NDArray[np.float64]
     rows: NDArray[np.float64]
-    forms: NDArray[np.float64]
+    forms: NDArray[np.float64] | None
 
 
 class Medium(NamedTuple):
@@ -66,8 +67,8 @@ class Medium(NamedTuple):
         Map of (x, w, sin φ, cos φ) at the start of a window to x and w at its end.
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start.
-    forms : array, shape (3 · PAIRS + 4,)
-        Integrals over a window (`forms.medium_forms`).
+    forms : array, shape (3 · PAIRS + 4,), or None
+        Integrals over a window (`forms.medium_forms`); None where no meter asks for energies.
     """
 
     compliance: float
@@ -81,12 +82,20 @@ class Medium(NamedTuple):
     wc: float
     relative: NDArray[np.float64]
     absolute: NDArray[np.float64]
-    forms: NDArray[np.float64]
+    forms: NDArray[np.float64] | None
 
 
 @kernel
-def make_base(damping_ratio, frequency_ratio):
-    """Windows of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW."""
+def make_base(damping_ratio, frequency_ratio, energies):
+    """Windows of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio : float
+        ζ and r.
+    energies : True or None
+        As of the `scene.Meter` of the march.
+    """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)
     sine = np.empty(count + 1)
@@ -98,14 +107,13 @@ def make_base(damping_ratio, frequency_ratio):
     cosine[count] = -1.0
     window = half / count
     rows = base_rows(frequency_ratio)
-    return Base(
-        frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, base_forms(rows, window)
-    )
+    forms = _base_forms(rows, window, energies)
+    return Base(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, forms)
 
 
 @kernel
-def make_medium(base, inertia):
-    """Motion with one inertia, from the Taylor polynomials themselves."""
+def make_medium(base, inertia, energies):
+    """Motion with one inertia, from the Taylor polynomials themselves; `energies` as for `make_base`."""
     relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     h = base.window
     return Medium(
@@ -120,8 +128,49 @@ def make_medium(base, inertia):
         slope(relative[3 * TERMS : 4 * TERMS], h),
         relative,
         absolute,
-        medium_forms(base.two_zeta, base.rows, relative, absolute, h),
+        _medium_forms(base.two_zeta, base.rows, relative, absolute, h, energies),
     )
+
+
+# Chosen by type, not by a branch on None, of which the compiler would make a value that may be absent at run time.
+
+
+def _base_forms(rows: Any, window: float, energies: bool | None) -> Any:
+    return None if energies is None else base_forms(rows, window)
+
+
+@by_type(_base_forms)
+def _base_forms_by_type(rows, window, energies):
+    if isinstance(energies, types.NoneType):
+        return lambda rows, window, energies: None
+    return lambda rows, window, energies: base_forms(rows, window)
+
+
+def _medium_forms(
+    two_zeta: float, base: Any, relative: Any, absolute: Any, window: float, energies: bool | None
+) -> Any:
+    return None if energies is None else medium_forms(two_zeta, base, relative, absolute, window)
+
+
+@by_type(_medium_forms)
+def _medium_forms_by_type(two_zeta, base, relative, absolute, window, energies):
+    if isinstance(energies, types.NoneType):
+        return lambda two_zeta, base, relative, absolute, window, energies: None
+    return lambda two_zeta, base, relative, absolute, window, energies: medium_forms(
+        two_zeta, base, relative, absolute, window
+    )
+
+
+def _address_if(array: Any) -> Any:
+    """Address of an array that may be absent."""
+    return None if array is None else address(array, 0)
+
+
+@by_type(_address_if)
+def _address_if_by_type(array):
+    if isinstance(array, types.NoneType):
+        return lambda array: None
+    return lambda array: address(array, 0)
 
 
 @inlined
@@ -135,7 +184,7 @@ def point_base(base):
         address(base.sine, 0),
         address(base.cosine, 0),
         address(base.rows, 0),
-        address(base.forms, 0),
+        _address_if(base.forms),
     )
 
 
@@ -154,5 +203,5 @@ def point_medium(medium):
         medium.wc,
         address(medium.relative, 0),
         address(medium.absolute, 0),
-        address(medium.forms, 0),
+        _address_if(medium.forms),
     )

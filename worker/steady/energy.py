@@ -36,14 +36,14 @@ def stored_energy(state, base_rate, particle):
 
 
 @kernel
-def energy_residual(meter, stored_before, stored_after):
+def energy_residual(sums, stored_before, stored_after):
     """|work in − losses − change of stored energy| over work in.
 
     Where next to no work goes in over the stretch (without loss, or locked, the base takes back in one half cycle what
     it gave in the other) the energy that goes to and fro is the measure instead.
     """
-    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     gained = stored_after - stored_before
-    swing = 0.5 * max(meter[PEAK], meter[RELATIVE_PEAK]) ** 2
-    scale = max(abs(meter[WORK_IN]), losses, stored_before, stored_after, swing)
-    return abs(meter[WORK_IN] - losses - gained) / scale
+    swing = 0.5 * max(sums[PEAK], sums[RELATIVE_PEAK]) ** 2
+    scale = max(abs(sums[WORK_IN]), losses, stored_before, stored_after, swing)
+    return abs(sums[WORK_IN] - losses - gained) / scale

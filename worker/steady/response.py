@@ -15,6 +15,17 @@ _SYMMETRIC = int(ResponseClass.SYMMETRIC)
 _ASYMMETRIC = int(ResponseClass.ASYMMETRIC)
 _SUBHARMONIC = int(ResponseClass.SUBHARMONIC)
 
+INTEGRATED = frozenset(
+    (
+        "amplitude_ratio_rms",
+        "energy_residual",
+        "dissipation_viscous",
+        "dissipation_friction",
+        "dissipation_impact",
+    )
+)
+"""Measures that need integrals over the motion; a study that stores none of them is computed without."""
+
 FEWEST_STUCK = 1.0 - 1e-6
 """Share of time from which a mass counts as locked: at γ_F = r² it touches slip at single instants."""
 
@@ -85,8 +96,8 @@ def measured_response(
 
     Parameters
     ----------
-    meter : array, shape (METERS,)
-        Sums over those cycles.
+    meter : Meter
+        Sums over those cycles; without energies, what follows from them is NaN.
     peaks : array, shape (cycles, 2)
         Peaks of |u| and |v| of each cycle.
     impacts : int
@@ -107,11 +118,17 @@ def measured_response(
         relative += peaks[i, 1]
         largest = max(largest, peaks[i, 0])
     time = count * 2.0 * pi / frequency_ratio
-    losses = meter[VISCOUS_LOSS] + meter[FRICTION_LOSS] + meter[IMPACT_LOSS]
-    share = (
-        1.0 / losses if losses > 1e-12 * stored_before else 0.0
-    )  # a locked mass loses nothing: no shares of rounding
-    stuck = min(meter[STUCK] / time, 1.0)
+    sums = meter.sums
+    residual = nan
+    rms = nan
+    share = nan
+    if meter.energies is not None:
+        losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+        # a locked mass loses nothing: no shares of rounding
+        share = 1.0 / losses if losses > 1e-12 * stored_before else 0.0
+        residual = energy_residual(sums, stored_before, stored_after)
+        rms = sqrt(2.0 * sums[SQUARE] / time)
+    stuck = min(sums[STUCK] / time, 1.0)
     kind = unsteady_class
     period = 0
     if lag > 0:
@@ -119,19 +136,19 @@ def measured_response(
     return Response(
         amplitude / count,
         largest,
-        sqrt(2.0 * meter[SQUARE] / time),
+        rms,
         relative / count,
         error,
-        energy_residual(meter, stored_before, stored_after),
+        residual,
         kind,
         period,
         multiplier,
         impacts / count,
-        meter[SPEED],
+        sums[SPEED],
         stuck,
-        meter[VISCOUS_LOSS] * share,
-        meter[FRICTION_LOSS] * share,
-        meter[IMPACT_LOSS] * share,
+        sums[VISCOUS_LOSS] * share,
+        sums[FRICTION_LOSS] * share,
+        sums[IMPACT_LOSS] * share,
         cycles,
         status,
     )

@@ -10,7 +10,7 @@ from worker.jit import kernel
 from worker.solver.march import half_cycle
 from worker.solver.record import Log, empty_log
 from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
 from worker.steady.orbit import coordinates
@@ -47,7 +47,7 @@ class Notes(NamedTuple):
         The recurrence of each period at the last look.
     peaks : array, shape (cycles, 2)
         Largest |u| and |v| of the metered cycles.
-    meter : array, shape (METERS,)
+    meter : Meter
         Sums over the metered cycles.
     log : Log
         The segments of one half cycle, for its Jacobian.
@@ -60,7 +60,7 @@ class Notes(NamedTuple):
     ring: NDArray[np.float64]
     before: NDArray[np.float64]
     peaks: NDArray[np.float64]
-    meter: NDArray[np.float64]
+    meter: Meter
     log: Log
     monodromy: NDArray[np.float64]
     orbit: NDArray[np.float64]
@@ -68,26 +68,26 @@ class Notes(NamedTuple):
 
 
 @kernel
-def make_scene(damping_ratio, frequency_ratio, friction, particle, max_cycles):
+def make_scene(damping_ratio, frequency_ratio, friction, particle, max_cycles, energies):
     """What one design point is marched in, with room for the events of `max_cycles`."""
-    base = make_base(damping_ratio, frequency_ratio)
-    free = make_medium(base, 1.0)
+    base = make_base(damping_ratio, frequency_ratio, energies)
+    free = make_medium(base, 1.0, energies)
     loaded = None
     if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall)
+        loaded = make_loaded(base, particle, particle.wall, energies)
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (max_cycles + 50)
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
 
 
 @kernel
-def make_notes(max_cycles):
+def make_notes(max_cycles, energies):
     """Empty notes of a run."""
     return Notes(
         np.zeros((RING, SIZE)),
         np.full(LONGEST + 1, inf),
         np.empty((max_cycles + LONGEST, 2)),
-        np.zeros(METERS),
+        Meter(np.zeros(METERS), energies),
         empty_log(_LOG_ROWS),
         np.eye(SIZE),
         np.zeros(SIZE),
@@ -114,17 +114,18 @@ def advance(state, half, span, metered, scene, notes):
     """
     base, free, loaded, friction, particle, work, counts = scene
     ring, peaks, meter = notes.ring, notes.peaks, notes.meter
+    sums = meter.sums
     outcome = ARRIVED
     for _ in range(span):
         if metered:
             if half % 2 == 0:
-                meter[PEAK] = 0.0
-                meter[RELATIVE_PEAK] = 0.0
+                sums[PEAK] = 0.0
+                sums[RELATIVE_PEAK] = 0.0
             state, outcome = half_cycle(
                 state, base, free, loaded, friction, particle, work, counts, meter, None
             )
-            peaks[half // 2, 0] = meter[PEAK]
-            peaks[half // 2, 1] = meter[RELATIVE_PEAK]
+            peaks[half // 2, 0] = sums[PEAK]
+            peaks[half // 2, 1] = sums[RELATIVE_PEAK]
         else:
             state, outcome = half_cycle(
                 state, base, free, loaded, friction, particle, work, counts, None, None
@@ -140,8 +141,8 @@ def advance(state, half, span, metered, scene, notes):
 def metered_cycle(state, scene, meter):
     """One excitation cycle with the meter on; its peaks are those of this cycle alone."""
     base, free, loaded, friction, particle, work, counts = scene
-    meter[PEAK] = 0.0
-    meter[RELATIVE_PEAK] = 0.0
+    meter.sums[PEAK] = 0.0
+    meter.sums[RELATIVE_PEAK] = 0.0
     outcome = ARRIVED
     for _ in range(2):
         state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from worker.jit import kernel
-from worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, State
+from worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from worker.steady.energy import stored_energy
 from worker.steady.orbit import APPROACHES, LEAVES, active_size, around, coordinates, find_orbit, follows
 from worker.steady.run import advance, metered_cycle
@@ -25,11 +25,12 @@ _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block."""
+    """When to stop: the study's `steady` block; and whether energies are measured (as in `scene.Meter`)."""
 
     max_cycles: int
     tolerance: float
     periodic_tolerance: float
+    energies: bool | None = True
 
 
 class Found(NamedTuple):
@@ -273,9 +274,9 @@ def _attracts_all(orbit, point, scene, particle, notes):
         if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
             return False, 0
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
-        meter = np.zeros(METERS)
+        meter = Meter(np.zeros(METERS), notes.meter.energies)
         metered_cycle(orbit, scene, meter)
-        return meter[PEAK] + far + abs(point[2]) < particle.clearance_ratio, 2
+        return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio, 2
     return True, 0
 
 

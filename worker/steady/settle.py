@@ -61,8 +61,10 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     need not be stepped. Or, beyond a burn-in, the batch-means error of the mean peak is below `tolerance`. Or
     `max_cycles` is reached.
     """
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.max_cycles)
-    notes = make_notes(settings.max_cycles)
+    scene = make_scene(
+        damping_ratio, frequency_ratio, friction, particle, settings.max_cycles, settings.energies
+    )
+    notes = make_notes(settings.max_cycles, settings.energies)
     found = search(start, scene, friction, particle, notes, settings)
     if found.outcome != ARRIVED:
         return failed(found.outcome, (found.half + found.extra) // 2), found.state
@@ -81,13 +83,13 @@ def _measured_orbit(found, scene, particle, notes):
     period = (
         lag if lag % 2 == 1 else lag // 2
     )  # whole cycles: the mirrored map of an odd lag is half a period
-    meter[:] = 0.0
+    meter.sums[:] = 0.0
     stored = stored_energy(state, base.frequency_ratio, particle)
     impacts = counts[IMPACTS]
     for cycle in range(period):
         state, outcome = metered_cycle(state, scene, meter)
-        notes.peaks[cycle, 0] = meter[PEAK]
-        notes.peaks[cycle, 1] = meter[RELATIVE_PEAK]
+        notes.peaks[cycle, 0] = meter.sums[PEAK]
+        notes.peaks[cycle, 1] = meter.sums[RELATIVE_PEAK]
         if outcome != ARRIVED:
             return failed(outcome, found.half // 2), state
     impacts = counts[IMPACTS] - impacts

@@ -10,9 +10,7 @@ TOLERANCE = 1e-10
 EVENT = METHODS[0]
 
 
-@pytest.mark.parametrize(
-    "scene", [scene for scene in SCENES if not scene.gives_way], ids=lambda scene: scene.name
-)
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_dop853_with_events_agrees(scene: Scene) -> None:
     """Its error per unit of time is about its tolerance, over 60 to 70 units of time, and amplified on the way."""
     found = scipy_method("DOP853", (TOLERANCE,)).march(scene.design, scene.cycles, 1.0 / TOLERANCE)
