@@ -3,6 +3,7 @@
 import numpy as np
 
 from worker.jit import kernel
+from worker.solver.alone import march_alone
 from worker.solver.march import half_cycle
 from worker.solver.metering import energies_of
 from worker.solver.riding import make_loaded
@@ -57,7 +58,13 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     outcome = ARRIVED
     largest = 0.0
     total = 0.0
-    for half in range(2 * cycles):
+    marched = 0
+    if friction is None:
+        if particle is None:
+            if meter is None:
+                state = march_alone(state, 2 * cycles, base, free)
+                marched = 2 * cycles
+    for half in range(marched, 2 * cycles):
         state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
         if outcome != ARRIVED:
             break

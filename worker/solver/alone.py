@@ -1,0 +1,44 @@
+"""The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
+
+from worker.jit import kernel
+from worker.solver.scene import State
+
+
+@kernel
+def march_alone(state, halves, base, free):
+    """March the structure alone through half cycles, mirrored as by `march.half_cycle`.
+
+    The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
+
+    Parameters
+    ----------
+    state : State
+        At phase 0.
+    halves : int
+        Half cycles.
+    base, free : Base, Medium
+        The base and the motion of the primary mass.
+
+    Returns
+    -------
+    state : State
+        At the end, at phase 0 of the mirrored base.
+    """
+    vv, vw, wv, ww = 1.0, 0.0, 0.0, 1.0
+    v_push, w_push = 0.0, 0.0
+    for k in range(base.windows):
+        sine = base.sine[k]
+        cosine = base.cosine[k]
+        vv, wv = free.xx * vv + free.xw * wv, free.wx * vv + free.ww * wv
+        vw, ww = free.xx * vw + free.xw * ww, free.wx * vw + free.ww * ww
+        v_push, w_push = (
+            (free.xx * v_push + free.xw * w_push) + (free.xs * sine + free.xc * cosine),
+            (free.wx * v_push + free.ww * w_push) + (free.ws * sine + free.wc * cosine),
+        )
+    v, w = state.v, state.w
+    for _ in range(halves):
+        v, w = -((vv * v + vw * w) + v_push), -((wv * v + ww * w) + w_push)
+    sign = -1.0 if halves % 2 == 1 else 1.0
+    return State(
+        v, w, state.slip, sign * state.wall, state.gap, sign * state.p_rate, state.riding, 0, 0, state.dwell
+    )
