@@ -17,7 +17,7 @@ overdamped and yields slowly, else y and y') and σ the others, P and B solve tw
 by iteration, which converges as the ratio of the rates.
 """
 
-from math import cos, exp, sin, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -26,17 +26,15 @@ from numpy.typing import NDArray
 from worker.jit import kernel
 from worker.physics.contact import reduced_mass
 from worker.solver.memory import address
+from worker.solver.slow_fast import DIM, contact_rates, split
 from worker.solver.taylor import TERMS
 from worker.solver.windows import LARGEST_WINDOW
 
-DIM = 6
-"""Coordinates X, X', sin φ, cos φ, y, y'."""
 RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
 """Sets of rows: x, x + s, y, F."""
 # Longest span of the whole motion, in units of the contact's own rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates from which fast and slow are told apart
-_ITERATIONS = 60
 
 
 class Pressed(NamedTuple):
@@ -189,7 +187,7 @@ def _equations(base, mass_ratio, wall, held):
 def _make_pressed(base, mass_ratio, wall, held):
     a = _equations(base, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
-    fastest, slowest = _contact_rates(-a[5, 4], -a[5, 5])
+    fastest, slowest = contact_rates(-a[5, 4], -a[5, 5])
     others = (1.0 + 0.5 * base.two_zeta) * max(1.0, base.frequency_ratio)
     fast = 0
     if slowest >= _APART * others:
@@ -207,7 +205,7 @@ def _make_pressed(base, mass_ratio, wall, held):
     inverse = np.zeros((2, 2))
     weight = 1.0
     if fast > 0:
-        slow, back, rates, inverse = _split(a, fast)
+        slow, back, rates, inverse = split(a, fast)
         n = DIM - fast
         column = 2 - fast
         for i in range(fast):
@@ -249,97 +247,6 @@ def _make_pressed(base, mass_ratio, wall, held):
         rates.reshape(-1),
         inverse.reshape(-1),
     )
-
-
-@kernel
-def _contact_rates(square, damping):
-    """Moduli of the two roots of λ² − damping λ + square, the larger first."""
-    bend = 0.25 * damping * damping - square
-    if bend <= 0.0:
-        return sqrt(square), sqrt(square)
-    larger = 0.5 * damping + sqrt(bend)
-    return larger, square / larger
-
-
-@kernel
-def _split(a, fast):
-    """P, B, F and its inverse, of the last `fast` coordinates."""
-    n = DIM - fast
-    p = np.zeros((fast, n))
-    g = np.zeros((n, n))
-    inverse = _inverse(a[n:, n:])
-    for _ in range(_ITERATIONS):
-        for i in range(n):
-            for j in range(n):
-                g[i, j] = a[i, j]
-                for k in range(fast):
-                    g[i, j] += a[i, n + k] * p[k, j]
-        right = np.zeros((fast, n))
-        for i in range(fast):
-            for j in range(n):
-                total = -a[n + i, j]
-                for k in range(n):
-                    total += p[i, k] * g[k, j]
-                right[i, j] = total
-        changed = False
-        for i in range(fast):
-            for j in range(n):
-                total = 0.0
-                for k in range(fast):
-                    total += inverse[i, k] * right[k, j]
-                changed = changed or total != p[i, j]
-                p[i, j] = total
-        if not changed:
-            break
-    rates = np.zeros((fast, fast))
-    for i in range(fast):
-        for j in range(fast):
-            total = a[n + i, n + j]
-            for k in range(n):
-                total -= p[i, k] * a[k, n + j]
-            rates[i, j] = total
-    inverse = _inverse(rates)
-    b = np.zeros((n, fast))
-    for _ in range(_ITERATIONS):
-        right = a[:n, n:].copy()
-        for i in range(n):
-            for j in range(fast):
-                for k in range(n):
-                    right[i, j] += g[i, k] * b[k, j]
-        changed = False
-        for i in range(n):
-            for j in range(fast):
-                total = 0.0
-                for k in range(fast):
-                    total += right[i, k] * inverse[k, j]
-                changed = changed or total != b[i, j]
-                b[i, j] = total
-        if not changed:
-            break
-    # one fast coordinate stands in the second of two places, so that what follows knows one form
-    whole = np.zeros((2, 2))
-    whole_inverse = np.zeros((2, 2))
-    for i in range(2):
-        whole[i, i] = rates[fast - 1, fast - 1]
-        whole_inverse[i, i] = inverse[fast - 1, fast - 1]
-    if fast == 2:
-        whole[:, :] = rates
-        whole_inverse[:, :] = inverse
-    return p, b, whole, whole_inverse
-
-
-@kernel
-def _inverse(matrix):
-    out = np.empty(matrix.shape)
-    if matrix.shape[0] == 1:
-        out[0, 0] = 1.0 / matrix[0, 0]
-        return out
-    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-    out[0, 0] = matrix[1, 1] / determinant
-    out[0, 1] = -matrix[0, 1] / determinant
-    out[1, 0] = -matrix[1, 0] / determinant
-    out[1, 1] = matrix[0, 0] / determinant
-    return out
 
 
 @kernel
@@ -394,34 +301,3 @@ def combine_rows(which, coordinates, units, rows, out):
         factor = coordinates[unit]
         for n in range(TERMS):
             out[n] += factor * rows[at + unit * TERMS + n]
-
-
-@kernel
-def fast_later(rates, first, second, t):
-    """f a time t later: exp(Ft) f."""
-    a, b, c, d = rates[0], rates[1], rates[2], rates[3]
-    middle = 0.5 * (a + d)
-    bend = 0.25 * (a - d) * (a - d) + b * c
-    if bend < 0.0:
-        swing = sqrt(-bend)
-        decay = exp(middle * t)
-        even = decay * cos(swing * t)
-        odd = decay * sin(swing * t) / swing
-    else:
-        spread = sqrt(bend)
-        if spread * t < 1e-4:
-            decay = exp(middle * t)
-            even = decay * (1.0 + 0.5 * (spread * t) ** 2)
-            odd = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
-        else:
-            quick = middle - spread
-            slow = (a * d - b * c) / quick
-            one = exp(quick * t)
-            other = exp(slow * t)
-            even = 0.5 * (other + one)
-            odd = 0.5 * (other - one) / spread
-    lean = 0.5 * (a - d)
-    return (
-        even * first + odd * (lean * first + b * second),
-        even * second + odd * (c * first - lean * second),
-    )

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.solver.pressed import DEPTH, DIM, RELATIVE, Pressed, combine_rows, fast_later
+from worker.solver.pressed import DEPTH, RELATIVE, Pressed, combine_rows
 from worker.solver.record import APPROACH, DURATION, EVENT, GAP, P_RATE, RIDING, SLIP, START, WALL, Log, V, W
 from worker.solver.scene import FAR_WALL, NEAR_WALL, Particle
 from worker.solver.shaking import expand_base, phase_of_sine
+from worker.solver.slow_fast import DIM, fast_later
 from worker.solver.taylor import TERMS, combine, slope, stand, value
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")

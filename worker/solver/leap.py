@@ -1,0 +1,170 @@
+"""A leap over the vibration of a contact: as far as its envelope proves that it causes no event."""
+
+from math import sqrt
+
+from worker.jit import kernel
+from worker.solver.press_measure import TAME, measure_contact, measure_leap
+from worker.solver.scene import (
+    NOTHING,
+    PEAK,
+    RELATIVE_PEAK,
+    STUCK,
+    Dwell,
+    State,
+)
+from worker.solver.shaking import (
+    push_into,
+)
+from worker.solver.slow_fast import DIM, fast_later
+from worker.solver.taylor import (
+    TERMS,
+    change,
+    curvature_bound,
+    rate_into,
+    slope,
+    value,
+)
+
+_NOISE = 2e-15  # of f, relative to the terms that it is the difference of
+FEWEST_STEPS = 8.0  # a leap shorter than this many steps is not worth its proof
+_SHORTER = 0.125
+_SAFETY = 2.0  # the envelope of f falls exactly only without the coupling to the slow motion
+
+
+@kernel
+def set_out(state, offset, held, phase, motion, start):
+    """The six coordinates of a state in contact."""
+    y = -state.wall * state.gap
+    y_rate = state.wall * state.dwell.speed
+    start[0] = (state.v + offset) - motion.share * y
+    start[1] = 0.0 if held else state.w - motion.share * y_rate
+    start[2] = phase.first
+    start[3] = phase.second
+    start[4] = y
+    start[5] = y_rate
+
+
+@kernel
+def vibration(start, motion):
+    """The fast part f of the motion, and whether it has died down to the rounding of what it is a difference of."""
+    first = 0.0
+    second = 0.0
+    first_terms = 0.0
+    second_terms = 0.0
+    for i in range(DIM):
+        one = motion.reader[i] * start[i]
+        other = motion.reader[DIM + i] * start[i]
+        first += one
+        second += other
+        first_terms += abs(one)
+        second_terms += abs(other)
+    noise = _NOISE * (motion.weight * first_terms + second_terms)
+    settled = sqrt(second * second + (motion.weight * first) ** 2) <= noise
+    return first, second, settled
+
+
+@kernel
+def _least(polynomial, sign, t):
+    """Lower bound of sign · p over [0, t]: between its ends a function sags by at most t²/8 of its curvature."""
+    ends = min(sign * polynomial[0], sign * value(polynomial, t))
+    return ends - 0.125 * t * t * curvature_bound(polynomial, t)
+
+
+@kernel
+def leap(state, phase, span, offset, held, first, second, wall, base, motion, friction, buffers, meter):
+    """How far the vibration can be proved to cause no event, 0 where that is not worth a leap; slow motion in `buffers`."""
+    size = _SAFETY * sqrt(second * second + (motion.weight * first) ** 2)
+    u = motion.writer
+    s = motion.share
+    k, c = wall.stiffness, wall.damping
+    push_most = size * _gain(k * u[8] + c * u[10], k * u[9] + c * u[11], motion.weight)
+    if state.wall * buffers.push[0] <= push_most:
+        return 0.0
+    x_most = size * _gain(u[0] + s * u[8], u[1] + s * u[9], motion.weight)
+    w_most = size * _gain(u[2] + s * u[10], u[3] + s * u[11], motion.weight)
+    scratch, rate = buffers.scratch, buffers.rate
+    limit = 0.0
+    if friction is not None:
+        if held:
+            push_into(base, phase, 1.0, scratch)
+            for i in range(TERMS):
+                scratch[i] -= buffers.push[i]
+            scratch[0] -= state.v
+            limit = friction - push_most
+        else:
+            rate_into(buffers.relative, 0, scratch)
+    if meter is not None:
+        rate_into(buffers.absolute, 0, rate)
+    t = span
+    while t > FEWEST_STEPS * motion.step:
+        clear = _least(buffers.push, state.wall, t) > push_most
+        if friction is not None:
+            if held:
+                force = max(-_least(scratch, 1.0, t), -_least(scratch, -1.0, t))
+                clear = clear and force < limit
+            else:
+                clear = clear and _least(scratch, state.slip, t) > w_most
+        if meter is not None and clear:
+            # whether energies are asked for or not, so that a point has the same bits
+            clear = abs(motion.rates[0] + motion.rates[3]) * t >= TAME
+            sign = 1.0 if rate[0] > 0.0 else -1.0
+            if _least(rate, sign, t) <= w_most:
+                u_most = max(abs(buffers.absolute[0] - offset), abs(value(buffers.absolute, t) - offset))
+                u_most += 0.125 * t * t * curvature_bound(buffers.absolute, t) + x_most
+                clear = clear and u_most <= meter.sums[PEAK]
+            if friction is None and clear:
+                rate_into(buffers.relative, 0, scratch)
+                sign = 1.0 if scratch[0] > 0.0 else -1.0
+                if _least(scratch, sign, t) <= w_most:
+                    v_most = max(abs(buffers.relative[0]), abs(value(buffers.relative, t)))
+                    v_most += 0.125 * t * t * curvature_bound(buffers.relative, t) + x_most
+                    clear = v_most <= meter.sums[RELATIVE_PEAK]
+        if clear:
+            return t
+        t *= _SHORTER
+    return 0.0
+
+
+@kernel
+def _gain(first, second, weight):
+    """Largest value of a linear form of f over its size √(f₂² + Ω²f₁²)."""
+    return sqrt((first / weight) ** 2 + second * second)
+
+
+@kernel
+def leapt(state, t, offset, held, first, second, wall, base, motion, friction, buffers, meter):
+    """The state after a leap."""
+    one, two = fast_later(motion.rates, first, second, t)
+    u = motion.writer
+    s = motion.share
+    v = state.v
+    w = 0.0
+    if not held:
+        shaken = (u[0] + s * u[8]) * (one - first) + (u[1] + s * u[9]) * (two - second)
+        v = state.v + (change(buffers.relative, t) + shaken)
+        w = slope(buffers.relative, t) + ((u[2] + s * u[10]) * one + (u[3] + s * u[11]) * two)
+    y = value(buffers.depth, t) + (u[8] * one + u[9] * two)
+    y_rate = slope(buffers.depth, t) + (u[10] * one + u[11] * two)
+    u_rate = w + slope(buffers.shaken, t)
+    if meter is not None:
+        sums = meter.sums
+        if meter.energies is not None:
+            measure_contact(sums, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
+            measure_leap(sums, offset, held, t, first, second, one, two, wall, base, motion, buffers)
+        elif held:
+            sums[STUCK] += t
+        sums[PEAK] = max(sums[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t))))
+        sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(state.v), abs(v)))
+    end = State(
+        v,
+        w,
+        state.slip,
+        state.wall,
+        -state.wall * y,
+        u_rate - y_rate,
+        1.0,
+        0,
+        0,
+        Dwell(0.0, state.wall * y_rate),
+    )
+    return end, t, NOTHING

@@ -1,0 +1,133 @@
+"""Fast and slow motion of a contact told apart, and the fast one later on."""
+
+from math import cos, exp, sin, sqrt
+
+import numpy as np
+
+from worker.jit import kernel
+
+DIM = 6
+"""Coordinates X, X', sin φ, cos φ, y, y' of a contact (`pressed.py`)."""
+_ITERATIONS = 60
+
+
+@kernel
+def contact_rates(square, damping):
+    """Moduli of the two roots of λ² − damping λ + square, the larger first."""
+    bend = 0.25 * damping * damping - square
+    if bend <= 0.0:
+        return sqrt(square), sqrt(square)
+    larger = 0.5 * damping + sqrt(bend)
+    return larger, square / larger
+
+
+@kernel
+def split(a, fast):
+    """P, B, F and its inverse, of the last `fast` coordinates."""
+    n = DIM - fast
+    p = np.zeros((fast, n))
+    g = np.zeros((n, n))
+    inverse = _inverse(a[n:, n:])
+    for _ in range(_ITERATIONS):
+        for i in range(n):
+            for j in range(n):
+                g[i, j] = a[i, j]
+                for k in range(fast):
+                    g[i, j] += a[i, n + k] * p[k, j]
+        right = np.zeros((fast, n))
+        for i in range(fast):
+            for j in range(n):
+                total = -a[n + i, j]
+                for k in range(n):
+                    total += p[i, k] * g[k, j]
+                right[i, j] = total
+        changed = False
+        for i in range(fast):
+            for j in range(n):
+                total = 0.0
+                for k in range(fast):
+                    total += inverse[i, k] * right[k, j]
+                changed = changed or total != p[i, j]
+                p[i, j] = total
+        if not changed:
+            break
+    rates = np.zeros((fast, fast))
+    for i in range(fast):
+        for j in range(fast):
+            total = a[n + i, n + j]
+            for k in range(n):
+                total -= p[i, k] * a[k, n + j]
+            rates[i, j] = total
+    inverse = _inverse(rates)
+    b = np.zeros((n, fast))
+    for _ in range(_ITERATIONS):
+        right = a[:n, n:].copy()
+        for i in range(n):
+            for j in range(fast):
+                for k in range(n):
+                    right[i, j] += g[i, k] * b[k, j]
+        changed = False
+        for i in range(n):
+            for j in range(fast):
+                total = 0.0
+                for k in range(fast):
+                    total += right[i, k] * inverse[k, j]
+                changed = changed or total != b[i, j]
+                b[i, j] = total
+        if not changed:
+            break
+    # one fast coordinate stands in the second of two places, so that what follows knows one form
+    whole = np.zeros((2, 2))
+    whole_inverse = np.zeros((2, 2))
+    for i in range(2):
+        whole[i, i] = rates[fast - 1, fast - 1]
+        whole_inverse[i, i] = inverse[fast - 1, fast - 1]
+    if fast == 2:
+        whole[:, :] = rates
+        whole_inverse[:, :] = inverse
+    return p, b, whole, whole_inverse
+
+
+@kernel
+def _inverse(matrix):
+    out = np.empty(matrix.shape)
+    if matrix.shape[0] == 1:
+        out[0, 0] = 1.0 / matrix[0, 0]
+        return out
+    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    out[0, 0] = matrix[1, 1] / determinant
+    out[0, 1] = -matrix[0, 1] / determinant
+    out[1, 0] = -matrix[1, 0] / determinant
+    out[1, 1] = matrix[0, 0] / determinant
+    return out
+
+
+@kernel
+def fast_later(rates, first, second, t):
+    """f a time t later: exp(Ft) f."""
+    a, b, c, d = rates[0], rates[1], rates[2], rates[3]
+    middle = 0.5 * (a + d)
+    bend = 0.25 * (a - d) * (a - d) + b * c
+    if bend < 0.0:
+        swing = sqrt(-bend)
+        decay = exp(middle * t)
+        even = decay * cos(swing * t)
+        odd = decay * sin(swing * t) / swing
+    else:
+        spread = sqrt(bend)
+        if spread * t < 1e-4:
+            decay = exp(middle * t)
+            even = decay * (1.0 + 0.5 * (spread * t) ** 2)
+            odd = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
+        else:
+            quick = middle - spread
+            slow = (a * d - b * c) / quick
+            one = exp(quick * t)
+            other = exp(slow * t)
+            even = 0.5 * (other + one)
+            odd = 0.5 * (other - one) / spread
+    lean = 0.5 * (a - d)
+    return (
+        even * first + odd * (lean * first + b * second),
+        even * second + odd * (c * first - lean * second),
+    )

@@ -1,0 +1,108 @@
+"""A particle that a compliant wall has let go while it is still in it: nothing pulls it."""
+
+from math import inf
+
+from worker.jit import kernel
+from worker.physics.contact import spring_energy
+from worker.solver.contact_span import friction_event
+from worker.solver.crossing import first_crossing
+from worker.solver.press_measure import measure_contact, raise_peaks
+from worker.solver.scene import (
+    CLEARANCE,
+    IMPACT_LOSS,
+    STUCK,
+    Dwell,
+    State,
+)
+from worker.solver.scene import PUSH as PUSHED
+from worker.solver.shaking import (
+    carry,
+    expand_base,
+)
+from worker.solver.taylor import (
+    TERMS,
+    change,
+    combine,
+    curvature_bound,
+    slope,
+    stand,
+    value,
+)
+
+_NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
+_WIDER = 16.0
+
+
+@kernel
+def set_free(state, wall, phase, left, base, free, contact, friction, meter):
+    """One segment of a particle that the wall has let go while still in it: nothing pulls it."""
+    buffers = contact.buffers
+    relative, absolute, depth, scratch = buffers.relative, buffers.absolute, buffers.depth, buffers.scratch
+    held = False
+    offset = 0.0
+    if friction is not None:
+        held = state.slip == 0.0
+        offset = state.slip * friction
+    expand_base(base, phase, buffers.shaken)
+    if held:
+        expand_base(base, phase, absolute)
+        stand(state.v, relative, absolute)
+    else:
+        combine(state.v + offset, state.w, phase.first, phase.second, free.relative, relative)
+        combine(state.v + offset, state.w, phase.first, phase.second, free.absolute, absolute)
+        carry(base, phase, absolute)
+    for i in range(TERMS):
+        buffers.push[i] = 0.0
+        depth[i] = state.wall * absolute[i]
+    depth[0] = -state.gap
+    depth[1] = state.wall * (absolute[1] - state.p_rate)
+    t, kind = friction_event(state, held, phase, left, base, friction, buffers)
+    near = 2.0 * depth[0] / -depth[1] if depth[1] < 0.0 else _NEAR * t
+    found = _crossing_from(depth, near, t)
+    if found < inf:
+        t, kind = found, CLEARANCE
+    # spring and dashpot push again where K pen + C pen' rises through zero; at the start it may be zero by the release
+    order = state.gap_order
+    lead = wall.damping / wall.stiffness
+    for i in range(TERMS - order):
+        n = i + order
+        scratch[i] = -depth[n]
+        if n + 1 < TERMS:
+            scratch[i] -= lead * (n + 1) * depth[n + 1]
+    for i in range(TERMS - order, TERMS):
+        scratch[i] = 0.0
+    found = _crossing_from(scratch, near, t)
+    if found < inf:
+        t, kind = found, PUSHED
+    v = state.v
+    w = 0.0
+    if not held:
+        v = state.v + change(relative, t)
+        w = slope(relative, t)
+    pen = 0.0 if kind == CLEARANCE else value(depth, t)
+    if meter is not None:
+        if meter.energies is not None:
+            measure_contact(meter.sums, v - state.v, offset, held, t, 0.0, base, friction, buffers)
+            lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen)
+            meter.sums[IMPACT_LOSS] += lost
+        elif held:
+            meter.sums[STUCK] += t
+        raise_peaks(meter.sums, offset, t, friction, buffers)
+    end = State(v, w, state.slip, state.wall, -pen, state.p_rate, 0.0, 0, 0, Dwell(0.0, 0.0))
+    return end, t, kind
+
+
+@kernel
+def _crossing_from(polynomial, near, span):
+    """First fall through zero, looked for in spans that grow from `near`.
+
+    The curvature over the whole span would hide a root that is close: out of a stiff wall the particle moves slowly.
+    """
+    start = 0.0
+    end = min(max(near, 1e-15 * span), span)
+    while True:
+        found = first_crossing(polynomial, 1.0, start, end, curvature_bound(polynomial, end))
+        if found < inf or end >= span:
+            return found
+        start = end
+        end = min(_WIDER * end, span)
