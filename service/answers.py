@@ -92,7 +92,7 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``designs``, the best first, each with its six coordinates, ``value``, ``error``, ``response_class``
+        ``designs``, the best first, each with its coordinates, ``value``, ``error``, ``response_class``
         by name and what else the answer says of it; ``designs_total``, and the counts of those that were left out.
     """
     first = ("rank", *DIMENSIONS, "value", "error", "response_class")
@@ -113,6 +113,33 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
     }
 
 
+def worst_document(answer: xr.Dataset) -> dict[str, Any]:
+    """Put a survey's ranked dampers into a document.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of `worst_case_designs`, dimension rank.
+
+    Returns
+    -------
+    dict
+        ``designs``, the best first, each with its damper, where its worst case is, and ``value``; ``designs_total``, and
+        the counts of those that were left out.
+    """
+    names = ("rank", *(str(name) for name in answer.coords if name != "rank"), *map(str, answer.data_vars))
+    rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
+    said = {str(name): value for name, value in answer.attrs.items()}
+    said["designs_total"] = said.pop("designs")
+    return {
+        "units": answer["value"].attrs["units"],
+        "long_name": answer["value"].attrs["long_name"],
+        "designs": [dict(zip(names, row, strict=True)) for row in rows],
+        "columns": columns(answer),
+        **said,
+    }
+
+
 def _described(answer: xr.Dataset, metric: str) -> dict[str, Any]:
     beside = {str(name): array.values for name, array in answer.data_vars.items() if name != metric}
     known = [VARIABLES[str(name)] for name in answer.data_vars if name in VARIABLES]
@@ -123,7 +150,7 @@ def _described(answer: xr.Dataset, metric: str) -> dict[str, Any]:
         "values": answer[metric].values,
         **beside,
         "meanings": {variable.name: _flags(variable.name) for variable in known if variable.flags},
-        "at": {str(name): float(value) for name, value in answer.coords.items() if np.ndim(value) == 0},
+        "at": {str(name): value.item() for name, value in answer.coords.items() if np.ndim(value) == 0},
         "columns": columns(answer),
         **answer.attrs,
     }

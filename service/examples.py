@@ -3,7 +3,8 @@
 from typing import Any
 
 from studies.definition import Study
-from studies.examples import EXAMPLES
+from studies.examples import EXAMPLES, SURVEY
+from studies.ground.schema import survey_json_schema
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -19,10 +20,10 @@ STUDY_BODY: dict[str, Any] = {
     "description": "A study: what is varied, and how each point is computed.",
     "content": {
         "application/json": {
-            "schema": {"$ref": "#/components/schemas/Study"},
+            "schema": {"anyOf": [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Survey")]},
             "examples": {
                 f"example-{number}": {"summary": example["name"], "value": example}
-                for number, example in enumerate(EXAMPLES, 1)
+                for number, example in enumerate((*EXAMPLES, SURVEY), 1)
             },
         },
         "application/yaml": {
@@ -118,6 +119,7 @@ COMPARISON_BODY: dict[str, Any] = {
                         "clearance_m": 0.1,
                         "friction_force_n": 200,
                         "starts": 4,
+                        "contact": {"model": "dwell", "contact_time": 0.05},
                     },
                 },
             },
@@ -138,6 +140,7 @@ def complete(document: dict[str, Any]) -> None:
     study = Study.model_json_schema(ref_template="#/components/schemas/{model}")
     schemas.update(study.pop("$defs", {}))
     schemas["Study"] = study
+    schemas["Survey"] = survey_json_schema()
     for operations in document["paths"].values():
         for operation in operations.values():
             if "HTTPValidationError" in str(operation["responses"].get("422")):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from studies.choices import CompliantContact, Contact, DwellContact
 from studies.consistency import compliant_fault
-from studies.definition import parse_contact
+from studies.contact import parse_contact
 from studies.faults import Fault, StudyFaults, describe, unknown_key
 from studies.guard import guard
 from studies.quantity import DEFAULTS, RATIOS, read_count

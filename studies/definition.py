@@ -25,10 +25,8 @@ from studies.axes import (
 )
 from studies.choices import (
     Choice,
-    CompliantContact,
     Contact,
     Continuation,
-    DwellContact,
     Ensemble,
     EventSolver,
     InstantContact,
@@ -38,10 +36,15 @@ from studies.choices import (
     Steady,
 )
 from studies.consistency import OF_PARTICLE, compliant_fault, faults_between, with_defaults
+from studies.contact import KEYS as CONTACT_KEYS
 from studies.digest import study_digest
 from studies.examples import EXAMPLES
-from studies.faults import Fault, StudyFaults, describe, listing, nearest
+from studies.faults import Fault, StudyFaults, describe
+from studies.ground.shelf import Shelf
+from studies.ground.survey import Survey
+from studies.ground.survey_reading import read_survey
 from studies.guard import guard
+from studies.metrics import read_metrics
 from studies.physical import Physical, derivations, derived_faults
 from studies.pydantic_faults import faults_of
 from studies.reads import Reads
@@ -68,36 +71,7 @@ def _read_particle(raw: object) -> bool:
 
 
 def _read_metrics(raw: object) -> tuple[str, ...]:
-    if not isinstance(raw, list | tuple) or not raw:
-        allowed = "a list of at least one name of a result variable"
-        advice = "leave `metrics` out to store every variable"
-        raise StudyFaults([Fault("", describe(raw), allowed, advice)])
-    faults: list[Fault] = []
-    seen: set[str] = set()
-    for index, item in enumerate(raw[: 4 * len(VARIABLES)]):
-        if not isinstance(item, str) or item not in VARIABLES:
-            near = nearest(item, VARIABLES) if isinstance(item, str) else None
-            advice = f"write `{near}` if that is meant" if near else "write the name of a result variable"
-            faults.append(Fault(f"[{index}]", describe(item), listing(VARIABLES), advice))
-        elif item in seen:
-            faults.append(
-                Fault(f"[{index}]", f"{item} a second time", "each name once", "remove one of the two")
-            )
-        else:
-            seen.add(item)
-    if len(raw) > len(VARIABLES):
-        faults.append(
-            Fault(
-                "",
-                describe(raw),
-                f"at most the {len(VARIABLES)} result variables",
-                "leave `metrics` out to store all",
-            )
-        )
-    if faults:
-        raise StudyFaults(faults)
-    # Without its status no value of a point can be judged, so it is always stored.
-    return tuple(name for name in VARIABLES if name in seen or name == "status")
+    return read_metrics(raw, VARIABLES)
 
 
 class Axes(Choice):
@@ -239,6 +213,11 @@ class Study(Choice):
             del settings["contact"]
         return settings
 
+    @property
+    def attached(self) -> dict[str, str]:
+        """No files: the definition says it all."""
+        return {}
+
     def attachments(self) -> dict[str, bytes]:
         """Return no files: the definition says it all."""
         return {}
@@ -254,17 +233,19 @@ class Study(Choice):
         return spec
 
 
-def parse_study(document: object) -> Study:
-    """Validate a study.
+def parse_study(document: object, shelf: Shelf | None = None) -> Study | Survey:
+    """Validate a study of either kind: one that names `records` is a survey.
 
     Parameters
     ----------
     document : object
         The study as read from JSON or YAML.
+    shelf : Shelf, optional
+        Where a survey's records are looked up. A definition that a store has kept needs none.
 
     Returns
     -------
-    Study
+    Study or Survey
         Valid, with its defaults filled in.
 
     Raises
@@ -272,28 +253,17 @@ def parse_study(document: object) -> Study:
     StudyFaults
         With every fault of the document.
     """
+    if isinstance(document, Survey):
+        return document
+    if isinstance(document, dict) and "records" in document:
+        return read_survey(document, shelf)
+    return parse_harmonic(document)
+
+
+def parse_harmonic(document: object) -> Study:
+    """Validate a study of the steady response to a harmonic base; raises as `parse_study`."""
     try:
         return Study.model_validate(document)
-    except ValidationError as error:
-        raise StudyFaults(faults_of(error, KEYS)) from None
-
-
-class _ContactAlone(Choice):
-    """The one field that a request for a single design point shares with a study."""
-
-    contact: Contact = InstantContact()
-
-
-def parse_contact(raw: object) -> Contact:
-    """Read a contact model as a study's ``contact``.
-
-    Raises
-    ------
-    StudyFaults
-        With every fault, under the field ``contact``.
-    """
-    try:
-        return _ContactAlone.model_validate({"contact": raw}).contact
     except ValidationError as error:
         raise StudyFaults(faults_of(error, KEYS)) from None
 
@@ -303,9 +273,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "axes": tuple(Axes.model_fields),
     "physical": tuple(Physical.model_fields),
     "steady": tuple(Steady.model_fields),
-    "contact.instant": tuple(InstantContact.model_fields),
-    "contact.dwell": tuple(DwellContact.model_fields),
-    "contact.compliant": tuple(CompliantContact.model_fields),
+    **CONTACT_KEYS,
     "solver.event": tuple(EventSolver.model_fields),
     "solver.rk4": tuple(Rk4Solver.model_fields),
     "start.ensemble": tuple(Ensemble.model_fields),

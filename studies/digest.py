@@ -27,18 +27,18 @@ def study_digest(study: "Study") -> str:
     """
     content = hashlib.sha256(_SCHEME)
     for name, values in study.coordinates.items():
-        _feed(content, name, _bytes(values))
+        feed(content, name, _bytes(values))
     if study.physical is not None:
         ignored = () if study.particle else tuple(d.source for d in DERIVATIONS.values() if d.of_particle)
         for name, values in study.physical.values().items():
             if name not in ignored:
-                _feed(content, f"physical.{name}", _bytes(values))
+                feed(content, f"physical.{name}", _bytes(values))
     settings: dict[str, Any] = study.model_dump(
         mode="json", include={"particle", "contact", "metrics", "steady", "solver", "start"}
     )
     if not study.particle:
         del settings["contact"]
-    _feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
+    feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
     return content.hexdigest()
 
 
@@ -53,9 +53,9 @@ def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
     if not kernels or settings is None:
         return ""
     content = hashlib.sha256(_SCHEME)
-    _feed(content, "version", provenance.get("solver_version", "unknown").encode())
-    _feed(content, "kernels", kernels.encode())
-    _feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
+    feed(content, "version", provenance.get("solver_version", "unknown").encode())
+    feed(content, "kernels", kernels.encode())
+    feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
     return content.hexdigest()
 
 
@@ -63,7 +63,8 @@ def _bytes(values: NDArray[np.float64]) -> bytes:
     return values.astype("<f8").tobytes()
 
 
-def _feed(content: "hashlib._Hash", label: str, data: bytes) -> None:
+def feed(content: "hashlib._Hash", label: str, data: bytes) -> None:
+    """Add a labelled piece to a digest."""
     # The length goes first: otherwise the end of one axis could be read as the start of the next.
     content.update(f"{label}:{len(data)}:".encode())
     content.update(data)

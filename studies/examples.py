@@ -32,3 +32,15 @@ EXAMPLES: tuple[dict[str, Any], ...] = (
     },
 )
 """Studies that can be submitted as they stand."""
+
+SURVEY: dict[str, Any] = {
+    "name": "dampers under two earthquakes",
+    "records": ["northridge", {"kanai_tajimi": {"seed": 1, "duration_s": 15, "peak_g": 0.2}}],
+    "axes": {
+        "scale": [1, 2],
+        "clearance_m": {"start": 0.002, "stop": 0.01, "num": 3},
+        "friction_force_n": [0.1, 0.4],
+    },
+    "starts": 2,
+}
+"""A survey that can be submitted as it stands."""

@@ -54,8 +54,12 @@ class AnyStudy(Protocol):
     def settings(self) -> dict[str, Any] | None:
         """Give what a point's values depend on besides its coordinates; None where they depend on its neighbours."""
 
+    @property
+    def attached(self) -> Mapping[str, str]:
+        """The files that workers need beside the definition: their keys in the cube, and the SHA-256 of each."""
+
     def attachments(self) -> dict[str, bytes]:
-        """Give the files that workers need beside the definition, by their keys in the cube.
+        """Give these files by their keys.
 
         Raises
         ------

@@ -5,14 +5,16 @@ from importlib.resources import files
 from itertools import takewhile
 from pathlib import Path
 
-from studies.definition import Study, parse_study
+from studies.definition import Study, parse_harmonic, parse_study
 from studies.faults import Fault, StudyFaults, describe, listing, nearest
+from studies.ground.shelf import Shelf
+from studies.ground.survey import Survey
 from studies.text import MAX_BYTES, Format, load_text
 
 _FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 
 
-def parse_study_text(text: bytes | str, format: Format) -> Study:
+def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = None) -> Study | Survey:
     """Read and validate a study.
 
     Parameters
@@ -21,17 +23,21 @@ def parse_study_text(text: bytes | str, format: Format) -> Study:
         The study; bytes are UTF-8.
     format : {"json", "yaml"}
         How it is written.
+    shelf : Shelf, optional
+        Where a survey's records are looked up.
 
     Raises
     ------
     StudyFaults
         Where the text breaks the rules of its format, or with every fault of the study.
     """
-    return parse_study(load_text(text, format))
+    return parse_study(load_text(text, format), shelf)
 
 
-def read_study(path_or_name: str) -> Study:
+def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Survey:
     """Read a study from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named study.
+
+    A survey's records are looked up on the shelf.
 
     Raises
     ------
@@ -56,7 +62,7 @@ def read_study(path_or_name: str) -> Study:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
         found = f"{describe(path_or_name)} ({reason})"
         raise StudyFaults([Fault("study", found, "a readable file", "check the path")]) from None
-    return parse_study_text(text, written_in)
+    return parse_study_text(text, written_in, shelf)
 
 
 def named_study(name: str) -> Study:
@@ -67,7 +73,7 @@ def named_study(name: str) -> Study:
     KeyError
         Where there is none of that name.
     """
-    return parse_study_text(_named_files()[name], "yaml")
+    return parse_harmonic(load_text(_named_files()[name], "yaml"))
 
 
 def named_studies() -> dict[str, Study]:

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from studies.choices import Ensemble, Rk4Solver
 from studies.definition import Study
+from studies.ground.survey import Survey, windows_of
 from studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.75e-6, 1.7e-6, 2.5e-6
 """One excitation cycle."""
+RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
+"""One run under a record: what it takes in any case, and each of its windows, measured on built-in records from 1 to 50 Hz."""
 STEP_SECONDS = 0.04e-6
 """One step of the fixed-step method, whatever the scene."""
 MOST_RIDING = 20.0
@@ -39,18 +42,30 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
     Parameters
     ----------
     study : Study
-        Of which only the scene, the starts and `steady.max_cycles` matter.
+        Of which only the scene, the starts, the records and `steady.max_cycles` matter.
     coordinates : dict of ndarray
-        The six dimensions by name, N values each.
+        The dimensions by name, N values each.
 
     Returns
     -------
     ndarray
         N values [s], all above 0.
     """
-    if not isinstance(study, Study):
-        raise TypeError(f"no cost is known of a {type(study).__name__}")
-    return _harmonic(study, coordinates)
+    if isinstance(study, Survey):
+        return _survey(study, coordinates)
+    if isinstance(study, Study):
+        return _harmonic(study, coordinates)
+    raise TypeError(f"no cost is known of a {type(study).__name__}")
+
+
+def _survey(study: Survey, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    tail = study.numbers["tail_s"]
+    frequency = coordinates["natural_frequency_hz"]
+    windows = np.empty(frequency.size)
+    for source in study.records:
+        under = coordinates["record"] == source.id
+        windows[under] = windows_of(source, frequency[under], tail)
+    return (1 + study.starts) * (RUN_SECONDS + RECORD_WINDOW_SECONDS * windows)
 
 
 def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -8,6 +8,9 @@ import numpy as np
 from distributed import Worker
 
 from studies.definition import Study, parse_study
+from studies.ground.motion import GroundMotion
+from studies.ground.source import RecordSource
+from studies.ground.survey import Survey
 from studies.kind import AnyStudy
 from studies.plan import Block
 from studies.store.coding import describe_cube
@@ -17,6 +20,7 @@ from studies.store.reuse import Source, known_points
 from studies.store.shelf import open_shelf
 from studies.variables import Status
 from worker.block import solve_block
+from worker.ground.block import solve_survey_block
 from worker.provenance import require_code
 
 
@@ -59,7 +63,7 @@ def run_block(
     began = time.perf_counter()
     study = _study(cube_path, digest)
     began_kernel = time.thread_time()
-    values, reused = _solve(study, block, sources)
+    values, reused = _solve(cube_path, study, block, sources)
     kernel_seconds = time.thread_time() - began_kernel
     checksum = write_region(cube_path, block, values, generation)
     return BlockOutcome(
@@ -74,14 +78,35 @@ def run_block(
     )
 
 
-def _solve(study: Study, block: Block, sources: tuple[Source, ...]) -> tuple[dict[str, np.ndarray], int]:
+def _solve(
+    cube_path: str, study: Study | Survey, block: Block, sources: tuple[Source, ...]
+) -> tuple[dict[str, np.ndarray], int]:
     if not sources:
-        return solve_block(study, block), 0
+        return _computed(cube_path, study, block, None), 0
     known, stored = known_points(sources, study, block)
-    values = solve_block(study, block, known)
+    values = _computed(cube_path, study, block, known)
     for name, column in stored.items():
         values[name][known] = column[known]
     return values, int(np.count_nonzero(known))
+
+
+def _computed(
+    cube_path: str, study: Study | Survey, block: Block, known: np.ndarray | None
+) -> dict[str, np.ndarray]:
+    if isinstance(study, Survey):
+        return solve_survey_block(study, block, lambda source: _motion(cube_path, source), known)
+    return solve_block(study, block, known)
+
+
+@lru_cache(maxsize=8)
+def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
+    """Read a record from the copy that its study keeps: no worker needs the folder of the records."""
+    try:
+        return source.read(open_shelf(cube_path).get(source.key))
+    except (FileNotFoundError, ValueError) as error:
+        raise OSError(
+            f"the cube's copy of record {source.id} is lost or damaged ({error}); `damperlab verify --repair` restores it"
+        ) from error
 
 
 def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
@@ -111,7 +136,7 @@ def executing_keys(dask_worker: Worker) -> list[str]:
 
 
 @lru_cache(maxsize=4)
-def _study(cube_path: str, digest: str) -> Study:
+def _study(cube_path: str, digest: str) -> Study | Survey:
     attributes = describe_cube(open_shelf(cube_path).get("zarr.json")).attributes
     if attributes["digest"] != digest:
         raise OSError(f"the cube {cube_path} holds study {attributes['digest']}, not {digest}")

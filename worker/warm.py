@@ -43,7 +43,7 @@ def warm(scene: Scene) -> None:
         wall=Wall(1.0, 0.1) if model == "compliant" else None,
     )
     name = f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
-    with _alone(name if energies else f"{name}-peaks"):
+    with alone(name if energies else f"{name}-peaks"):
         friction = 0.5 if rubs else None
         start = at_rest(1.0, friction, particle if rattles else None)
         settle(
@@ -52,7 +52,8 @@ def warm(scene: Scene) -> None:
 
 
 @contextmanager
-def _alone(name: str) -> Iterator[None]:
+def alone(name: str) -> Iterator[None]:
+    """Hold what one process of this machine holds at a time: the making of the kernels of this name."""
     if fcntl is None:
         yield
         return

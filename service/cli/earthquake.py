@@ -5,7 +5,15 @@ from typing import Annotated, Any
 
 import typer
 
-from service.cli.options import AsJson, DataDir, check_file
+from service.cli.options import (
+    AsJson,
+    Contact,
+    ContactModel,
+    ContactTime,
+    DataDir,
+    check_file,
+    contact_document,
+)
 from service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from service.cli.store import data_folder
 
@@ -99,6 +107,8 @@ def earthquake(
     clearance_m: Annotated[float | None, typer.Option(help="d, half the free cavity.")] = None,
     restitution: Annotated[float | None, typer.Option(help="e.")] = None,
     friction_force_n: Annotated[float | None, typer.Option(help="F_f.")] = None,
+    contact: Contact = ContactModel.instant,
+    contact_time: ContactTime = None,
     tmd_mass_kg: Annotated[
         float | None, typer.Option(help="Of the tuned mass damper; the particle's by default.")
     ] = None,
@@ -152,6 +162,7 @@ def earthquake(
         "perturbation_m": perturbation_m,
     }
     document: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    document |= contact_document(contact, contact_time)
     if seed is not None:
         document["record"] = {"kanai_tajimi": _recipe(seed, duration_s, peak_g)}
     elif Path(record).suffix.lower() in RECORD_SUFFIXES:
@@ -212,6 +223,11 @@ def _write_csv(answer: dict[str, Any], output: Path) -> None:
             file.write(",".join((case, *(repr(float(values[name])) for name in names))) + "\n")
 
 
+def _contact_words(contact: dict[str, Any]) -> str:
+    time = contact.get("contact_time")
+    return "" if time is None else f"; contact {contact['model']}, {time:g}/ω_n"
+
+
 def _print(answer: dict[str, Any]) -> None:
     record, design = answer["record"], answer["design"]
     say(
@@ -221,7 +237,7 @@ def _print(answer: dict[str, Any]) -> None:
     say(
         f"Structure {design['mass_kg']:g} kg, {design['natural_frequency_hz']:g} Hz, ζ = {design['damping_ratio']:g}; "
         f"particle {design['particle_mass_kg']:g} kg, d = {design['clearance_m']:g} m, e = {design['restitution']:g}; "
-        f"friction {design['friction_force_n']:g} N."
+        f"friction {design['friction_force_n']:g} N{_contact_words(answer['contact'])}."
     )
     rows = [
         (values["label"], *(number(float(values[name]), 4) for name, _ in COLUMNS))

@@ -17,7 +17,6 @@ from service.cli.run import resume, run
 from service.cli.serve import serve
 from service.cli.simulate import simulate
 from service.cli.studies import cancel, delete, show, studies
-from service.cli.survey import survey
 from service.cli.tmd import precision, refine, robust, tmd
 from service.cli.verify import verify
 
@@ -39,7 +38,6 @@ for name, command, panel in (
     ("simulate", simulate, "Compute"),
     ("reproduce", reproduce, "Compute"),
     ("earthquake", earthquake, "Compute"),
-    ("survey", survey, "Compute"),
     ("records", records, "Compute"),
     ("map", map_, "Ask"),
     ("response", response, "Ask"),

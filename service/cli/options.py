@@ -1,11 +1,15 @@
 """Arguments and options that several commands share, and how their values are read."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from studies.variables import DIMENSIONS, VARIABLES
+from studies.ground.variables import RECORD
+from studies.presets import CONTACT_TIMES
+from studies.registry import EVERY_DIMENSION
+from studies.variables import VARIABLES
 
 DataDir = Annotated[
     Path | None,
@@ -87,8 +91,41 @@ Within = Annotated[
 ]
 Top = Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")]
 
+
+class ContactModel(StrEnum):
+    """What an impact is."""
+
+    instant = "instant"
+    dwell = "dwell"
+    compliant = "compliant"
+
+
+Contact = Annotated[
+    ContactModel,
+    typer.Option(
+        help="Impacts at once, or with a contact time: dwelling on the wall, or on a compliant one."
+    ),
+]
+ContactTime = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TIME",
+        help=f"Of contact dwell or compliant, in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}.",
+    ),
+]
+
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""
+
+
+def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
+    """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
+    if written is None:
+        return {} if contact is ContactModel.instant else {"contact": {"model": contact.value}}
+    try:
+        return {"contact": {"model": contact.value, "contact_time": float(written)}}
+    except ValueError:
+        return {"contact": {"model": contact.value, "contact_time": written}}
 
 
 def check_cluster(workers: int | None, scheduler: str | None) -> None:
@@ -99,9 +136,10 @@ def check_cluster(workers: int | None, scheduler: str | None) -> None:
         )
 
 
-def read_at(assignments: list[str] | None) -> dict[str, float]:
-    """Read `--at dimension=value …` into a mapping."""
-    return {name: _float("--at", text) for name, text in _pairs("--at", assignments)}
+def read_at(assignments: list[str] | None) -> dict[str, Any]:
+    """Read `--at dimension=value …` into a mapping; the value of a record is its name."""
+    pairs = _pairs("--at", assignments)
+    return {name: text if name == RECORD else _float("--at", text) for name, text in pairs}
 
 
 def read_judging(
@@ -113,7 +151,7 @@ def read_judging(
 ) -> dict[str, Any]:
     """Read what every ranking is told into the arguments of `studies.answers`."""
     quantities = tuple(name for name, variable in VARIABLES.items() if variable.flags is None)
-    pairs = _pairs("--within", within, (*DIMENSIONS, *quantities))
+    pairs = _pairs("--within", within, (*EVERY_DIMENSION, *quantities))
     return {
         "objective": objective,
         "band": None if band is None else read_range("--band", band),
@@ -149,7 +187,7 @@ def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None
 
 
 def _pairs(
-    option: str, assignments: list[str] | None, names: tuple[str, ...] = DIMENSIONS
+    option: str, assignments: list[str] | None, names: tuple[str, ...] = EVERY_DIMENSION
 ) -> list[tuple[str, str]]:
     pairs = []
     for assignment in assignments or []:

@@ -30,10 +30,11 @@ from service.cli.words import (
     map_table,
     rows_table,
     slice_sentence,
+    worst_sentence,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import xarray as xr
     from matplotlib.figure import Figure
@@ -46,6 +47,12 @@ Interpolate = Annotated[
         "--interpolate", help="Take values between grid points, where the class of response does not change."
     ),
 ]
+MapMetric = Annotated[
+    str | None,
+    typer.Option(
+        help="Which result variable; amplitude_ratio by default, of a survey peak_relative_displacement_m."
+    ),
+]
 Metric = Annotated[str, typer.Option(help="Which result variable.")]
 
 
@@ -53,7 +60,7 @@ def map_(
     study: StudyId,
     x: Annotated[str | None, typer.Option(help="Dimension across.")] = None,
     y: Annotated[str | None, typer.Option(help="Dimension upwards.")] = None,
-    metric: Metric = "amplitude_ratio",
+    metric: MapMetric = None,
     over: Annotated[str | None, typer.Option(help="A third dimension, to be reduced.")] = None,
     reduce: Annotated[str | None, typer.Option(help="How it is reduced: max (default), min or mean.")] = None,
     at: At = None,
@@ -68,8 +75,10 @@ def map_(
     record, cube = ask(study, data_dir)
     from service.answers import map_document
     from studies.answers.resonance_map import resonance_map
+    from studies.answers.selection import main_metric
     from studies.answers.shown import shown_axes
 
+    metric = metric or main_metric(cube)
     x, y = shown_axes({str(name): size for name, size in cube.sizes.items()}, x, y, {*fixed, over})
 
     with working("Reading the cube"):
@@ -109,7 +118,7 @@ def response(
     if interpolate and with_ is not None:
         raise typer.BadParameter("found both --interpolate and --with, allowed: one of the two")
     fixed = read_at(at)
-    record, cube = ask(study, data_dir)
+    record, cube = ask(study, data_dir, "response")
     from service.answers import response_document
     from studies.answers.compared_response import compared_response
     from studies.answers.frequency_response import frequency_response
@@ -118,7 +127,7 @@ def response(
         with working("Reading the cube"):
             answer = frequency_response(cube, metric, fixed, interpolate)
     else:
-        other, second = ask(with_, data_dir)
+        other, second = ask(with_, data_dir, "response")
         with working("Reading the cubes"):
             answer = compared_response(cube, second, metric, fixed)
         answer.attrs["studies"] = [record.id, other.id]
@@ -145,6 +154,16 @@ def optimum(
     exclude_locked: ExcludeLocked = False,
     max_impact_speed: MaxImpactSpeed = None,
     within: Within = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            help="What a survey's dampers are ranked by; peak_relative_displacement_m by default.",
+        ),
+    ] = None,
+    record_: Annotated[
+        list[str] | None,
+        typer.Option("--record", metavar="ID", help="A record of a survey that counts; may be repeated."),
+    ] = None,
     pareto: Annotated[
         str | None,
         typer.Option(
@@ -160,12 +179,27 @@ def optimum(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Rank the designs of a study, the best first."""
+    """Rank the designs of a study, the best first; of a survey, dampers by their worst case."""
     check_file(output)
     if pareto is not None and with_:
         raise typer.BadParameter("found both --pareto and --with, allowed: one of the two")
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir)
+    from studies.registry import is_survey
+
+    if is_survey(record.dimensions):
+        harmonic = {
+            "--objective": objective,
+            "--band": band,
+            "--exclude-locked": exclude_locked,
+            "--max-impact-speed": max_impact_speed,
+            "--pareto": pareto,
+            "--with": with_,
+        }
+        _refuse(harmonic, "a survey ranks dampers by --metric, over --record and --within")
+        _worst(record, cube, metric, top, record_, judging["ranges"], output, as_json)
+        return
+    _refuse({"--metric": metric, "--record": record_}, "these are for surveys; see --objective")
     from service.answers import designs_document
     from studies.answers.design_question import MOST
     from studies.answers.merged import merged_designs
@@ -177,7 +211,7 @@ def optimum(
         if pareto is not None:
             ranked = pareto_front(cube, read_respects(pareto), top=MOST, **judging)
         elif with_:
-            follow_ups = [ask(other, data_dir) for other in with_]
+            follow_ups = [ask(other, data_dir, "optimum --with") for other in with_]
             cubes = {record.id: cube} | {other.id: its for other, its in follow_ups}
             ranked = merged_designs(cubes, top=MOST, **judging)
         else:
@@ -198,10 +232,52 @@ def optimum(
     hand_out(record, answer, output, as_json, draw, lambda: designs_document(answer), tell)
 
 
-def ask(study: str, data_dir: Path | None) -> "tuple[Record, xr.Dataset]":
-    """Find a study and open its cube."""
+def _refuse(options: "Mapping[str, object]", advice: str) -> None:
+    """Refuse options that this kind of study does not know."""
+    for name, value in options.items():
+        if value:
+            raise typer.BadParameter(f"found {value!r}, allowed: nothing here; {advice}", param_hint=name)
+
+
+def _worst(
+    record: "Record",
+    cube: "xr.Dataset",
+    metric: str | None,
+    top: int,
+    records: list[str] | None,
+    ranges: dict[str, tuple[float, float]],
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Rank a survey's dampers."""
+    from service.answers import worst_document
+    from studies.answers.survey import worst_case_designs
+
+    with working("Judging the dampers"):
+        answer = worst_case_designs(cube, metric, top, records, ranges)
+
+    def draw() -> "Figure":
+        from service.figures.curves import draw_ranking
+
+        return draw_ranking(answer)
+
+    def tell() -> None:
+        for sentence in (worst_sentence(answer), answer.attrs["note"]):
+            say_if(sentence)
+        if answer.sizes["rank"] > 1:
+            print_table(*rows_table(answer))
+
+    hand_out(record, answer, output, as_json, draw, lambda: worst_document(answer), tell)
+
+
+def ask(study: str, data_dir: Path | None, harmonic: str = "") -> "tuple[Record, xr.Dataset]":
+    """Find a study and open its cube; `harmonic` names a question that no survey answers."""
+    from studies.answers.survey import require_harmonic
+
     store = open_store(data_dir)
     record = store.find(study)
+    if harmonic:
+        require_harmonic(record.dimensions, harmonic)
     return record, store.cube(record.id)
 
 

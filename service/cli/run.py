@@ -22,7 +22,7 @@ from service.cli.options import (
 )
 from service.cli.output import duration, note, print_json, say, working
 from service.cli.progress import StudyProgress
-from service.cli.store import label, open_store, settings_of
+from service.cli.store import data_folder, label, open_store, settings_of
 from service.cli.studies import summary
 
 if TYPE_CHECKING:
@@ -60,9 +60,10 @@ def run(
 ) -> None:
     """Compute a study and store it; what is there already is not computed again."""
     check_cluster(workers, scheduler)
+    from studies.ground.shelf import Shelf
     from studies.reading import read_study
 
-    asked = read_study(study)
+    asked = read_study(study, Shelf(data_folder(data_dir)))
     if dry_run:
         _print_size(asked, as_json)
         return

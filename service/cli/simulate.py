@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.options import AsJson, check_file
+from service.cli.options import AsJson, Contact, ContactModel, ContactTime, check_file, contact_document
 from service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from service.cli.words import cell
 from studies.faults import counted
-from studies.presets import CONTACT_TIMES
 from studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
@@ -34,14 +33,6 @@ class Method(StrEnum):
     rk4 = "rk4"
 
 
-class ContactModel(StrEnum):
-    """What an impact is."""
-
-    instant = "instant"
-    dwell = "dwell"
-    compliant = "compliant"
-
-
 def simulate(
     clearance_ratio: Annotated[
         float, typer.Option(help="d/Z, half the free cavity over the base amplitude.")
@@ -52,19 +43,8 @@ def simulate(
     frequency_ratio: Annotated[float, typer.Option(help="r, excitation over natural frequency.")] = 1.0,
     damping_ratio: Annotated[float, typer.Option(help="ζ of the structure.")] = 0.0038,
     no_particle: Annotated[bool, typer.Option("--no-particle", help="A scene without a particle.")] = False,
-    contact: Annotated[
-        ContactModel,
-        typer.Option(
-            help="Impacts at once, or with a contact time: dwelling on the wall, or on a compliant one."
-        ),
-    ] = ContactModel.instant,
-    contact_time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help=f"Of contact dwell or compliant, in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}.",
-        ),
-    ] = None,
+    contact: Contact = ContactModel.instant,
+    contact_time: ContactTime = None,
     cycles: Annotated[
         int | None,
         typer.Option(help="Stop after exactly this many excitation cycles; else at the steady response."),
@@ -100,8 +80,7 @@ def simulate(
         "samples": SAMPLES_LIMIT,
     }
     document |= {name: given[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
-    if contact is not ContactModel.instant or contact_time is not None:
-        document["contact"] = {"model": contact.value} | _contact_time(contact_time)
+    document |= contact_document(contact, contact_time)
     document["history"] = _history(history, output, cycles, method, frequency_ratio)
     if cycles is not None:
         document["cycles"] = cycles
@@ -117,16 +96,6 @@ def simulate(
         print_json(answer)
     elif output is None:
         _print(answer, steady=cycles is None)
-
-
-def _contact_time(written: str | None) -> dict[str, object]:
-    """Read the contact time as a number where it is one; the study's rules judge everything else."""
-    if written is None:
-        return {}
-    try:
-        return {"contact_time": float(written)}
-    except ValueError:
-        return {"contact_time": written}
 
 
 def _history(

@@ -165,6 +165,9 @@ def summary(record: "Record") -> str:
         lines.append(("time left", duration(record.seconds_left)))
     if record.message:
         lines.append(("message", record.message))
+    records = [one["id"] for one in record.definition.get("records", [])]
+    if records:
+        lines.append(("records", ", ".join(records)))
     for axis, value in record.definition.get("axes", {}).items():
         lines.append((str(axis), _spell_axis(value)))
     width = max(len(label) for label, _ in lines)

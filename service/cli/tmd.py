@@ -64,7 +64,7 @@ def tmd(
     """Compare one design of a study with a tuned mass damper of the same mass, over frequency."""
     check_file(output)
     fixed = read_at(at)
-    record, cube = ask(study, data_dir)
+    record, cube = ask(study, data_dir, "tmd")
     from service.comparisons import columns_document
     from studies.answers.tmd_comparison import tmd_comparison
 
@@ -105,7 +105,7 @@ def robust(
     check_file(output, (".csv",))
     span = read_range("--amplitudes", amplitudes)
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
-    record, cube = ask(study, data_dir)
+    record, cube = ask(study, data_dir, "robust")
     from service.answers import designs_document
     from studies.answers.robust import robust_designs
 
@@ -121,7 +121,7 @@ def robust(
 
 def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
     """Show the error of a study's points against their run time."""
-    record, cube = ask(study, data_dir)
+    record, cube = ask(study, data_dir, "precision")
     from service.comparisons import columns_document
     from studies.answers.work_precision import work_precision
 
@@ -167,9 +167,11 @@ def refine(
     store = open_store(data_dir)
     record = store.find(study)
     from studies.answers.refine import refine_boundary, refine_optimum
-    from studies.definition import parse_study
+    from studies.answers.survey import require_harmonic
+    from studies.definition import parse_harmonic
 
-    asked = parse_study(record.definition)
+    require_harmonic(record.dimensions, "refine")
+    asked = parse_harmonic(record.definition)
     ids = [record.id]
     while True:
         cubes = {name: store.cube(name) for name in ids}

@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING
 
 from service.cli.output import number
+from studies.ground.variables import DAMPER, RECORD
+from studies.registry import EVERY_DIMENSION
 from studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 
 if TYPE_CHECKING:
@@ -29,8 +31,10 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
 
 
-def cell(name: str, value: float) -> str:
-    """Spell one value of a variable: a code by its name, a number with six digits."""
+def cell(name: str, value: float | str) -> str:
+    """Spell one value of a variable: a code by its name, a number with six digits, a text as it is."""
+    if isinstance(value, str):
+        return value
     name = name.removeprefix("other_")  # of the second study, where two are compared
     flags = VARIABLES[name].flags if name in VARIABLES else None
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
@@ -49,7 +53,7 @@ def map_table(answer: "xr.Dataset", metric: str) -> Table:
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     shown = answer.isel({x: slice(None, None, step)})
-    head = (f"{SYMBOLS[y]} \\ {SYMBOLS[x]}", *(f"{value:.6g}" for value in shown[x].values))
+    head = (f"{SYMBOLS.get(y, y)} \\ {SYMBOLS.get(x, x)}", *(f"{value:.6g}" for value in shown[x].values))
     rows = [
         (f"{shown[y].values[row]:.6g}", *(cell(metric, value) for value in shown[metric].values[row]))
         for row in reversed(range(shown.sizes[y]))
@@ -72,8 +76,11 @@ def rows_table(answer: "xr.Dataset") -> Table:
     names = [dimension] if dimension in DIMENSIONS else []
     names += [
         name
-        for name in DIMENSIONS
-        if name != dimension and answer[name].ndim == 1 and len(set(answer[name].values.tolist())) > 1
+        for name in EVERY_DIMENSION
+        if name != dimension
+        and name in answer.coords
+        and answer[name].ndim == 1
+        and len(set(answer[name].values.tolist())) > 1
     ]
     names += [str(name) for name in answer.data_vars]
     columns = {name: answer[name].values.tolist() for name in names}
@@ -132,6 +139,20 @@ def best_sentences(answer: "xr.Dataset") -> list[str]:
         if active is not None:
             sentences.append(f"Best design with impacts: {_design(answer, active)}")
     return sentences
+
+
+def worst_sentence(answer: "xr.Dataset") -> str:
+    """Say which of a survey's dampers is best, and where its worst case is; nothing where none is left."""
+    if answer.sizes["rank"] == 0:
+        return ""
+    best = answer.isel(rank=0)
+    told = {str(name): best[name].item() for name in best.coords if name != "rank"}
+    damper = ", ".join(f"{name} = {told.pop(name):.6g}" for name in DAMPER)
+    record = told.pop(RECORD)
+    case = ", ".join(f"{name} = {value:.6g}" for name, value in told.items())
+    units = best["value"].attrs["units"]
+    value = f"{float(best['value']):.6g}" + ("" if units == "1" else f" {units}")
+    return f"Best damper: {damper}. Its worst case, {value}, is under {record} at {case}."
 
 
 def _design(answer: "xr.Dataset", rank: int) -> str:

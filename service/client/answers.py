@@ -10,7 +10,8 @@ import xarray as xr
 from xarray.plot.accessor import DatasetPlotAccessor
 
 from service.client.figure import finished
-from studies.variables import DIMENSIONS, ResponseClass
+from studies.registry import EVERY_DIMENSION
+from studies.variables import ResponseClass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -141,13 +142,15 @@ def read_response(document: Mapping[str, Any]) -> FrequencyResponse:
 
 
 def read_designs(document: Mapping[str, Any]) -> Designs:
-    """Rebuild ranked designs; see `studies.answers.optimal_designs`."""
+    """Rebuild ranked designs; see `studies.answers.optimal_designs`, of a survey `studies.answers.survey`."""
     designs = document["designs"]
     arrays: dict[str, Any] = {name: [design[name] for design in designs] for name in document["columns"]}
-    arrays["response_class"] = [ResponseClass[kind.upper()].value for kind in arrays["response_class"]]
+    if "response_class" in arrays:
+        arrays["response_class"] = [ResponseClass[kind.upper()].value for kind in arrays["response_class"]]
     data, coordinates, attributes = _parts(document, arrays, ("rank",), ("designs", "designs_total"))
-    for name in DIMENSIONS:
-        coordinates[name] = data.pop(name)
+    for name in EVERY_DIMENSION:
+        if name in data:
+            coordinates[name] = data.pop(name)
     return Designs(data, coordinates, {**attributes, "designs": document["designs_total"]})
 
 

@@ -263,6 +263,7 @@ class Client:
         starts: int | None = None,
         seed: int | None = None,
         tmd_criterion: str | None = None,
+        contact: Mapping[str, Any] | None = None,
         **values: float,
     ) -> "DamperComparison":
         """Compare dampers under a ground motion, as the paper's Table A1.
@@ -277,6 +278,8 @@ class Client:
             How many perturbed starts show what is chance, and the seed of their draw.
         tmd_criterion : str, optional
             How the tuned mass damper is tuned.
+        contact : mapping, optional
+            As in a study: ``{"model": "dwell", "contact_time": 0.1}``.
         **values : float
             What differs from the paper's prototype: ``scale`` of the record, ``mass_kg``, ``natural_frequency_hz``,
             ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``, ``restitution``, ``friction_force_n``, ``tmd_mass_kg``,
@@ -296,6 +299,7 @@ class Client:
             "starts": starts,
             "seed": seed,
             "tmd_criterion": tmd_criterion,
+            "contact": None if contact is None else dict(contact),
         }
         document |= {name: value for name, value in chosen.items() if value is not None}
         return read_comparison(self._transport.ask("POST", "/earthquake-comparisons", **body(document)))

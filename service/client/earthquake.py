@@ -102,7 +102,7 @@ def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
     coordinates = {"case": list(cases), "label": ("case", labels)}
     said = {
         name: document[name]
-        for name in ("record", "length_scale_m", "design", "tmd", "paper_table_a1", "note")
+        for name in ("record", "length_scale_m", "design", "contact", "tmd", "paper_table_a1", "note")
     }
     return DamperComparison(data, coordinates, said)
 

@@ -11,7 +11,6 @@ from service.client.transport import Transport
 from studies.answers.shown import shown_axes
 from studies.faults import Fault, describe
 from studies.store.record import Record
-from studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,7 +49,7 @@ class Study:
         self._transport = transport
         self.id = str(document["id"])
         self.name = str(document["name"])
-        self._shape = tuple(document["shape"])
+        self._sizes = dict(zip(document["dimensions"], document["shape"], strict=True))
 
     def __repr__(self) -> str:
         """Say which study it is."""
@@ -163,7 +162,7 @@ class Study:
         Returns
         -------
         Dataset
-            All six dimensions and every stored variable; points that are not computed have status −1.
+            All dimensions and every stored variable; points that are not computed have status −1.
         """
         import xarray as xr
 
@@ -181,11 +180,11 @@ class Study:
         self,
         x: str | None = None,
         y: str | None = None,
-        metric: str = "amplitude_ratio",
+        metric: str | None = None,
         over: str | None = None,
         reduce: Literal["max", "min", "mean"] | None = None,
         interpolate: bool = False,
-        **at: float,
+        **at: float | str,
     ) -> "ResonanceMap":
         """Show one metric over two dimensions.
 
@@ -193,15 +192,15 @@ class Study:
         ----------
         x, y : str, optional
             The dimensions; those along which the study varies, clearance and friction first, if not given.
-        metric : str
-            A variable that the study keeps.
+        metric : str, optional
+            A variable that the study keeps; the amplitude ratio if not given, of a survey the peak displacement.
         over, reduce : str, optional
-            A third dimension, and how it is reduced. Without a word on the frequency the largest value over the
-            study's frequencies is shown.
+            A third dimension, and how it is reduced. Without a word on the frequency, in a survey on the record, the
+            largest value over all of them is shown.
         interpolate : bool
             Take values between grid points.
-        **at : float
-            Other dimensions by name, as in ``mass_ratio=0.1``; the nearest grid point is taken.
+        **at : float or str
+            Other dimensions by name, as in ``mass_ratio=0.1`` or ``record="el-centro"``; the nearest grid point is taken.
 
         Returns
         -------
@@ -210,7 +209,7 @@ class Study:
         """
         from service.client.answers import read_map
 
-        x, y = shown_axes(dict(zip(DIMENSIONS, self._shape, strict=True)), x, y, {*at, over})
+        x, y = shown_axes(self._sizes, x, y, {*at, over})
         asked = {"x": x, "y": y, "metric": metric, "over": over, "reduce": reduce, "interpolate": interpolate}
         return read_map(self._question("resonance-map", asked, at))
 
@@ -247,9 +246,11 @@ class Study:
         max_impact_speed: float | None = None,
         pareto: Sequence[str] | None = None,
         with_: "Iterable[Study | str]" = (),
+        metric: str | None = None,
+        records: Sequence[str] | None = None,
         **ranges: Range,
     ) -> "Designs":
-        """Rank designs over the frequencies of the study, the best first.
+        """Rank designs over the frequencies of the study, the best first; a survey's dampers by their worst case.
 
         Parameters
         ----------
@@ -268,13 +269,18 @@ class Study:
             the designs that no other one beats in all of them. A minus in front means larger is better.
         with_ : iterable of Study, optional
             Follow-ups to rank together with this study.
+        metric : str, optional
+            Of a survey: what its dampers are ranked by; the peak displacement against the base if not given.
+        records : sequence of str, optional
+            Of a survey: the records that count; all if not given.
         **ranges : (float, float)
             Lowest and highest value of design dimensions, as in ``friction_ratio=(0, 0.4)``.
 
         Returns
         -------
         Designs
-            See `studies.answers.optimal_designs`, `studies.answers.pareto` and `studies.answers.merged`.
+            See `studies.answers.optimal_designs`, `studies.answers.pareto`, `studies.answers.merged` and
+            `studies.answers.survey`.
         """
         from service.client.answers import read_designs
 
@@ -282,10 +288,13 @@ class Study:
         asked = {
             "objective": objective,
             "band": band,
-            "exclude_locked": exclude_locked,
+            # what is left as it is goes unsaid: a survey has no such thing
+            "exclude_locked": exclude_locked or None,
             "max_impact_speed": max_impact_speed,
             "pareto": None if pareto is None else list(pareto),
             "with": _ids(with_),
+            "metric": metric,
+            "record": None if records is None else list(records),
             **most,
         }
         return read_designs(self._question("optimal-designs", asked, ranges))

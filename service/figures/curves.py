@@ -22,6 +22,7 @@ from service.figures.style import (
     ticks_1_2_5,
     title_of,
 )
+from studies.registry import EVERY_DIMENSION
 from studies.variables import Status
 
 
@@ -116,22 +117,25 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     return figure
 
 
+def _told(name: str, value: float | str) -> str:
+    """Write one coordinate; a record has no symbol."""
+    return value if isinstance(value, str) else f"{SYMBOLS.get(name, name)} = {value:.4g}"
+
+
 def draw_ranking(answer: xr.Dataset) -> Figure:
     """Draw ranked designs, the best on top, with the error of each.
 
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.optimal_designs`.
+        Of `studies.answers.optimal_designs`, or of `worst_case_designs`.
     """
     count = answer.sizes["rank"]
-    columns = {name: answer[name].values for name in SYMBOLS}
+    columns = {name: answer[name].values for name in EVERY_DIMENSION if name in answer.coords}
     vary = [name for name, column in columns.items() if len(set(column.tolist())) > 1]
-    names = [
-        ", ".join(f"{SYMBOLS[name]} = {columns[name][row]:.4g}" for name in vary) for row in range(count)
-    ]
-    shared = [f"{SYMBOLS[name]} = {columns[name][0]:.4g}" for name in SYMBOLS if name not in vary and count]
-    errors = np.nan_to_num(answer["error"].values)
+    names = [", ".join(_told(name, columns[name][row]) for name in vary) for row in range(count)]
+    shared = [_told(name, column[0]) for name, column in columns.items() if name not in vary and count]
+    errors = np.nan_to_num(answer["error"].values) if "error" in answer else None
     with styled():
         figure = Figure(figsize=(6.6, 1.3 + 0.28 * count), layout="constrained")
         axes = figure.add_subplot()

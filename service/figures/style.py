@@ -112,7 +112,7 @@ def fixed_title(answer: xr.Dataset) -> str:
         f"{symbol} = {float(answer[name]):.4g}" for name, symbol in here.items() if answer[name].ndim == 0
     )
     if "over" in answer.attrs:
-        fixed += f"; {answer.attrs['reduce']} over {SYMBOLS[answer.attrs['over']]}"
+        fixed += f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over'], answer.attrs['over'])}"
     return fixed
 
 

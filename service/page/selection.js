@@ -1,26 +1,31 @@
 /** Which point of a study is looked at: one place along each of its dimensions. */
 
 import { nearest } from "./numbers.js";
-import { DIMENSIONS } from "./vocabulary.js";
 
 export const FREQUENCY = "frequency_ratio";
+export const RECORD = "record";
+
+/** @param {any[]} values @param {any} wanted */
+function placeOf(values, wanted) {
+  return typeof values[0] === "string" ? Math.max(0, values.indexOf(wanted)) : nearest(values, Number(wanted));
+}
 
 /** The point, and whether the frequency is left open: then a map shows the worst over the band. */
 export class Selection extends EventTarget {
-  /** @param {Record<string, number[]>} axes values along each dimension */
+  /** @param {Record<string, any[]>} axes values along each dimension: numbers, of a survey's records texts */
   constructor(axes) {
     super();
     this.axes = axes;
     /** @type {Record<string, number>} */
-    this.place = Object.fromEntries(DIMENSIONS.map((name) => [name, 0]));
-    this.place[FREQUENCY] = nearest(axes[FREQUENCY], 1);
-    this.worst = axes[FREQUENCY].length > 1;
+    this.place = Object.fromEntries(Object.keys(axes).map((name) => [name, 0]));
+    if (FREQUENCY in axes) this.place[FREQUENCY] = nearest(axes[FREQUENCY], 1);
+    this.worst = FREQUENCY in axes && axes[FREQUENCY].length > 1;
     this.chosen = false;
   }
 
   /** Dimensions with more than one value. */
   get varied() {
-    return DIMENSIONS.filter((name) => this.axes[name].length > 1);
+    return Object.keys(this.axes).filter((name) => this.axes[name].length > 1);
   }
 
   /** @param {string} dimension */
@@ -54,7 +59,7 @@ export class Selection extends EventTarget {
   /** Choose the grid point nearest to some values. @param {Record<string, number>} values */
   chooseValues(values) {
     const known = Object.entries(values).filter(([name]) => name in this.axes);
-    this.choose(Object.fromEntries(known.map(([name, value]) => [name, nearest(this.axes[name], value)])));
+    this.choose(Object.fromEntries(known.map(([name, value]) => [name, placeOf(this.axes[name], value)])));
   }
 
   /**
@@ -65,7 +70,7 @@ export class Selection extends EventTarget {
   rest(design) {
     const elsewhere = this.varied.filter((name) => name !== FREQUENCY && this.value(name) !== design[name]);
     if (this.chosen || elsewhere.length === 0) return;
-    for (const name of elsewhere) this.place[name] = nearest(this.axes[name], design[name]);
+    for (const name of elsewhere) this.place[name] = placeOf(this.axes[name], design[name]);
     this.dispatchEvent(new Event("chosen"));
   }
 

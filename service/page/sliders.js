@@ -3,7 +3,7 @@
 import { checkbox, el, fill } from "./dom.js";
 import { short } from "./numbers.js";
 import { unitFactor } from "./quantities.js";
-import { FREQUENCY } from "./selection.js";
+import { FREQUENCY, RECORD } from "./selection.js";
 import { NAMES, symbol } from "./vocabulary.js";
 
 const UNITS = /** @type {Record<string, [string, number]>} */ ({
@@ -38,7 +38,7 @@ export function sliders(selection, definition, curves = false) {
   const place = el("fieldset", { class: "sliders" });
   /** @type {Record<string, {slider: any, output: any}>} */
   const parts = {};
-  const shown = selection.varied.filter((dimension) => !curves || dimension !== FREQUENCY);
+  const shown = selection.varied.filter((dimension) => dimension !== RECORD && (!curves || dimension !== FREQUENCY));
   const rows = shown.map((dimension) => {
     const values = selection.axes[dimension];
     const output = el("output", {});

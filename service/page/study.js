@@ -7,7 +7,8 @@ import { el, fill, prose, say } from "./dom.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, progressBar } from "./progress.js";
-import { Selection } from "./selection.js";
+import { RECORD, Selection } from "./selection.js";
+import { surveyTab } from "./survey_tab.js";
 import { vocabulary } from "./vocabulary.js";
 
 /**
@@ -23,6 +24,12 @@ const TABS = [
   ["data", "Data", dataTab],
 ];
 
+/** What a survey can be asked: it knows no frequencies to compare over. @type {[string, string, Tab][]} */
+const SURVEY_TABS = [
+  ["map", "Map and dampers", surveyTab],
+  ["data", "Data", dataTab],
+];
+
 /** @type {import("./main.js").View} */
 export async function studyView(root, { parts, query }) {
   const record = await ask(studyPath(parts[0]));
@@ -35,7 +42,7 @@ export async function studyView(root, { parts, query }) {
     words,
     changes: new EventTarget(),
   };
-  const asked = Object.fromEntries([...query].filter(([name, value]) => name in grid.axes && Number.isFinite(Number(value))).map(([name, value]) => [name, Number(value)]));
+  const asked = Object.fromEntries([...query].filter(([name, value]) => name in grid.axes && (name === RECORD || Number.isFinite(Number(value)))));
   if (Object.keys(asked).length) session.selection.chooseValues(asked);
   else await restAtBest(session);
 
@@ -115,12 +122,13 @@ function remembered(session, tab) {
  * @param {Session} session
  */
 function tabList(id, current, place, session) {
-  const [, , show] = TABS.find(([name]) => name === current) ?? TABS[0];
+  const tabs = RECORD in session.selection.axes ? SURVEY_TABS : TABS;
+  const [, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(
     "nav",
     { class: "tabs", "aria-label": "Parts of the study" },
-    TABS.map(([name, title]) =>
+    tabs.map(([name, title]) =>
       el(
         "a",
         {

@@ -27,7 +27,7 @@ export const SYMBOLS = {
 
 export const DIMENSIONS = Object.keys(SYMBOLS);
 
-/** Names for people. @type {Record<string, string>} */
+/** Names for people, of the dimensions of surveys too. @type {Record<string, string>} */
 export const NAMES = {
   damping_ratio: "Structural damping ratio",
   restitution: "Coefficient of restitution",
@@ -35,11 +35,17 @@ export const NAMES = {
   clearance_ratio: "Clearance ratio",
   friction_ratio: "Friction ratio",
   frequency_ratio: "Frequency ratio",
+  record: "Record",
+  natural_frequency_hz: "Natural frequency [Hz]",
+  scale: "Factor on the record",
+  particle_mass_kg: "Mass of the particle [kg]",
+  clearance_m: "Clearance [m]",
+  friction_force_n: "Friction force [N]",
 };
 
 /** Name and symbol of a dimension. @param {string} dimension */
 export function titled(dimension) {
-  return `${NAMES[dimension]} ${SYMBOLS[dimension]}`;
+  return SYMBOLS[dimension] ? `${NAMES[dimension]} ${SYMBOLS[dimension]}` : NAMES[dimension];
 }
 
 /** The same as the plotting library sets it, with the index lowered. @param {string} dimension */
@@ -49,7 +55,7 @@ export function axisTitle(dimension) {
 
 /** The symbol of a dimension as it is printed. @param {string} dimension @returns {HTMLElement} */
 export function symbol(dimension) {
-  const [letter, index] = SYMBOLS[dimension].split("_");
+  const [letter, index] = (SYMBOLS[dimension] ?? "").split("_");
   return el("i", {}, letter, index && el("sub", {}, index));
 }
 

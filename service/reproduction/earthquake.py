@@ -5,6 +5,7 @@ from typing import Any
 
 from service.figures.earthquake import draw_earthquake
 from service.reproduction.section import Row, Section, Solve
+from studies.choices import InstantContact
 from studies.ground.builtin import builtin_record
 from studies.ground.paper import CASES, SOURCE_NOTE
 from studies.ground.question import QUANTITIES, Earthquake
@@ -49,7 +50,7 @@ def table_a1(solve: Solve, quick: bool) -> Section:
     ]  # fmt: skip
     values = {name: default for name, (_, default) in QUANTITIES.items()} | {"scale": factor}
     section.figures["table-a1.png"] = draw_earthquake(
-        Earthquake(RECORD, motion, values, "den_hartog", tuple(CASES), 0, 0)
+        Earthquake(RECORD, motion, values, "den_hartog", tuple(CASES), 0, 0, InstantContact())
     )
     section.words = [
         SOURCE_NOTE,

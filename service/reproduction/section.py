@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from studies.definition import Study, parse_study
+from studies.definition import Study, parse_harmonic
 from studies.paper import PaperNumber
 from studies.reading import named_study
 
@@ -140,7 +140,7 @@ def variant(name: str, called: str = "", quick: bool = False, **changes: Any) ->
         document["axes"] = {axis: _few(coordinates[axis]) for axis in document["axes"]}
     for key, value in changes.items():
         (document["axes"] if key in document["axes"] else document)[key] = value
-    return parse_study(document)
+    return parse_harmonic(document)
 
 
 def _few(values: np.ndarray) -> list[float]:

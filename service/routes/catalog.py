@@ -7,12 +7,14 @@ from fastapi import APIRouter
 from service.documents import Document
 from studies.answers.design_question import OBJECTIVES
 from studies.answers.pareto import RESPECTS
+from studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
+from studies.ground.variables import VARIABLES as SURVEY_VARIABLES
 from studies.physical import QUANTITIES
 from studies.quantity import DEFAULTS, RATIOS, Quantity
 from studies.reading import named_texts
 from studies.text import load_text
 from studies.tmd.tunings import CRITERIA
-from studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status
+from studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
 
 router = APIRouter(prefix="/api/v1", tags=["studies"])
 
@@ -28,16 +30,14 @@ def catalog() -> Document:
                 for name, quantity in RATIOS.items()
             ],
             "physical": [_bounds(quantity) | {"long_name": quantity.meaning} for quantity in QUANTITIES],
-            "variables": [
-                {
-                    "name": variable.name,
-                    "units": variable.units,
-                    "long_name": variable.long_name,
-                    "doc": variable.doc,
-                    "coded": variable.flags is not None,
-                }
-                for variable in VARIABLES.values()
-            ],
+            "variables": [_variable(variable) for variable in VARIABLES.values()],
+            "survey": {
+                "dimensions": [
+                    {"name": name, "units": units, "long_name": words}
+                    for name, (units, words) in SURVEY_DIMENSIONS.items()
+                ],
+                "variables": [_variable(variable) for variable in SURVEY_VARIABLES.values()],
+            },
             "status": {str(status.value): status.sentence for status in Status},
             "response_class": {
                 str(kind.value): {"name": kind.name.lower().replace("_", " "), "sentence": kind.sentence}
@@ -52,6 +52,16 @@ def catalog() -> Document:
 
 def _bounds(quantity: Quantity) -> dict[str, Any]:
     return {"name": quantity.name, "lowest": quantity.lowest, "highest": quantity.highest}
+
+
+def _variable(variable: Variable) -> dict[str, Any]:
+    return {
+        "name": variable.name,
+        "units": variable.units,
+        "long_name": variable.long_name,
+        "doc": variable.doc,
+        "coded": variable.flags is not None,
+    }
 
 
 def _study(name: str, text: bytes) -> dict[str, Any]:

@@ -8,19 +8,25 @@ from fastapi import APIRouter, Depends, Query
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 from starlette.requests import Request
 
-from service.answers import designs_document, map_document, response_document
+from service.answers import designs_document, map_document, response_document, worst_document
 from service.documents import Document
 from service.problems import Problem, documented
 from service.state import Service, TheService, TheStudy
 from studies.answers.compared_response import compared_response
 from studies.answers.design_question import MOST
+from studies.answers.faults import QueryFault
 from studies.answers.frequency_response import frequency_response
 from studies.answers.merged import merged_designs
 from studies.answers.optimal_designs import optimal_designs
 from studies.answers.pareto import RESPECTS, pareto_front, read_respects
 from studies.answers.resonance_map import resonance_map
+from studies.answers.selection import main_metric
+from studies.answers.survey import require_harmonic, worst_case_designs
 from studies.answers.window import window
 from studies.faults import Fault, StudyFaults, describe, listing
+from studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
+from studies.ground.variables import RECORD
+from studies.registry import EVERY_DIMENSION, EVERY_VARIABLE, is_survey
 from studies.store.record import Record
 from studies.variables import DIMENSIONS, VARIABLES, Variable
 
@@ -64,8 +70,8 @@ def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
     return AfterValidator(check), WithJsonSchema({"type": "string", "enum": known})
 
 
-Metric = Annotated[str, *_one_of(VARIABLES)]
-Dimension = Annotated[str, *_one_of(DIMENSIONS)]
+Metric = Annotated[str, *_one_of(EVERY_VARIABLE)]
+Dimension = Annotated[str, *_one_of(EVERY_DIMENSION)]
 Value = Annotated[
     float | None, Field(allow_inf_nan=False, description="The nearest grid point is taken, and said.")
 ]
@@ -87,15 +93,18 @@ class At(BaseModel):
     clearance_ratio: Value = None
     friction_ratio: Value = None
 
-    def at(self) -> dict[str, float]:
+    def at(self) -> dict[str, Any]:
         """Give the dimensions that were named, with their values."""
-        return {name: value for name in DIMENSIONS if (value := getattr(self, name, None)) is not None}
+        return {name: value for name in EVERY_DIMENSION if (value := getattr(self, name, None)) is not None}
 
 
 class SliceQuery(At):
     """What a map and a curve have in common."""
 
-    metric: Metric = Field("amplitude_ratio", description="A variable that the study stores.")
+    metric: Metric | None = Field(
+        None,
+        description="A variable that the study stores; amplitude_ratio by default, of a survey peak_relative_displacement_m.",
+    )
     interpolate: bool = Field(
         False, description="Take values between grid points, where the class of response does not change."
     )
@@ -111,6 +120,14 @@ class MapQuery(SliceQuery):
         None, description="How `over` is reduced; max by default."
     )
     frequency_ratio: Value = None
+    record: str | None = Field(
+        None, max_length=100, description="A record of a survey; the worst over all by default."
+    )
+    scale: Value = None
+    natural_frequency_hz: Value = None
+    particle_mass_kg: Value = None
+    clearance_m: Value = None
+    friction_force_n: Value = None
     x_range: Range = None
     y_range: Range = None
     most: int | None = Field(
@@ -187,6 +204,41 @@ class DesignsQuery(RankingQuery):
         max_length=2000,
         description="Ids of follow-up studies to rank with this one, by commas.",
     )
+    metric: Metric | None = Field(
+        None, description="What a survey's dampers are ranked by; peak_relative_displacement_m by default."
+    )
+    record: str | None = Field(
+        None, max_length=2000, description="Records of a survey that count, by commas; all by default."
+    )
+    scale: Range = None
+    natural_frequency_hz: Range = None
+    particle_mass_kg: Range = None
+    clearance_m: Range = None
+    friction_force_n: Range = None
+
+    def worst_case(self) -> dict[str, Any]:
+        """Give the arguments of a survey's ranking; raise `QueryFault` for what only harmonic studies have."""
+        known = (*SURVEY_DIMENSIONS, "metric", "top")
+        for name in sorted(self.model_fields_set.difference(known)):
+            advice = (
+                "leave it out: dampers are ranked by their worst case over records, scales and structures"
+            )
+            allowed = f"of a survey one of {listing(known)}"
+            raise QueryFault(Fault(name.rstrip("_"), "a value", allowed, advice))
+        ranges = {name: pair(getattr(self, name)) for name in SURVEY_DIMENSIONS if name != RECORD}
+        return {
+            "metric": self.metric,
+            "top": self.top,
+            "records": None if self.record is None else self.record.split(","),
+            "ranges": {name: found for name, found in ranges.items() if found is not None},
+        }
+
+    def refuse_survey(self) -> None:
+        """Raise `QueryFault` where something was given that only surveys have."""
+        known = {*SURVEY_DIMENSIONS, "metric"}.difference(DIMENSIONS)
+        for name in sorted(self.model_fields_set & known):
+            allowed = "what a study of the response to a harmonic base has"
+            raise QueryFault(Fault(name, "a value", allowed, "leave it out: it belongs to surveys"))
 
 
 @router.get(
@@ -201,12 +253,13 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
     """
     cube = service.store.cube(study.id)
     _check_size(cube, query)
+    metric = query.metric or main_metric(cube)
     answer = resonance_map(
-        cube, query.x, query.y, query.metric, query.over, query.reduce, query.at(), query.interpolate
+        cube, query.x, query.y, metric, query.over, query.reduce, query.at(), query.interpolate
     )
     if query.x_range or query.y_range or query.most:
         answer = window(answer, {query.x: pair(query.x_range), query.y: pair(query.y_range)}, query.most)
-    return answered(study, map_document(answer, query.metric))
+    return answered(study, map_document(answer, metric))
 
 
 @router.get(
@@ -216,17 +269,20 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
 )
 def ask_response(service: TheService, study: TheStudy, query: Annotated[ResponseQuery, Query()]) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
+    require_harmonic(study.dimensions, "frequency-response")
     cube = service.store.cube(study.id)
+    metric = query.metric or main_metric(cube)
     if query.with_ is None:
-        answer = frequency_response(cube, query.metric, query.at(), query.interpolate)
+        answer = frequency_response(cube, metric, query.at(), query.interpolate)
     elif query.interpolate:
         advice = "leave one of the two out"
         raise StudyFaults([Fault("interpolate", "true", "false where `with` is given", advice)])
     else:
         other = service.store.find(query.with_)
-        answer = compared_response(cube, service.store.cube(other.id), query.metric, query.at())
+        require_harmonic(other.dimensions, "frequency-response")
+        answer = compared_response(cube, service.store.cube(other.id), metric, query.at())
         answer.attrs["studies"] = [study.id, other.id]
-    return answered(study, response_document(answer, query.metric))
+    return answered(study, response_document(answer, metric))
 
 
 @router.get(
@@ -235,7 +291,14 @@ def ask_response(service: TheService, study: TheStudy, query: Annotated[Response
     summary="Designs in the order of their response",
 )
 def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
-    """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice."""
+    """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
+
+    A survey's dampers are ranked by their worst case over its records, scales and structures.
+    """
+    if is_survey(study.dimensions):
+        worst = worst_case_designs(service.store.cube(study.id), **query.worst_case())
+        return answered(study, worst_document(worst))
+    query.refuse_survey()
     if query.pareto is not None and query.with_ is not None:
         advice = "leave one of the two out"
         raise StudyFaults([Fault("with", describe(query.with_), "nothing where `pareto` is given", advice)])
@@ -252,6 +315,8 @@ def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQu
 def with_follow_ups(service: Service, study: Record, with_: str | None) -> dict[str, xr.Dataset]:
     """Open a study's cube and those of the studies that `with` names, by id."""
     records = [study, *(service.store.find(ref.strip()) for ref in (with_ or "").split(",") if ref.strip())]
+    for record in records:
+        require_harmonic(record.dimensions, "follow-ups")
     return {record.id: service.store.cube(record.id) for record in records}
 
 

@@ -24,7 +24,8 @@ from service.state import TheService, TheStudy
 from studies.answers.design_question import MOST
 from studies.answers.refine import FINEST, TOLERANCE, Refinement, refine_boundary, refine_optimum
 from studies.answers.robust import robust_designs
-from studies.definition import parse_study
+from studies.answers.survey import require_harmonic
+from studies.definition import parse_harmonic
 from studies.plan import make_plan
 from worker.cost import seconds_per_point
 from worker.provenance import provenance
@@ -74,6 +75,7 @@ class BoundaryQuery(FollowUp, At):
 )
 def ask_robust(service: TheService, study: TheStudy, query: Annotated[RobustQuery, Query()]) -> Document:
     """Rank rays in the (d/Z, γ_F) plane: force and clearance are fixed, the base amplitude is not."""
+    require_harmonic(study.dimensions, "robust-designs")
     amplitudes = pair(query.amplitudes)
     assert amplitudes is not None
     answer = robust_designs(service.store.cube(study.id), amplitudes, top=query.top, **query.judging())
@@ -90,7 +92,7 @@ def ask_robust(service: TheService, study: TheStudy, query: Annotated[RobustQuer
 def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Query()]) -> Document:
     """Search between the best design and its neighbours; name the follow-ups that are done with `with`."""
     cubes = with_follow_ups(service, study, query.with_)
-    found = refine_optimum(parse_study(study.definition), cubes, query.tolerance, **query.judging())
+    found = refine_optimum(parse_harmonic(study.definition), cubes, query.tolerance, **query.judging())
     return _follow(service, study, found, query.dry_run)
 
 
@@ -104,7 +106,7 @@ def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Q
 def refine_class(service: TheService, study: TheStudy, query: Annotated[BoundaryQuery, Query()]) -> Document:
     """Search along one dimension, the others fixed, for where the class of response changes."""
     cubes = with_follow_ups(service, study, query.with_)
-    found = refine_boundary(parse_study(study.definition), cubes, query.along, query.at(), query.tolerance)
+    found = refine_boundary(parse_harmonic(study.definition), cubes, query.along, query.at(), query.tolerance)
     return _follow(service, study, found, query.dry_run)
 
 

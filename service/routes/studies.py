@@ -19,6 +19,7 @@ from service.examples import RECORD, STUDY_BODY
 from service.problems import Problem, documented
 from service.state import Service, TheExactStudy, TheService, TheStudy
 from studies.faults import StudyFaults
+from studies.ground.shelf import Shelf
 from studies.plan import make_plan
 from studies.reading import parse_study_text
 from studies.store.faults import StoreFault
@@ -99,7 +100,7 @@ async def submit(
 def _submit(
     service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
 ) -> Document:
-    study = parse_study_text(body, kind)
+    study = parse_study_text(body, kind, Shelf(service.settings.data_dir))
     plan = make_plan(study, seconds_per_point)
     if query.dry_run:
         return Document(estimate_document(study, plan))

@@ -10,6 +10,7 @@ from service.documents import Document
 from service.routes.queries import ANSWER, At, answered
 from service.routes.queries import router as queries
 from service.state import TheService, TheStudy
+from studies.answers.survey import require_harmonic
 from studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
 from studies.answers.work_precision import work_precision
 from studies.tmd.tunings import CRITERIA
@@ -53,6 +54,7 @@ class TmdQuery(At):
 )
 def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Query()]) -> Document:
     """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""
+    require_harmonic(study.dimensions, "tmd-comparison")
     at = {name: value for name, value in query.at().items() if name != "mass_ratio"}
     answer = tmd_comparison(
         service.store.cube(study.id),
@@ -73,4 +75,5 @@ def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Que
 )
 def ask_precision(service: TheService, study: TheStudy, query: Annotated[Nothing, Query()]) -> Document:
     """Sort the points by run time, and say how exact those of each time are."""
+    require_harmonic(study.dimensions, "work-precision")
     return answered(study, columns_document(work_precision(service.store.cube(study.id))))

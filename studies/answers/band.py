@@ -5,6 +5,9 @@ from collections.abc import Container
 import numpy as np
 import xarray as xr
 
+from studies.ground.variables import RECORD
+from studies.registry import is_survey
+
 FREQUENCY = "frequency_ratio"
 
 WHY = (
@@ -17,8 +20,13 @@ def has_band(cube: xr.Dataset) -> bool:
     return cube.sizes[FREQUENCY] > 1
 
 
+def endured(cube: xr.Dataset) -> str:
+    """Name the dimension that nobody chooses: the frequency ratio, in a survey the record."""
+    return RECORD if is_survey(cube.sizes) else FREQUENCY
+
+
 def worst_by_default(cube: xr.Dataset, used: Container[str]) -> bool:
-    """Whether a slice that leaves the frequency open is the worst over the band: it is where there is a band.
+    """Whether a slice that leaves open what is endured is the worst over it: it is where there is more than one.
 
     Parameters
     ----------
@@ -27,7 +35,7 @@ def worst_by_default(cube: xr.Dataset, used: Container[str]) -> bool:
     used : container of str
         Dimensions that the question fixes or runs along.
     """
-    return FREQUENCY not in used and has_band(cube)
+    return endured(cube) not in used and cube.sizes[endured(cube)] > 1
 
 
 def say_frequency(cube: xr.Dataset, r: float) -> str:
@@ -38,7 +46,11 @@ def say_frequency(cube: xr.Dataset, r: float) -> str:
 
 
 def say_worst(cube: xr.Dataset) -> str:
-    """Say that an answer is the largest value over the study's band."""
+    """Say that an answer is the largest value over the study's band, or over its records."""
+    if is_survey(cube.sizes):
+        return (
+            f"The largest value over the survey's {cube.sizes[RECORD]} records; record_at says under which."
+        )
     values = cube[FREQUENCY].values
     return (
         f"The largest value over the study's {values.size} frequencies from r = {values.min():.10g} to "

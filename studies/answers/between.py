@@ -1,13 +1,12 @@
 """Values between grid points: linear, on request only, and never across a change of response class."""
 
-from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 import xarray as xr
 
 from studies.answers.faults import QueryFault
-from studies.answers.selection import as_float, check_metric, choose, coded, read
+from studies.answers.selection import At, as_float, check_metric, choose, coded, read
 from studies.faults import Fault
 
 INTERPOLATED = {
@@ -36,7 +35,7 @@ class Between:
         If the metric has codes, or the cube keeps no class, so that a change of class could not be seen.
     """
 
-    def __init__(self, cube: xr.Dataset, metric: str, at: Mapping[str, float], free: tuple[str, ...]) -> None:
+    def __init__(self, cube: xr.Dataset, metric: str, at: At, free: tuple[str, ...]) -> None:
         if coded(cube, metric):
             advice = f"{metric} has codes, which have nothing in between: leave `interpolate` out"
             raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice))
@@ -44,7 +43,8 @@ class Between:
         self._cube, self._metric, self._free = cube, metric, free
         self.nearest = choose(cube, at, free)
         self.sides: dict[str, tuple[int, int, float]] = {}
-        for name, wanted in at.items():
+        for name in at:
+            wanted = float(at[name])
             axis = cube[name].values
             order = np.argsort(axis)
             place = int(np.searchsorted(axis[order], wanted))
@@ -103,7 +103,7 @@ class Between:
             "elsewhere the value is that of the nearest grid point."
         )
 
-    def scalars(self, at: Mapping[str, float]) -> dict[str, xr.DataArray]:
+    def scalars(self, at: At) -> dict[str, xr.DataArray]:
         """Give the asked values as coordinates without a dimension; the grid's where nothing lies between."""
         found = {name: self._cube[name].isel({name: place}) for name, place in self.nearest.items()}
         for name in self.sides:

@@ -114,7 +114,7 @@ class DesignQuestion:
                         "use `band` for it",
                     )
                 )
-            check_dimension(name, name)
+            check_dimension(cube, name, name)
         axes = {name: _within(cube, name, name, ranges.get(name)) for name in DESIGN}
         counting = _within(cube, "band", FREQUENCY, band)
         if objective == "resonance":

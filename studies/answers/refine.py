@@ -12,7 +12,7 @@ from studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from studies.answers.faults import QueryFault
 from studies.answers.merged import merged_designs
 from studies.answers.selection import check_dimension, check_metric, choose
-from studies.definition import MAX_NAME, Study, parse_study
+from studies.definition import MAX_NAME, Study, parse_harmonic
 from studies.faults import Fault, counted, describe
 from studies.variables import DIMENSIONS, ResponseClass, Status
 
@@ -155,8 +155,8 @@ def refine_boundary(
         If an argument is not allowed, or the class does not change along the line.
     """
     _check_tolerance(tolerance)
-    check_dimension("boundary", along)
     parent = next(iter(cubes.values()))
+    check_dimension(parent, "boundary", along)
     check_metric(parent, "response_class", "boundary")
     others = {name: value for name, value in at.items() if name != along}
     chosen = {name: float(parent[name].values[i]) for name, i in choose(parent, others, (along,)).items()}
@@ -255,4 +255,4 @@ def _follow_up(study: Study, axes: Mapping[str, Any]) -> Study:
     kept = [name for name in DIMENSIONS if study.particle or name not in of_particle]
     document["damping_ratio"] = axes["damping_ratio"]
     document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
-    return parse_study(document)
+    return parse_harmonic(document)

@@ -6,24 +6,28 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
+from studies.answers.band import FREQUENCY, endured, say_frequency, say_worst, worst_by_default
 from studies.answers.between import INTERPOLATED, Between
 from studies.answers.faults import QueryFault
 from studies.answers.fold import Extremum, Mean
 from studies.answers.selection import (
     COMPANIONS,
+    At,
     as_float,
+    check_axis,
     check_dimension,
     check_metric,
     choose,
     coded,
     completeness,
     count,
+    main_metric,
     read,
     say,
     scalars,
 )
 from studies.faults import Fault, describe, listing
+from studies.registry import is_survey
 from studies.variables import Status
 
 BUDGET = 2**20
@@ -37,10 +41,10 @@ def resonance_map(
     cube: xr.Dataset,
     x: str,
     y: str,
-    metric: str = "amplitude_ratio",
+    metric: str | None = None,
     over: str | None = None,
     reduce: str | None = None,
-    at: Mapping[str, float] | None = None,
+    at: At | None = None,
     interpolate: bool = False,
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
@@ -54,12 +58,12 @@ def resonance_map(
         A study's cube; only what is needed of it is read.
     x, y : str
         The dimensions of the map.
-    metric : str
-        The variable to show.
+    metric : str, optional
+        The variable to show; the amplitude ratio if not given, of a survey the peak displacement against the base.
     over, reduce : str, optional
         A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
         that have a value. Its slabs are read one after the other.
-    at : mapping of float, optional
+    at : mapping of float or str, optional
         Values of the other dimensions; see `selection.choose`.
     interpolate : bool
         Take values between grid points linearly, where the class of response does not change; not together
@@ -82,8 +86,9 @@ def resonance_map(
         If a dimension or the metric is not in the cube, or one is used twice.
     """
     at = at or {}
-    check_dimension("x", x)
-    check_dimension("y", y, (x,))
+    metric = main_metric(cube) if metric is None else metric
+    check_axis(cube, "x", x)
+    check_axis(cube, "y", y, (x,))
     check_metric(cube, metric)
     if over is None and reduce is not None:
         raise QueryFault(
@@ -98,9 +103,9 @@ def resonance_map(
         over is None and not interpolate and worst_by_default(cube, {x, y, *at}) and not coded(cube, metric)
     )
     if worst:
-        over = FREQUENCY
+        over = endured(cube)
     if over is not None:
-        check_dimension("over", over, (x, y))
+        check_dimension(cube, "over", over, (x, y))
         reduce = reduce or "max"
         if reduce not in REDUCTIONS:
             raise QueryFault(
@@ -117,6 +122,9 @@ def resonance_map(
             )
     free = (x, y) if over is None else (x, y, over)
     if interpolate:
+        if is_survey(cube.sizes):
+            advice = "leave it out: a response to a ground motion may change by chance from point to point"
+            raise QueryFault(Fault("interpolate", "true", "false for a survey", advice))
         if over is not None:
             advice = "leave `over` out, or ask without `interpolate`"
             raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice))
@@ -137,7 +145,7 @@ def resonance_map(
     return answer
 
 
-def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: Mapping[str, float]) -> xr.Dataset:
+def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:
     between = Between(cube, metric, at, (y, x))
     values = between.read(_companions(cube, metric))
     flag = values.pop("interpolated")
@@ -193,11 +201,16 @@ def _reduced(
         {"units": "1", "long_name": f"share of the points along {over} that were computed"},
     )
     if at is not None:
-        where = np.where(np.isnan(answers[metric]), np.nan, cube[over].values[at])
+        places = cube[over].values[at]
+        missing = "" if places.dtype.kind == "U" else np.nan
+        where = np.where(np.isnan(answers[metric]), missing, places)
         answer[f"{over}_at"] = (
             (y, x),
             where,
-            {"units": "1", "long_name": f"{cube[over].attrs.get('long_name', over)} of the {reduce}"},
+            {
+                "units": cube[over].attrs.get("units", "1"),
+                "long_name": f"{cube[over].attrs.get('long_name', over)} of the {reduce}",
+            },
         )
     return answer
 

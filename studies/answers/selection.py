@@ -9,17 +9,33 @@ import xarray as xr
 
 from studies.answers.faults import QueryFault
 from studies.faults import Fault, describe, listing, nearest
-from studies.variables import DIMENSIONS, Status
+from studies.ground.builtin import FIRST_COMPONENTS
+from studies.registry import is_survey
+from studies.variables import Status
 
-COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "status")
+At = Mapping[str, float | str]
+"""Values of dimensions by name; a record is a text."""
+
+COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
 """What is given beside a metric, so that nobody has to take a value on trust."""
 
 
-def check_dimension(field: str, name: str, taken: Iterable[str] = ()) -> None:
-    """Raise `QueryFault` unless `name` is a dimension that no other argument has `taken`."""
-    allowed = [dimension for dimension in DIMENSIONS if dimension not in taken]
+def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
+    """Give the dimensions of a study's cube in their order."""
+    return tuple(map(str, cube["status"].dims))
+
+
+def main_metric(cube: xr.Dataset) -> str:
+    """Name what a question is about that names no metric."""
+    return "peak_relative_displacement_m" if is_survey(cube.sizes) else "amplitude_ratio"
+
+
+def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
+    """Raise `QueryFault` unless `name` is a dimension of the cube that no other argument has `taken`."""
+    dimensions = dimensions_of(cube)
+    allowed = [dimension for dimension in dimensions if dimension not in taken]
     if name not in allowed:
-        advice = "choose one that no other argument uses" if name in DIMENSIONS else _guess(name, allowed)
+        advice = "choose one that no other argument uses" if name in dimensions else _guess(name, allowed)
         raise QueryFault(Fault(field, describe(name), f"one of {listing(allowed)}", advice))
 
 
@@ -35,16 +51,25 @@ def _guess(name: str, known: list[str]) -> str:
     return f"did you mean {meant}" if meant else "see the study's definition for what it holds"
 
 
-def choose(cube: xr.Dataset, at: Mapping[str, float], free: tuple[str, ...]) -> dict[str, int]:
+def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
+    """Raise as `check_dimension`, and for a dimension of texts, which has no order to draw it in."""
+    check_dimension(cube, field, name, taken)
+    if cube[name].dtype.kind == "U":
+        allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
+        advice = f"choose one of them with `{name}=`, or reduce them with `over={name}`"
+        raise QueryFault(Fault(field, describe(name), f"one of {listing(allowed)}", advice))
+
+
+def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     """Choose a grid point for every dimension that is not `free`.
 
     Parameters
     ----------
     cube : Dataset
         The cube.
-    at : mapping of float
-        Wanted values; the nearest grid point is taken. A dimension that is not named is taken at its first
-        point, the frequency ratio at the point nearest resonance, r = 1.
+    at : mapping of float or str
+        Wanted values; the nearest grid point is taken, and of records the one that is named. A dimension that is not
+        named is taken at its first point, the frequency ratio at the point nearest resonance, r = 1.
     free : tuple of str
         Dimensions that stay.
 
@@ -56,28 +81,49 @@ def choose(cube: xr.Dataset, at: Mapping[str, float], free: tuple[str, ...]) -> 
     Raises
     ------
     QueryFault
-        If `at` names what is no dimension or is free, or a value is no finite number.
+        If `at` names what is no dimension or is free, or a value is no finite number or no record of the study.
     """
-    for name, value in at.items():
-        check_dimension(name, name, free)
-        if not math.isfinite(value):
-            raise QueryFault(Fault(name, describe(value), "a finite number", "name a value on the axis"))
+    for name in at:
+        check_dimension(cube, name, name, free)
     index = {}
-    for dimension in DIMENSIONS:
+    for dimension in dimensions_of(cube):
         if dimension in free:
             continue
         values = cube[dimension].values
         unasked = 1.0 if dimension == "frequency_ratio" else values[0]
         wanted = at.get(dimension, unasked)
-        index[dimension] = int(np.argmin(np.abs(values - wanted)))
+        index[dimension] = (
+            _named(dimension, values, wanted)
+            if values.dtype.kind == "U"
+            else _nearest(dimension, values, wanted)
+        )
     return index
 
 
-def say(cube: xr.Dataset, index: Mapping[str, int], at: Mapping[str, float]) -> str:
+def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
+    whole = FIRST_COMPONENTS.get(str(wanted), str(wanted))
+    found = np.flatnonzero(values == whole)
+    if not found.size:
+        known = values.tolist()
+        raise QueryFault(Fault(dimension, describe(wanted), f"one of {listing(known)}", _guess(whole, known)))
+    return int(found[0])
+
+
+def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
+    if not isinstance(wanted, float | int) or not math.isfinite(wanted):
+        raise QueryFault(Fault(dimension, describe(wanted), "a finite number", "name a value on the axis"))
+    return int(np.argmin(np.abs(values - wanted)))
+
+
+def say(cube: xr.Dataset, index: Mapping[str, int], at: At) -> str:
     """Put into words which grid points were chosen, and where that is not what was asked for."""
     phrases = []
     for name, position in index.items():
         values = cube[name].values
+        if values.dtype.kind == "U":
+            chosen = "" if name in at or values.size == 1 else f" (not asked for; one of {values.size})"
+            phrases.append(f"{name} = {values[position]}{chosen}")
+            continue
         phrase = f"{name} = {values[position]:.10g}"
         if name in at and at[name] != values[position]:
             phrase += f" (the grid point nearest to the {at[name]:.10g} asked for)"

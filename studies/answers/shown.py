@@ -12,6 +12,9 @@ FAVOURITES = (
 )
 """In this order, those with more than one value first."""
 
+OF_SURVEYS = ("clearance_m", "friction_force_n", "scale", "particle_mass_kg", "natural_frequency_hz")
+"""The same in a survey, before what both kinds of study have."""
+
 
 def shown_axes(
     sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
@@ -27,8 +30,9 @@ def shown_axes(
     taken : collection of str
         Dimensions that the question uses otherwise.
     """
-    free = [name for name in FAVOURITES if name not in {*taken, x, y}]
+    favourites = [name for name in (*OF_SURVEYS, *FAVOURITES) if name in sizes]
+    free = [name for name in favourites if name not in {*taken, x, y}]
     free.sort(key=lambda name: sizes[name] == 1)
     # where none is left the question is refused for naming a dimension twice
-    free += FAVOURITES
+    free += favourites
     return x or free.pop(0), y or free.pop(0)

@@ -43,11 +43,19 @@ class GroundMotion:
     source: str = ""
 
     @property
+    def content(self) -> bytes:
+        """Time step and samples, little-endian float64: all that a response depends on."""
+        return np.concatenate(([self.step_s], self.acceleration_m_s2)).astype("<f8").tobytes()
+
+    @property
+    def sha256(self) -> str:
+        """Hash of `content`, 64 hex digits: the same motion under whatever name."""
+        return hashlib.sha256(self.content).hexdigest()
+
+    @property
     def digest(self) -> str:
-        """First twelve hex digits of the hash of steps and samples: the same motion under whatever name."""
-        content = hashlib.sha256(np.float64(self.step_s).tobytes())
-        content.update(np.ascontiguousarray(self.acceleration_m_s2, dtype="<f8").tobytes())
-        return content.hexdigest()[:12]
+        """First twelve hex digits of `sha256`."""
+        return self.sha256[:12]
 
     @property
     def duration_s(self) -> float:

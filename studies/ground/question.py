@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from studies.choices import CompliantContact, Contact, InstantContact
+from studies.contact import parse_contact
 from studies.faults import Fault, StudyFaults, describe, listing, unknown_key
 from studies.ground.kanai_tajimi import read_kanai_tajimi
 from studies.ground.motion import GroundMotion
@@ -66,6 +68,8 @@ class Earthquake:
         Perturbed starts besides the one at rest; 0 for none.
     seed : int
         Of their draw.
+    contact : InstantContact or DwellContact
+        What an impact is.
     """
 
     record_id: str
@@ -75,9 +79,26 @@ class Earthquake:
     cases: tuple[str, ...]
     starts: int
     seed: int
+    contact: Contact
 
 
-KEYS = ("record", *QUANTITIES, "tmd_criterion", "cases", "starts", "seed")
+KEYS = ("record", *QUANTITIES, "tmd_criterion", "cases", "starts", "seed", "contact")
+
+
+def march_contact(contact: Contact) -> Contact:
+    """Return a contact model that the march through a record knows.
+
+    Raises
+    ------
+    StudyFaults
+        For a compliant wall, which it does not.
+    """
+    if isinstance(contact, CompliantContact):
+        advice = "write dwell with the same contact_time; a harmonic study takes compliant"
+        raise StudyFaults(
+            [Fault("contact.model", "compliant", "instant or dwell under a ground motion", advice)]
+        )
+    return contact
 
 
 def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
@@ -118,6 +139,11 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             counts[name] = read_count(held.get(name, counts[name]), 0, most, name)
         except StudyFaults as caught:
             faults.extend(caught.faults)
+    contact: Contact = InstantContact()
+    try:
+        contact = march_contact(parse_contact(held.get("contact", {"model": "instant"})))
+    except StudyFaults as caught:
+        faults.extend(caught.faults)
     record_id, motion = "", None
     try:
         record_id, motion = read_record_reference(held.get("record", "loma-prieta"), shelf)
@@ -126,7 +152,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
     if faults or motion is None:
         raise StudyFaults(faults)
     tuning: Any = criterion
-    return Earthquake(record_id, motion, values, tuning, cases, counts["starts"], counts["seed"])
+    return Earthquake(record_id, motion, values, tuning, cases, counts["starts"], counts["seed"], contact)
 
 
 def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:

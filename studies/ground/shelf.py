@@ -40,6 +40,11 @@ class Shelf:
     def __init__(self, data_dir: Path) -> None:
         self.folder = Path(data_dir) / "records"
 
+    @classmethod
+    def none(cls) -> "Shelf":
+        """Give a shelf that holds the built-in records alone."""
+        return cls(Path(os.devnull))  # below which there is never a folder
+
     def ids(self) -> tuple[str, ...]:
         """Return the ids of all records, the built-in ones first."""
         return (*builtin_ids(), *self._uploaded())
@@ -68,9 +73,15 @@ class Shelf:
         if whole in builtin_ids():
             return whole, builtin_record(whole)
         if whole in set(self._uploaded()):
-            kept = self._summary(whole)
-            samples = np.load(self.folder / f"{whole}.npy", allow_pickle=False)
-            return whole, GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
+            try:
+                kept = self._summary(whole)
+                samples = np.load(self.folder / f"{whole}.npy", allow_pickle=False)
+                return whole, GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
+            except (OSError, ValueError, KeyError):
+                found = f"{whole}, whose files are lost or damaged"
+                raise RecordNotFound(
+                    Fault("record", found, "a record that is whole", "upload it again")
+                ) from None
         near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
         advice = f"write {near} if that is meant" if near else "list the records, or upload this one"
         allowed = f"{listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"

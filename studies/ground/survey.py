@@ -1,162 +1,166 @@
-"""A survey: a grid over records, scale factors and design parameters, all in physical units."""
+"""A survey: a study over records, scale factors and design parameters, all in physical units."""
 
+import hashlib
+import json
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.axes import axis_count, axis_values, read_axis
-from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.axes import AxisSpec, Range, axis_count, axis_values
+from studies.choices import Contact
+from studies.digest import feed
+from studies.faults import Fault, StudyFaults
 from studies.ground.motion import GroundMotion
-from studies.ground.question import MOST_STARTS, QUANTITIES, read_record_reference
-from studies.ground.shelf import Shelf
-from studies.guard import guard
-from studies.quantity import read_count
+from studies.ground.source import RecordSource
+from studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
+from studies.variables import Variable
 
-AXES: tuple[str, ...] = (
-    "scale",
-    "natural_frequency_hz",
-    "damping_ratio",
-    "restitution",
-    "particle_mass_kg",
-    "clearance_m",
-    "friction_force_n",
-)
-"""Dimensions of a survey's answer after `record`, in their order."""
+AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
+"""What a survey varies besides its records."""
 
-MOST_POINTS = 1_000_000
-MOST_RECORDS = 100
 NUMBERS = ("mass_kg", "tail_s", "perturbation_m")
-KEYS = ("name", "records", *AXES, *NUMBERS, "starts", "seed")
 
-LARGEST_PERIOD_STEPS = 200_000
-"""Windows of one run: a stiffer structure under a longer record would take seconds a point."""
+_SCHEME = b"damperlab survey 1"
+"""To be changed when the same survey gets computed or stored differently."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """A grid of responses to records.
+    """A grid of responses to records. Made by `read_survey`; an instance is always valid.
 
     Parameters
     ----------
     name : str
         Free text.
-    records : dict of GroundMotion
-        By id, in the order given.
-    axes : dict of ndarray
-        Values of every one of `AXES`, increasing.
+    records : tuple of RecordSource
+        By id, ascending: like the values of every axis they are a set.
+    axes : dict of AxisSpec
+        Every one of `AXES`.
     numbers : dict of float
         `NUMBERS`.
     starts, seed : int
         Perturbed starts of each point besides the one at rest, and the seed of their draw.
-    document : dict
-        As it was given.
+    contact : InstantContact or DwellContact
+        What an impact is.
+    metrics : tuple of str
+        What is stored.
+    motions : mapping of GroundMotion
+        The records' samples by id, where they are at hand: a survey that is submitted has them, one that was read
+        back from a store does not.
     """
 
     name: str
-    records: dict[str, GroundMotion]
-    axes: dict[str, NDArray[np.float64]]
+    records: tuple[RecordSource, ...]
+    axes: dict[str, AxisSpec]
     numbers: dict[str, float]
     starts: int
     seed: int
-    document: dict[str, Any]
+    contact: Contact
+    metrics: tuple[str, ...]
+    motions: Mapping[str, GroundMotion] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def coordinates(self) -> dict[str, NDArray[Any]]:
+        """The dimensions in the cube's order: record as text, the others float64."""
+        axes = {name: axis_values(self.axes[name]) for name in AXES}
+        return {RECORD: np.array([record.id for record in self.records]), **axes}
+
+    @property
+    def identities(self) -> dict[str, NDArray[Any]]:
+        """The coordinates, a record by its samples too: one id may name others after an update."""
+        told = np.array([f"{record.id} {record.sha256}" for record in self.records])
+        return self.coordinates | {RECORD: told}
+
+    @property
+    def labels(self) -> dict[str, dict[str, str]]:
+        """``units`` and ``long_name`` of the dimensions."""
+        return {name: {"units": unit, "long_name": words} for name, (unit, words) in DIMENSIONS.items()}
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of records, then of values along each of `AXES`."""
-        return (len(self.records), *(len(values) for values in self.axes.values()))
+        return (len(self.records), *(axis_count(self.axes[name]) for name in AXES))
 
     @property
     def points(self) -> int:
         """Design points times records and scales."""
         return math.prod(self.shape)
 
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Every variable of a survey, in the cube's order."""
+        return VARIABLES
 
-def read_survey(document: object, shelf: Shelf) -> Survey:
-    """Read a survey.
+    @property
+    def whole_rows(self) -> bool:
+        """Whether a point begins where another ended: none does."""
+        return False
 
-    Parameters
-    ----------
-    document : object
-        ``records`` (ids, names, or ``{"kanai_tajimi": {…}}``), and any of `AXES` as a number, a list, or
-        ``{start, stop, num, spacing}``; what is left out is the paper's prototype.
-    shelf : Shelf
-        Where records are.
+    @property
+    def digest(self) -> str:
+        """SHA-256 over what is asked, records by their samples and axes by their values, in hexadecimal."""
+        content = hashlib.sha256(_SCHEME)
+        for name, values in self.identities.items():
+            text = values.dtype.kind == "U"
+            feed(content, name, "\n".join(values).encode() if text else values.astype("<f8").tobytes())
+        settings = self.settings() | {"metrics": self.metrics}
+        feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
+        return content.hexdigest()
 
-    Raises
-    ------
-    StudyFaults
-        With every fault.
-    """
-    held, faults = guard(document)
-    faults += [unknown_key(str(key), key, KEYS) for key in held if key not in KEYS]
-    name = held.get("name", "")
-    if not isinstance(name, str) or len(name) > 200 or not name.isprintable():
-        faults.append(Fault("name", describe(name), "a short text on one line", "shorten it"))
-    specs = {}
-    for axis in AXES:
-        quantity, default = QUANTITIES[axis]
-        try:
-            specs[axis] = read_axis(held.get(axis, default), quantity, axis)
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-    numbers: dict[str, float] = {}
-    for key in NUMBERS:
-        quantity, default = QUANTITIES[key]
-        try:
-            numbers[key] = quantity.read(held.get(key, default), key)
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-    counts = {"starts": 0, "seed": 0}
-    for key, most in (("starts", MOST_STARTS), ("seed", 2**63 - 1)):
-        try:
-            counts[key] = read_count(held.get(key, 0), 0, most, key)
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-    records = _records(held.get("records", ["loma-prieta"]), shelf, faults)
-    points = len(records) * math.prod(axis_count(spec) for spec in specs.values()) * (1 + counts["starts"])
-    if points > MOST_POINTS:
-        found, advice = f"{points:,} runs", "use fewer values, records or starts"
-        faults.append(Fault("survey", found, f"at most {MOST_POINTS:,}", advice))
-    if faults:
-        raise StudyFaults(faults)
-    axes = {axis: axis_values(spec) for axis, spec in specs.items()}
-    _check_windows(records, axes["natural_frequency_hz"], numbers["tail_s"])
-    return Survey(name, records, axes, numbers, counts["starts"], counts["seed"], held)
+    def settings(self) -> dict[str, Any]:
+        """Give what a point's values depend on besides its coordinates."""
+        settings = {"contact": self.contact.model_dump(mode="json"), "starts": self.starts, **self.numbers}
+        if self.starts:
+            return settings | {"seed": self.seed}
+        del settings["perturbation_m"]
+        return settings
 
+    @property
+    def attached(self) -> dict[str, str]:
+        """The files of the records, and the SHA-256 of each."""
+        return {record.key: record.sha256 for record in self.records}
 
-def _records(raw: object, shelf: Shelf, faults: list[Fault]) -> dict[str, GroundMotion]:
-    if isinstance(raw, str | dict):
-        raw = [raw]
-    if not isinstance(raw, list | tuple) or not 0 < len(raw) <= MOST_RECORDS:
-        allowed = f"a list of 1 to {MOST_RECORDS} records"
-        faults.append(Fault("records", describe(raw), allowed, 'write ["loma-prieta"]'))
-        return {}
-    records: dict[str, GroundMotion] = {}
-    for index, one in enumerate(raw):
-        try:
-            record_id, motion = read_record_reference(one, shelf)
-        except StudyFaults as caught:
-            faults.extend(Fault(f"records[{index}]", f.found, f.allowed, f.advice) for f in caught.faults)
-            continue
-        if record_id in records:
-            found = f"{record_id} a second time"
-            faults.append(Fault(f"records[{index}]", found, "each record once", "remove one of the two"))
-        records[record_id] = motion
-    return records
+    def attachments(self) -> dict[str, bytes]:
+        """Give the records' samples, so that every worker finds them beside the definition, and for good.
 
-
-def _check_windows(
-    records: dict[str, GroundMotion], frequencies_hz: NDArray[np.float64], tail_s: float
-) -> None:
-    fastest = 2.0 * math.pi * float(frequencies_hz[-1])
-    for record_id, motion in records.items():
-        windows = (motion.duration_s + tail_s) / min(motion.step_s, 0.4 / fastest)
-        if windows > LARGEST_PERIOD_STEPS:
-            found = f"{windows:,.0f} steps of {record_id} at {frequencies_hz[-1]:g} Hz"
-            advice = "use a shorter record or tail, or a slower structure"
+        Raises
+        ------
+        StudyFaults
+            Where they are not at hand.
+        """
+        lost = [record.id for record in self.records if record.id not in self.motions]
+        if lost:
+            advice = "upload the record again"
             raise StudyFaults(
-                [Fault("natural_frequency_hz", found, f"at most {LARGEST_PERIOD_STEPS:,}", advice)]
+                Fault("records", f"{each}, whose samples are gone", "a record that is there", advice)
+                for each in lost
             )
+        return {record.key: self.motions[record.id].content for record in self.records}
+
+    def document(self) -> dict[str, Any]:
+        """Give the survey as JSON-able data that parses back to an equal survey."""
+        axes = {
+            name: spec.model_dump() if isinstance(spec, Range) else spec for name, spec in self.axes.items()
+        }
+        return {
+            "name": self.name,
+            "records": [record.document() for record in self.records],
+            "axes": {name: list(spec) if isinstance(spec, tuple) else spec for name, spec in axes.items()},
+            **self.numbers,
+            "starts": self.starts,
+            "seed": self.seed,
+            "contact": self.contact.model_dump(mode="json"),
+            "metrics": list(self.metrics),
+        }
+
+
+def windows_of(
+    source: RecordSource, natural_frequency_hz: NDArray[np.float64] | float, tail_s: float
+) -> NDArray[np.float64]:
+    """Count, about, the steps of a run: those of the record, cut where the structure is fast."""
+    shortest = np.minimum(source.step_s, 0.4 / (2.0 * math.pi * np.asarray(natural_frequency_hz)))
+    return np.asarray((source.duration_s + tail_s) / shortest)

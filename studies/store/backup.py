@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Row, func, insert, select, text
 
+from studies.definition import parse_study
 from studies.faults import Fault
 from studies.store.chunks import chunk_file, chunk_key, damaged
 from studies.store.coding import coordinate_key, describe_cube
@@ -129,6 +130,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
         described = describe_cube(metadata)
         first = [f"{name}/zarr.json" for name in (*described.arrays, *described.coordinates)]
         first += [coordinate_key(name) for name in described.coordinates]
+        first += parse_study(record.definition).attached
         found = {"zarr.json": metadata, **{key: here.get(key) for key in first}}
     except (OSError, ValueError) as error:
         raise damaged(here, None, "zarr.json", str(error)) from error

@@ -125,8 +125,8 @@ def decode_coordinate(metadata: bytes, name: str, content: bytes) -> np.ndarray:
     array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[name]
     assert isinstance(array, zarr.Array)
     values = np.asarray(array[:])
-    # texts as numpy has them for everybody, of one length
-    return values if values.dtype.kind == "f" else values.astype(np.str_)
+    # texts of one length, as numpy has always had them
+    return values if values.dtype.kind == "f" else np.array([str(value) for value in values])
 
 
 def coordinate_key(name: str) -> str:

@@ -6,6 +6,7 @@ is therefore shown only blocks with a done-mark (`open_cube`), set once the bloc
 A file that is lost or damaged is an error for its reader and never a fill value.
 """
 
+import hashlib
 import json
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -27,13 +28,14 @@ from zarr.storage import MemoryStore
 
 from studies.kind import AnyStudy
 from studies.plan import Block
+from studies.registry import variables_of
 from studies.store.checksum import checksum
 from studies.store.chunks import Marks, chunk_file, chunk_key, damaged
 from studies.store.coding import StoredArray, coordinate_key, decode_coordinate, describe_cube
 from studies.store.decoded import KEPT, DecodedChunks, read_outer
 from studies.store.faults import cannot_use
 from studies.store.shelf import Shelf, open_shelf
-from studies.variables import VARIABLES, Variable
+from studies.variables import Variable
 
 
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
@@ -71,13 +73,13 @@ def create_cube(shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenanc
         If the shelf cannot be written.
     """
     shelf.clear()
-    shelf.fill(_first_files(study, chunk, provenance))
+    shelf.fill(_first_files(study, chunk, provenance) | study.attachments())
 
 
 def restore_metadata(
     shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]
 ) -> None:
-    """Write a cube's metadata and coordinates anew; the files of its blocks stay.
+    """Write a cube's metadata and coordinates anew; the files of its blocks stay, and those that the study brought.
 
     Raises
     ------
@@ -87,8 +89,26 @@ def restore_metadata(
     shelf.fill(_first_files(study, chunk, provenance))
 
 
+def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
+    """Give the keys of the files that a study brought along and that are gone, or not as they were written.
+
+    Raises
+    ------
+    OSError
+        If the shelf cannot be read.
+    """
+    return [key for key, sha256 in study.attached.items() if _sha256(shelf, key) != sha256]
+
+
+def _sha256(shelf: Shelf, key: str) -> str:
+    try:
+        return hashlib.sha256(shelf.get(key)).hexdigest()
+    except FileNotFoundError:
+        return ""
+
+
 def _first_files(study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> dict[str, bytes]:
-    """Give the files of a cube without blocks: the metadata, the coordinates, and what the study brings along."""
+    """Give the files of a cube without blocks: the metadata and the coordinates."""
     attributes = {
         "title": study.name,
         "study": json.dumps(study.document()),
@@ -125,7 +145,7 @@ def _first_files(study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[st
             chunk_key_encoding={"name": "default", "separator": "."},
         )
     files = {key: content.to_bytes() for key, content in memory.items()}
-    return files | study.attachments() | {"zarr.json": _consolidated(files)}
+    return files | {"zarr.json": _consolidated(files)}
 
 
 def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = "") -> str:
@@ -212,7 +232,8 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, array, marks, kept))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
-    ordered = [name for name in (*described.dimensions, *VARIABLES) if name in variables]
+    names = (*described.dimensions, *variables_of(described.dimensions))
+    ordered = [name for name in names if name in variables]
     return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(described.attributes))
 
 

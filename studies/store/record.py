@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+from studies.registry import dimensions_of_definition
+
 STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
 """Every state of a study; the last three are ends."""
 
@@ -104,6 +106,11 @@ class Record:
     shape: tuple[int, ...]
 
     @property
+    def dimensions(self) -> tuple[str, ...]:
+        """The dimensions of the cube, in its order."""
+        return dimensions_of_definition(self.definition)
+
+    @property
     def ended(self) -> bool:
         """Whether nothing more happens unless somebody asks for it."""
         return self.state in ("done", "cancelled", "failed")
@@ -113,7 +120,11 @@ class Record:
         document = dict(vars(self))
         for key in ("created", "started", "finished"):
             document[key] = None if document[key] is None else document[key].isoformat()
-        document |= {"chunk": list(self.chunk), "shape": list(self.shape)}
+        document |= {
+            "chunk": list(self.chunk),
+            "shape": list(self.shape),
+            "dimensions": list(self.dimensions),
+        }
         return document
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sqlalchemy import select
 
+from studies.registry import EVERY_VARIABLE
 from studies.store.chunks import Marks, chunk_place
 from studies.store.cube import block_grid
 from studies.store.faults import StudyNotFound, cannot_use
@@ -18,7 +19,6 @@ from studies.store.rows import ALIVE
 from studies.store.shelf import Entry, Shelf
 from studies.store.store import Store
 from studies.store.tables import studies
-from studies.variables import VARIABLES
 
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""
@@ -179,7 +179,7 @@ def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
 def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> Iterator[Entry]:
     for entry in shelf.entries():
         variable, slash, name = entry.key.partition("/")
-        if slash and (variable not in VARIABLES or name == "zarr.json"):
+        if slash and (variable not in EVERY_VARIABLE or name == "zarr.json"):
             continue
         if not slash and not variable.endswith(".partial"):
             continue

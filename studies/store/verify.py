@@ -8,10 +8,11 @@ import xarray as xr
 from sqlalchemy import select
 
 from studies.definition import parse_study
+from studies.ground.shelf import Shelf as Records
 from studies.plan import Block, plan_with_chunk
 from studies.store.checksum import checksum
 from studies.store.chunks import BlockDamaged
-from studies.store.cube import open_cube, restore_metadata
+from studies.store.cube import lost_attachments, open_cube, restore_metadata
 from studies.store.decoded import DecodedChunks
 from studies.store.faults import StoreAway, StoreFault, cannot_use
 from studies.store.record import Record
@@ -62,6 +63,8 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     if found is not None:
         yield Damage(None, found)
         return
+    for key in lost_attachments(shelf, study):
+        yield Damage(None, f"{key}, which the study brought along, is lost or not as it was written")
     plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
     with store.catalogue.reading() as connection:
         marks = connection.execute(
@@ -97,11 +100,17 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     ------
     StudyBusy
         If somebody works on it.
+    StudyFaults
+        If a ground-motion record is lost here, and not among the records of the data directory either.
     """
     if any(damage.block is None for damage in damages):
-        restore_metadata(
-            store.snapshot(record.id)[0], parse_study(record.definition), record.chunk, record.provenance
-        )
+        shelf, _ = store.snapshot(record.id)
+        study = parse_study(record.definition)
+        lost = lost_attachments(shelf, study)
+        if lost:
+            whole = parse_study(record.definition, Records(store.data_dir)).attachments()
+            shelf.fill({key: whole[key] for key in lost})
+        restore_metadata(shelf, study, record.chunk, record.provenance)
     blocks = [damage.block for damage in damages if damage.block is not None]
     return store.forget(record.id, blocks, "damaged") if blocks else store.find(record.id)
 

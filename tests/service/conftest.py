@@ -154,3 +154,23 @@ def curve(service: Running) -> dict[str, Any]:
         record = wait_for(client, record["id"], ended)
     assert record["state"] == "done", record
     return record
+
+
+SURVEY: dict[str, Any] = {
+    "name": "two earthquakes",
+    "records": ["northridge", "northridge-360"],
+    "axes": {"scale": [1, 3], "clearance_m": [0.001, 0.002, 0.004], "friction_force_n": [0.05, 0.2]},
+    "starts": 2,
+}
+"""Twelve dampers and scales under two short records."""
+
+
+@pytest.fixture(scope="session")
+def survey(service: Running) -> dict[str, Any]:
+    """The record of a finished survey."""
+    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+        answer = client.post("/api/v1/studies", json=SURVEY)
+        assert answer.status_code == 201, answer.text
+        record = wait_for(client, answer.json()["id"], ended)
+    assert (record["state"], record["points_failed"]) == ("done", 0), record
+    return record

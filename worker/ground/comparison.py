@@ -1,5 +1,6 @@
 """Dampers beside each other under one record: Table A1, with how much of it is chance."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -18,8 +19,8 @@ from studies.ground.question import Earthquake
 from studies.tmd.absorber import Absorber
 from studies.tmd.tunings import Criterion, tuned
 from worker.ground.absorber import absorber_response
-from worker.ground.design import Damper, Structure, scale_of
-from worker.ground.response import GroundResponse, Perturbation, ground_response
+from worker.ground.design import Damper, Structure, contact_time_s, scale_of
+from worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
 
 SPREAD = (
     "peak_relative_displacement_m",
@@ -49,6 +50,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
         values["particle_mass_kg"] if case in ("pid", "hybrid") else 0.0,
         values["clearance_m"],
         values["restitution"],
+        contact_time_s(asked.contact, structure_of(asked)),
     )
 
 
@@ -68,7 +70,7 @@ def compare(asked: Earthquake) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``record`` (its id and summary), ``scale``, ``design``, ``tmd``, and ``cases``: by name the measures of
+        ``record`` (its id and summary), ``scale``, ``design``, ``contact``, ``tmd``, and ``cases``: by name the measures of
         `GroundResponse`, ``label`` and, with perturbed starts, ``spread``.
     """
     structure = structure_of(asked)
@@ -93,6 +95,7 @@ def compare(asked: Earthquake) -> dict[str, Any]:
         "record": {"id": asked.record_id, **asked.motion.summary()},
         "length_scale_m": scale_of(structure, asked.motion, factor).length_m,
         "design": values,
+        "contact": asked.contact.model_dump(mode="json"),
         "tmd": None if absorber is None else {"criterion": asked.criterion, **asdict(absorber)},
         "cases": cases,
     }
@@ -107,7 +110,8 @@ def spread(
     tail_s: float = 0.0,
     starts: int = 16,
     size_m: float = 1e-7,
-    seed: int = 0,
+    seed: int | Sequence[int] = 0,
+    ready: Ready | None = None,
 ) -> dict[str, Any]:
     """Say how far the response depends on what nobody knows: the start, to a given size.
 
@@ -121,8 +125,10 @@ def spread(
         Perturbed starts: displacement, velocity times 1/ω_n and place of the particle each drawn evenly within ± `size_m`.
     size_m : float
         Size of the perturbation [m].
-    seed : int
+    seed : int or sequence of int
         Of the draw: the same seed gives the same starts.
+    ready : Ready, optional
+        As of `ground_response`.
 
     Returns
     -------
@@ -136,7 +142,7 @@ def spread(
     for _ in range(starts):
         v, w, place = draw.uniform(-1.0, 1.0, 3) * size_m
         start = Perturbation(v / length, w / length, place / max(damper.clearance_m, abs(size_m)))
-        values = ground_response(structure, damper, motion, factor, tail_s, start).values()
+        values = ground_response(structure, damper, motion, factor, tail_s, start, ready).values()
         for name in SPREAD:
             found[name].append(float(values[name]))
     answer: dict[str, Any] = {

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import pi
 
+from studies.choices import Contact, DwellContact
 from studies.ground.motion import GroundMotion
 from worker.solver.scene import Particle
 
@@ -55,6 +56,11 @@ class Damper:
     clearance_m: float = 0.0225
     restitution: float = 0.47
     contact_time_s: float | None = None
+
+
+def contact_time_s(contact: Contact, structure: Structure) -> float | None:
+    """Contact time of a contact model [s], which has it in 1/ω_n of the structure; None where impacts take no time."""
+    return contact.contact_time / structure.omega if isinstance(contact, DwellContact) else None
 
 
 @dataclass(frozen=True)

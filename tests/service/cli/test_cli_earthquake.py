@@ -56,15 +56,38 @@ def test_bad_usage_says_what_to_do(tmp_path: Path, arguments: tuple[str, ...], w
     assert word in run("earthquake", *arguments, "--data-dir", tmp_path, status=2).stderr
 
 
-def test_a_survey_ranks_and_is_written(tmp_path: Path) -> None:
+def test_a_survey_is_run_asked_and_written_like_any_study(tmp_path: Path) -> None:
     file = tmp_path / "survey.yaml"
-    file.write_text("records: [northridge]\nclearance_m: [0.001, 0.004]\nfriction_force_n: [0.05, 0.2]\n")
-    out = tmp_path / "all.nc"
-    best = json.loads(run("survey", file, "-o", out, "--data-dir", tmp_path, "--json").stdout)
-    assert best["points"] == 4
-    worst = [row["worst"] for row in best["best"]]
-    assert worst == sorted(worst)
-    assert out.stat().st_size > 1000
-    assert "Worst over records" in run("survey", file, "--data-dir", tmp_path).stdout
+    file.write_text(
+        "name: dampers\nrecords: [northridge]\naxes: {clearance_m: [0.001, 0.004], friction_force_n: [0.05, 0.2]}\n"
+    )
+    data = ("--data-dir", tmp_path)
+    assert "4 points" in run("run", file, "--dry-run", *data).stdout
+    record = json.loads(run("run", file, "--workers", 1, "--json", *data).stdout)
+    assert (record["state"], record["points_done"]) == ("done", 4)
+    assert "northridge-090" in run("show", "dampers", *data).stdout
+    best = json.loads(run("optimum", "dampers", "--json", *data).stdout)["designs"]
+    assert [one["value"] for one in best] == sorted(one["value"] for one in best)
+    told = run("optimum", "dampers", *data).stdout
+    assert f"clearance_m = {best[0]['clearance_m']:g}" in told
+    assert "under northridge-090" in told
+    run("optimum", "dampers", "-o", tmp_path / "best.png", *data)
+    assert "clearance_m" in run("map", "dampers", "--at", "record=northridge", *data).stdout
+    run("map", "dampers", "-o", tmp_path / "map.png", *data)
+    for figure in ("best.png", "map.png"):
+        assert (tmp_path / figure).read_bytes().startswith(b"\x89PNG")
+    for question in ("response", "refine"):
+        assert "ask a survey for a map" in run(question, "dampers", *data, status=2).stderr
+    refused = run("optimum", "dampers", "--exclude-locked", *data, status=2)
+    assert "--metric" in refused.stderr
     file.write_text("records: [northridge]\nclearance: 1\n")
-    assert "clearance_m" in run("survey", file, "--data-dir", tmp_path, status=2).stderr
+    assert "unknown key" in run("run", file, *data, status=2).stderr
+
+
+def test_a_contact_time_is_asked_for(tmp_path: Path) -> None:
+    # without a particle nothing is in contact, and no kernel of a dwelling particle need be compiled
+    still = ("earthquake", "northridge", "--starts", "0", "--particle-mass-kg", "0", "--data-dir", tmp_path)
+    timed = ("--contact-time", "paper_soft_real")
+    assert "contact dwell, 0.322" in run(*still, "--contact", "dwell", *timed).stdout
+    assert "instant or dwell" in run(*still, "--contact", "compliant", *timed, status=2).stderr
+    assert "contact_time" in run(*still, "--contact", "dwell", status=2).stderr

@@ -88,3 +88,26 @@ def _peak() -> float:
 def test_fault_of_a_comparison_is_named(remote: Client) -> None:
     with pytest.raises(Refused, match=r"clearence_m.*clearance_m"):
         remote.earthquake_comparison("el-centro", clearence_m=0.01)
+
+
+def test_a_survey_is_submitted_asked_and_opened(
+    remote: Client, survey: dict[str, Any], tmp_path: Path
+) -> None:
+    study = remote.submit(survey["definition"]).wait(progress=False)
+    assert study.id == survey["id"]
+    cube = study.cube(chunks=None).load()
+    shown = study.resonance_map(record="northridge", scale=3)
+    assert shown["peak_relative_displacement_m"].dims == ("friction_force_n", "clearance_m")
+    np.testing.assert_array_equal(
+        shown["peak_relative_displacement_m"],
+        cube["peak_relative_displacement_m"].sel(record="northridge-090", scale=3).squeeze().transpose(),
+    )
+    worst = study.resonance_map(scale=3)
+    assert set(worst["record_at"].values.ravel()) <= set(cube["record"].values)
+    best = study.optimal_designs(top=2, records=["northridge-360"], clearance_m=(0.002, 1))
+    assert best.sizes["rank"] == 2
+    assert set(best["record"].values) == {"northridge-360"}
+    best.plot(tmp_path / "best.png")
+    assert (tmp_path / "best.png").stat().st_size > 1000
+    with pytest.raises(Refused, match="survey of responses to ground motions"):
+        study.frequency_response()

@@ -1,93 +1,201 @@
-"""Surveys over records, scales and designs, and the spread over perturbed starts."""
+"""Blocks of surveys, a survey resumed, and the spread over perturbed starts."""
 
+import shutil
+import threading
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from studies.faults import StudyFaults
+from studies.answers.survey import worst_case_designs
+from studies.definition import parse_study
 from studies.ground.builtin import builtin_record
+from studies.ground.motion import GroundMotion
 from studies.ground.shelf import Shelf
-from studies.ground.survey import AXES, read_survey
+from studies.ground.survey import Survey
+from studies.plan import Block, plan_with_chunk
+from studies.store.backup import copy_store
+from studies.store.record import Record
+from studies.store.store import Store
+from studies.store.verify import repair, verify
+from studies.variables import Status
+from worker.cluster import connect
+from worker.cost import seconds_per_point
+from worker.ground.block import draw_of, solve_survey_block
 from worker.ground.comparison import CHAOTIC, spread, table_a1
 from worker.ground.design import Damper, Structure
 from worker.ground.response import ground_response
-from worker.ground.survey import best_designs, run_survey
+from worker.provenance import code_hash, provenance
+from worker.runner import run_study
+from worker.tasks import run_block
 
-ASKED = {
+ASKED: dict[str, Any] = {
     "records": ["northridge", "northridge-360"],
-    "scale": [1, 3],
-    "natural_frequency_hz": [1.5, 2.5],
-    "clearance_m": {"start": 0.001, "stop": 0.004, "num": 3},
-    "friction_force_n": [0.05, 0.2],
+    "axes": {
+        "scale": [1, 3],
+        "natural_frequency_hz": [1.5, 2.5],
+        "clearance_m": {"start": 0.001, "stop": 0.004, "num": 3},
+        "friction_force_n": [0.05, 0.2],
+    },
+    "starts": 2,
 }
+SHAKE = GroundMotion("shake", 0.02, np.sin(0.3 * np.arange(200.0)))
 
 
-def test_a_survey_holds_what_single_runs_give(tmp_path: Path) -> None:
-    survey = read_survey(ASKED, Shelf(tmp_path))
-    seen: list[tuple[int, int]] = []
-    answer = run_survey(survey, lambda done, points: seen.append((done, points)), threads=2)
-    assert answer["status"].dims == ("record", *AXES)
-    assert answer["status"].shape == (2, 2, 2, 1, 1, 1, 3, 2)
-    assert seen[-1] == (48, 48)
-    assert answer["peak_relative_displacement_m"].attrs["units"] == "m"
-    assert answer["peak_absolute_acceleration_m_s2"].attrs["units"] == "m s-2"
-    one = answer.sel(
-        record="northridge-360", scale=3, natural_frequency_hz=1.5, clearance_m=0.0025, friction_force_n=0.2
-    ).squeeze()
-    alone = ground_response(
-        Structure(1.605, 1.5, 0.0038), Damper(0.2, 0.1605, 0.0025), builtin_record("northridge-360"), 3.0
-    )
+def survey_of(**changes: Any) -> Survey:
+    survey = parse_study({**ASKED, **changes})
+    assert isinstance(survey, Survey)
+    return survey
+
+
+def solved(survey: Survey, block: Block) -> dict[str, np.ndarray]:
+    return solve_survey_block(survey, block, lambda source: survey.motions[source.id])
+
+
+def test_every_point_is_its_single_run_in_whatever_block() -> None:
+    survey = survey_of()
+    whole = solved(survey, Block(0, (0,) * 8, survey.shape))
+    assert whole["status"].shape == (2, 2, 1, 2, 1, 1, 3, 2)
+    assert list(whole) == list(survey.metrics)
+    plan = plan_with_chunk(survey, (2, 1, 1, 2, 1, 1, 2, 1), seconds_per_point)
+    for index in range(plan.count):
+        block = plan.block(index)
+        for name, values in solved(survey, block).items():
+            assert values.tobytes() == np.ascontiguousarray(whole[name][block.slices]).tobytes(), name
+
+    structure, damper = Structure(1.605, 1.5, 0.0038), Damper(0.2, 0.1605, 0.0025)
+    motion = builtin_record("northridge-360")
+    alone = ground_response(structure, damper, motion, 3.0)
+    at = (1, 0, 0, 1, 0, 0, 1, 1)
     for name, value in alone.values().items():
-        assert float(one[name]) == value, name
-    assert float(answer["energy_residual"].max()) < 1e-9
-    serial = run_survey(survey, threads=1)
-    assert serial.equals(answer)
+        assert whole[name][at] == value, name
+    draw = draw_of(survey, survey.records[1], [1.5, 0.0038, 3.0, 0.47, 0.1605, 0.0025, 0.2])
+    over = spread(structure, damper, motion, alone, 3.0, starts=2, seed=draw)
+    assert whole["growth"][at] == over["growth"]
+    assert (
+        whole["peak_relative_displacement_highest_m"][at] == over["peak_relative_displacement_m"]["highest"]
+    )
+    assert whole["energy_residual"].max() < 1e-9
+    other = solved(survey_of(seed=1), Block(0, (0,) * 8, survey.shape))
+    np.testing.assert_array_equal(other["impacts"], whole["impacts"])
+    assert (other["growth"] != whole["growth"]).any()
 
 
-def test_the_best_design_is_the_least_worst_case(tmp_path: Path) -> None:
-    answer = run_survey(read_survey(ASKED, Shelf(tmp_path)))
-    best = best_designs(answer, top=2)
-    worst = answer["peak_relative_displacement_m"].max(
+def test_known_points_are_left_out() -> None:
+    survey = survey_of(starts=0)
+    known = np.zeros(survey.shape, bool)
+    known[0] = True
+    block = Block(0, (0,) * 8, survey.shape)
+    values = solve_survey_block(survey, block, lambda source: survey.motions[source.id], known)
+    assert (values["status"][0] == Status.NOT_COMPUTED).all()
+    assert (values["status"][1] == Status.CONVERGED).all()
+
+
+def test_scaled_with_its_design_a_survey_repeats() -> None:
+    """The point of scale 3 with three times the clearance and the force is the point of scale 1, three times as large."""
+    axes = {"scale": [1, 3], "clearance_m": [0.005, 0.015], "friction_force_n": [0.3, 0.9]}
+    survey = survey_of(records=["el-centro"], axes=axes, starts=0)
+    peak = solved(survey, Block(0, (0,) * 8, survey.shape))["peak_relative_displacement_m"].squeeze()
+    assert peak[1, 1, 1] == pytest.approx(3 * peak[0, 0, 0], rel=1e-12)
+
+
+def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
+    """As it goes to zero, dwelling becomes the rebound at once; the structure's frequency is its unit."""
+    axes = {"natural_frequency_hz": [1.5, 2.5], "clearance_m": 0.001, "scale": 3}
+    instant, brief, long = (
+        solved(survey_of(axes=axes, starts=0, contact=contact), Block(0, (0,) * 8, (2, 2, *(1,) * 6)))
+        for contact in (
+            {"model": "instant"},
+            {"model": "dwell", "contact_time": 1e-9},
+            {"model": "dwell", "contact_time": 0.3},
+        )
+    )
+    peak = "peak_relative_displacement_m"
+    # the response is shaken by every stay, so two peaks part by the stay times the number of impacts, some thousands
+    np.testing.assert_allclose(brief[peak], instant[peak], rtol=1e-5)
+    assert (np.abs(long[peak] / instant[peak] - 1.0) > 1e-5).all()
+    assert long["energy_residual"].max() < 1e-9
+    damper = Damper(0.409, 0.1605, 0.001, 0.47, 0.3 / Structure(1.605, 1.5).omega)
+    alone = ground_response(Structure(1.605, 1.5), damper, builtin_record("northridge-090"), 3.0)
+    survey = survey_of(axes=axes)
+    force = float(survey.coordinates["friction_force_n"][0])
+    assert force == damper.friction_force_n
+    assert long[peak][0, 0].item() == alone.peak_relative_displacement_m
+
+
+def test_a_survey_goes_on_from_half_without_the_folder_of_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half of the blocks are there when the uploaded record is lost: the study keeps a copy of its own."""
+    shelf = Shelf(tmp_path / "data")
+    record_id, _ = shelf.put(SHAKE)
+    survey = parse_study({**ASKED, "records": [record_id, "northridge"], "starts": 0}, shelf)
+    assert isinstance(survey, Survey)
+    store = Store.open(tmp_path / "data")
+    plan = plan_with_chunk(survey, (1, 1, 1, 2, 1, 1, 3, 2), seconds_per_point)
+    record, _ = store.submit(survey, plan, provenance())
+    for index in range(2):
+        outcome = run_block(
+            store.cube_path(record.id), survey.digest, plan.block(index), code_hash(), f"g{index}"
+        )
+        store.mark(record.id, outcome)
+    halfway = worst_case_designs(store.cube(record.id))
+    assert (halfway.sizes["rank"], halfway.attrs["complete"], halfway.attrs["incomplete"]) == (0, 0.5, 6)
+    shutil.rmtree(shelf.folder)
+    wider = parse_study(
+        {**ASKED, "axes": {**ASKED["axes"], "scale": [1, 2, 3]}, "records": ["northridge"], "starts": 0}
+    )
+    with connect(workers=1) as client:
+
+        def run(study_id: str) -> Record:
+            return run_study(
+                store, study_id, lambda: nullcontext(client), lambda now: None, threading.Event()
+            )
+
+        record = run(record.id)
+        # what another survey has of it is taken over: the same record, and two of three scales
+        second, _ = store.submit(wider, plan_with_chunk(wider, wider.shape, seconds_per_point), provenance())
+        second = run(second.id)
+    assert (second.state, second.points_reused, second.points_done) == ("done", 24, 36)
+    taken = store.cube(second.id)
+    afresh = solve_survey_block(
+        wider, Block(0, (0,) * 8, wider.shape), lambda source: wider.motions[source.id]
+    )
+    for name, values in afresh.items():
+        assert taken[name].values.tobytes() == values.tobytes(), name
+    assert (record.state, record.points_done, record.points_failed) == ("done", 48, 0)
+    cube = store.cube(record.id)
+    whole = solved(survey, Block(0, (0,) * 8, survey.shape))
+    for name, values in whole.items():
+        assert cube[name].values.tobytes() == values.tobytes(), name
+
+    ranked = worst_case_designs(cube, top=3)
+    worst = cube["peak_relative_displacement_m"].max(
         ("record", "scale", "natural_frequency_hz", "damping_ratio")
     )
-    assert float(best["worst"][0]) == float(worst.min())
-    chosen = worst.sel(clearance_m=best["clearance_m"][0], friction_force_n=best["friction_force_n"][0])
-    assert float(chosen.squeeze()) == float(best["worst"][0])
-    assert float(best["worst"][1]) >= float(best["worst"][0])
+    np.testing.assert_array_equal(ranked["value"], np.sort(worst.values, axis=None)[:3])
+    monkeypatch.setattr("studies.answers.survey.BUDGET", 16)
+    assert worst_case_designs(cube, top=3).identical(ranked)
+    best = ranked.isel(rank=0)
+    where = {name: best[name].item() for name in cube["status"].dims}
+    assert float(cube["peak_relative_displacement_m"].sel(where)) == best["value"]
 
-
-def test_scaled_with_its_design_a_survey_repeats(tmp_path: Path) -> None:
-    """The point of scale 3 with three times the clearance and the force is the point of scale 1, three times as large."""
-    asked = {
-        "records": "el-centro",
-        "scale": [1, 3],
-        "clearance_m": [0.005, 0.015],
-        "friction_force_n": [0.3, 0.9],
-    }
-    answer = run_survey(read_survey(asked, Shelf(tmp_path)))["peak_relative_displacement_m"].squeeze()
-    one = float(answer.sel(scale=1, clearance_m=0.005, friction_force_n=0.3))
-    three = float(answer.sel(scale=3, clearance_m=0.015, friction_force_n=0.9))
-    assert three == pytest.approx(3 * one, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        ({"records": []}, "records"),
-        ({"records": ["loma-prieta", "loma-prieta-000"]}, "records[1]"),
-        ({"records": ["nowhere"]}, "records[0]"),
-        ({"scale": [1, -1]}, "scale[1]"),
-        ({"clearance": 1}, "clearance"),
-        ({"mass_kg": 0}, "mass_kg"),
-        ({"clearance_m": {"start": 0.001, "stop": 1, "num": 900_000}, "scale": [1, 2]}, "survey"),
-        ({"natural_frequency_hz": 1000}, "natural_frequency_hz"),
-    ],
-)
-def test_bad_surveys_are_refused(tmp_path: Path, change: dict[str, object], field: str) -> None:
-    with pytest.raises(StudyFaults) as caught:
-        read_survey({"records": ["loma-prieta"], **change}, Shelf(tmp_path))
-    assert field in [fault.field for fault in caught.value.faults]
+    # a backup holds the copy of the record too; where the copy is lost, that is seen, and mended from the record
+    other = Store.open(tmp_path / "other")
+    copy_store(store, other)
+    assert list(verify(other, other.find(record.id))) == []
+    copied, _ = other.snapshot(record.id)
+    copied.remove(next(source.key for source in survey.records if source.id == record_id))
+    found = list(verify(other, other.find(record.id)))
+    assert [damage.block for damage in found] == [None]
+    assert record_id in found[0].found
+    Shelf(tmp_path / "other").put(SHAKE)
+    repair(other, other.find(record.id), found)
+    assert list(verify(other, other.find(record.id))) == []
+    other.close()
+    store.close()
 
 
 def test_spread_is_small_without_a_particle_and_large_in_chaos() -> None:

@@ -1,0 +1,32 @@
+"""A contact model read by itself, for whatever is no study but has one."""
+
+from pydantic import ValidationError
+
+from studies.choices import Choice, CompliantContact, Contact, DwellContact, InstantContact
+from studies.faults import StudyFaults
+from studies.pydantic_faults import faults_of
+
+KEYS: dict[str, tuple[str, ...]] = {
+    "contact.instant": tuple(InstantContact.model_fields),
+    "contact.dwell": tuple(DwellContact.model_fields),
+    "contact.compliant": tuple(CompliantContact.model_fields),
+}
+"""The keys of each model."""
+
+
+class _ContactAlone(Choice):
+    contact: Contact = InstantContact()
+
+
+def parse_contact(raw: object) -> Contact:
+    """Read a contact model as a study's ``contact``.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault, under the field ``contact``.
+    """
+    try:
+        return _ContactAlone.model_validate({"contact": raw}).contact
+    except ValidationError as error:
+        raise StudyFaults(faults_of(error, KEYS)) from None

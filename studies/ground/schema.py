@@ -1,0 +1,66 @@
+"""The JSON schema of a survey, for OpenAPI documents and editors."""
+
+from typing import Any
+
+from studies.axes import axis_schema
+from studies.ground.question import MOST_STARTS, QUANTITIES
+from studies.ground.survey import AXES, NUMBERS
+from studies.ground.survey_reading import MOST_NAME, MOST_RECORDS
+from studies.ground.variables import VARIABLES
+
+
+def survey_json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a survey, whole in itself."""
+    record = {
+        "anyOf": [
+            {"type": "string", "description": "the id of a record, or an earthquake's name"},
+            {
+                "type": "object",
+                "description": '{"kanai_tajimi": {"seed": 1}}, or a record as a stored survey has it',
+            },
+        ]
+    }
+    numbers = {name: QUANTITIES[name] for name in NUMBERS}
+    return {
+        "type": "object",
+        "description": "A grid of responses to ground motions, in physical units; a study that names `records` is one.",
+        "required": ["records"],
+        "additionalProperties": False,
+        "properties": {
+            "name": {"type": "string", "maxLength": MOST_NAME, "default": ""},
+            "records": {"type": "array", "items": record, "minItems": 1, "maxItems": MOST_RECORDS},
+            "axes": {
+                "type": "object",
+                "additionalProperties": False,
+                "properties": {name: axis_schema(*QUANTITIES[name]) for name in AXES},
+            },
+            **{
+                name: {
+                    "type": "number",
+                    "minimum": quantity.lowest,
+                    "maximum": quantity.highest,
+                    "default": default,
+                    "description": quantity.meaning,
+                }
+                for name, (quantity, default) in numbers.items()
+            },
+            "starts": {
+                "type": "integer",
+                "minimum": 0,
+                "maximum": MOST_STARTS,
+                "default": 0,
+                "description": "perturbed starts of each point, whose spread is stored",
+            },
+            "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "of their draw"},
+            "contact": {
+                "type": "object",
+                "description": "{model: instant}, or {model: dwell, contact_time: …} in units of 1/ω_n",
+            },
+            "metrics": {
+                "type": "array",
+                "items": {"type": "string", "enum": list(VARIABLES)},
+                "minItems": 1,
+                "uniqueItems": True,
+            },
+        },
+    }

@@ -1,0 +1,141 @@
+"""A record as a study names it: its id, and what tells its samples from all others."""
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.ground.kanai_tajimi import read_kanai_tajimi
+from studies.ground.motion import GroundMotion
+from studies.ground.question import read_record_reference
+from studies.ground.shelf import Shelf
+
+_KEYS = ("id", "sha256", "step_s", "samples", "kanai_tajimi")
+
+
+@dataclass(frozen=True)
+class RecordSource:
+    """A record that a study is about.
+
+    Parameters
+    ----------
+    id : str
+        Of the record.
+    sha256 : str
+        Of time step and samples, 64 hexadecimal digits; see `GroundMotion.content`.
+    step_s : float
+        Time step [s].
+    samples : int
+        How many.
+    recipe : str
+        What it was generated from, as JSON; empty for a record that is kept.
+    """
+
+    id: str
+    sha256: str
+    step_s: float
+    samples: int
+    recipe: str = ""
+
+    @property
+    def key(self) -> str:
+        """Where a cube keeps the samples."""
+        return f"records/{self.id}.f8"
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return (self.samples - 1) * self.step_s
+
+    def document(self) -> dict[str, Any]:
+        """Give the source as JSON-able data."""
+        held: dict[str, Any] = {
+            "id": self.id,
+            "sha256": self.sha256,
+            "step_s": self.step_s,
+            "samples": self.samples,
+        }
+        return held | ({"kanai_tajimi": json.loads(self.recipe)} if self.recipe else {})
+
+    def read(self, content: bytes) -> GroundMotion:
+        """Read the file of a cube back.
+
+        Raises
+        ------
+        ValueError
+            If it is not what was written.
+        """
+        motion = GroundMotion(self.id, self.step_s, np.frombuffer(content[8:], "<f8"))
+        if motion.sha256 != self.sha256:
+            raise ValueError(f"the samples of record {self.id} are not those of the study")
+        return motion
+
+
+def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundMotion | None]:
+    """Read one entry of a study's ``records``.
+
+    Parameters
+    ----------
+    raw : object
+        The id of a record, an earthquake's name, ``{"kanai_tajimi": {…}}``, or what `RecordSource.document` gives.
+    shelf : Shelf, optional
+        Where records are found. Without one an entry that says its digest is taken as it is, as in a study that is
+        stored, and of the others only the built-in records are known.
+
+    Returns
+    -------
+    source : RecordSource
+        The record.
+    motion : GroundMotion or None
+        Its samples, where they were looked up.
+
+    Raises
+    ------
+    StudyFaults
+        Where there is no such record, or its samples have changed.
+    """
+    if not isinstance(raw, dict):
+        return _found(*read_record_reference(raw, shelf or Shelf.none()))
+    faults = [unknown_key(key, key, _KEYS) for key in raw if key not in _KEYS]
+    if faults:
+        raise StudyFaults(faults)
+    recipe = raw.get("kanai_tajimi")
+    if "id" not in raw and recipe is None:
+        raise StudyFaults([Fault("id", "nothing", "the id of a record", "add `id`, or write the id alone")])
+    if shelf is None and "sha256" in raw:
+        return _stored(raw), None
+    if recipe is not None:
+        motion = read_kanai_tajimi(recipe)
+        source = _source(f"u-{motion.digest}", motion, json.dumps(recipe, sort_keys=True))
+    else:
+        source, motion = _found(*read_record_reference(raw["id"], shelf or Shelf.none()))
+    if raw.get("sha256", source.sha256) != source.sha256:
+        found = f"record {source.id} with the digest {describe(raw['sha256'])}"
+        advice = "leave `sha256` out to take the record as it is now"
+        raise StudyFaults([Fault("sha256", found, f"{source.sha256}, that of the record here", advice)])
+    return source, motion
+
+
+def _found(record_id: str, motion: GroundMotion) -> tuple[RecordSource, GroundMotion]:
+    return _source(record_id, motion), motion
+
+
+def _source(record_id: str, motion: GroundMotion, recipe: str = "") -> RecordSource:
+    return RecordSource(record_id, motion.sha256, motion.step_s, int(motion.acceleration_m_s2.size), recipe)
+
+
+def _stored(raw: dict[str, Any]) -> RecordSource:
+    recipe = raw.get("kanai_tajimi")
+    try:
+        return RecordSource(
+            str(raw["id"]),
+            str(raw["sha256"]),
+            float(raw["step_s"]),
+            int(raw["samples"]),
+            "" if recipe is None else json.dumps(recipe, sort_keys=True),
+        )
+    except (KeyError, TypeError, ValueError):
+        allowed = "id, sha256, step_s and samples as a stored study has them"
+        raise StudyFaults([Fault("", describe(raw), allowed, "write the id of the record alone")]) from None

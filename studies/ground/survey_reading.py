@@ -1,0 +1,154 @@
+"""A survey read from a document, with every fault of it."""
+
+import math
+from collections.abc import Callable
+from typing import TypeVar
+
+from studies.axes import AxisSpec, axis_count, axis_values, read_axis
+from studies.choices import Contact, InstantContact
+from studies.contact import parse_contact
+from studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from studies.ground.motion import GroundMotion
+from studies.ground.question import MOST_STARTS, QUANTITIES, march_contact
+from studies.ground.shelf import Shelf
+from studies.ground.source import RecordSource, read_source
+from studies.ground.survey import AXES, NUMBERS, Survey, windows_of
+from studies.ground.variables import available_variables
+from studies.guard import guard
+from studies.metrics import read_metrics
+from studies.quantity import read_count
+
+T = TypeVar("T")
+
+KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metrics")
+
+MOST_NAME = 200
+MOST_RECORDS = 100
+MOST_SAMPLES = 4_000_000
+"""Samples of all records together, 32 MB: every survey keeps a copy of them."""
+MOST_RUNS = 1_000_000_000
+"""Points times starts."""
+MOST_WINDOWS = 200_000
+"""Steps of one run: a stiffer structure under a longer record would take seconds a point."""
+LARGEST_SEED = 2**63 - 1
+
+
+def read_survey(document: object, shelf: Shelf | None = None) -> Survey:
+    """Read a survey.
+
+    Parameters
+    ----------
+    document : object
+        ``records``, and in ``axes`` any of `AXES` as a number, a list, or ``{start, stop, num, spacing}``; what is left
+        out is the paper's prototype.
+    shelf : Shelf, optional
+        Where records are; see `studies.ground.source.read_source`.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault.
+    """
+    held, faults = guard(document)
+    faults += [_unknown(key) for key in held if key not in KEYS]
+    given = held.get("axes", {})
+    if not isinstance(given, dict):
+        faults.append(Fault("axes", describe(given), "a mapping", "write keys and values"))
+        given = {}
+    faults += [unknown_key(f"axes.{key}", key, AXES) for key in given if key not in AXES]
+    name = held.get("name", "")
+    if not isinstance(name, str) or len(name) > MOST_NAME or not name.isprintable():
+        allowed = f"a text of at most {MOST_NAME} printable characters"
+        faults.append(Fault("name", describe(name), allowed, "write a short text on one line"))
+
+    def read(reading: Callable[[], T], otherwise: T) -> T:
+        try:
+            return reading()
+        except StudyFaults as caught:
+            faults.extend(caught.faults)
+            return otherwise
+
+    def quantity(key: str) -> float:
+        bounds, default = QUANTITIES[key]
+        return read(lambda: bounds.read(held.get(key, default), key), default)
+
+    def axis(key: str) -> AxisSpec:
+        bounds, number = QUANTITIES[key]
+        default: AxisSpec = number
+        return read(lambda: read_axis(given.get(key, default), bounds, f"axes.{key}"), default)
+
+    axes = {key: axis(key) for key in AXES}
+    numbers = {key: quantity(key) for key in NUMBERS}
+    starts = read(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0)
+    seed = read(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0)
+    instant: Contact = InstantContact()
+    contact = read(lambda: march_contact(parse_contact(held.get("contact", instant.model_dump()))), instant)
+    available = available_variables(starts)
+    metrics = read(lambda: read_metrics(held.get("metrics", available), available, "metrics"), available)
+    found = _records(held.get("records"), shelf, faults)
+    if not faults:
+        faults += _too_much([source for source, _ in found], axes, numbers, starts)
+    if faults:
+        raise StudyFaults(faults)
+    found.sort(key=lambda one: one[0].id)
+    motions = {source.id: motion for source, motion in found if motion is not None}
+    sources = tuple(source for source, _ in found)
+    return Survey(name.strip(), sources, axes, numbers, starts, seed, contact, metrics, motions)
+
+
+def _unknown(key: str) -> Fault:
+    fault = unknown_key(key, key, KEYS)
+    if key not in AXES:
+        return fault
+    return Fault(key, fault.found, fault.allowed, "write it inside `axes`")
+
+
+def _records(
+    raw: object, shelf: Shelf | None, faults: list[Fault]
+) -> list[tuple[RecordSource, GroundMotion | None]]:
+    if isinstance(raw, str | dict):
+        raw = [raw]
+    if not isinstance(raw, list | tuple) or not 0 < len(raw) <= MOST_RECORDS:
+        allowed = f"a list of 1 to {MOST_RECORDS} records"
+        faults.append(Fault("records", describe(raw), allowed, 'write ["loma-prieta"]'))
+        return []
+    found: dict[str, tuple[RecordSource, GroundMotion | None]] = {}
+    for index, one in enumerate(raw):
+        place = f"records[{index}]"
+        try:
+            source, motion = read_source(one, shelf)
+        except StudyFaults as caught:
+            # a record that is not found says so under a name of its own, which a list has no use for
+            faults.extend(
+                Fault(place, f.found, f.allowed, f.advice) if f.field == "record" else f.under(place)
+                for f in caught.faults
+            )
+            continue
+        if source.id in found:
+            words = f"{source.id} a second time"
+            faults.append(Fault(place, words, "each record once", "remove one of the two"))
+        found[source.id] = source, motion
+    return list(found.values())
+
+
+def _too_much(
+    sources: list[RecordSource], axes: dict[str, AxisSpec], numbers: dict[str, float], starts: int
+) -> list[Fault]:
+    faults = []
+    runs = len(sources) * math.prod(axis_count(spec) for spec in axes.values()) * (1 + starts)
+    if runs > MOST_RUNS:
+        advice = "use fewer values, records or starts"
+        faults.append(Fault("axes", f"{runs:,} runs", f"at most {MOST_RUNS:,} runs", advice))
+    samples = sum(source.samples for source in sources)
+    if samples > MOST_SAMPLES:
+        allowed = f"at most {MOST_SAMPLES:,} samples"
+        faults.append(Fault("records", counted(samples, "sample"), allowed, "use fewer or shorter records"))
+    fastest = float(axis_values(axes["natural_frequency_hz"])[-1])
+    for source in sources:
+        windows = float(windows_of(source, fastest, numbers["tail_s"]))
+        if windows > MOST_WINDOWS:
+            found = f"{windows:,.0f} steps of {source.id} at {fastest:g} Hz"
+            advice = "use a shorter record or tail, or a slower structure"
+            allowed = f"at most {MOST_WINDOWS:,} steps"
+            faults.append(Fault("axes.natural_frequency_hz", found, allowed, advice))
+    return faults

@@ -1,0 +1,94 @@
+"""The dimensions and result variables of a survey: the registry beside that of `studies.variables`."""
+
+from studies.variables import Status, Variable
+
+DIMENSIONS: dict[str, tuple[str, str]] = {
+    "record": ("1", "ground-motion record"),
+    "natural_frequency_hz": ("Hz", "natural frequency of the structure"),
+    "damping_ratio": ("1", "structural damping ratio ζ"),
+    "scale": ("1", "factor on the record"),
+    "restitution": ("1", "coefficient of restitution e"),
+    "particle_mass_kg": ("kg", "mass of the particle m"),
+    "clearance_m": ("m", "clearance d"),
+    "friction_force_n": ("N", "friction force F_f"),
+}
+"""Unit and meaning of every dimension, in the cube's order: what the points of a block share comes first."""
+
+RECORD = "record"
+DAMPER = ("restitution", "particle_mass_kg", "clearance_m", "friction_force_n")
+"""What somebody chooses; the other dimensions are what a damper meets."""
+
+SPREAD: tuple[str, ...] = ("peak_relative_displacement", "peak_absolute_acceleration")
+"""Measures whose spread over the perturbed starts is kept."""
+
+STATISTICS: dict[str, str] = {
+    "lowest": "Smallest",
+    "highest": "Largest",
+    "mean": "Mean",
+    "std": "Standard deviation",
+}
+
+_UNITS = (("_m_s2", "m s-2"), ("_m_s", "m s-1"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
+_SUFFIX = {"peak_relative_displacement": "_m", "peak_absolute_acceleration": "_m_s2"}
+
+
+def spread_name(measure: str, statistic: str) -> str:
+    """Name the variable of a statistic over the starts, as `peak_relative_displacement_lowest_m`."""
+    return f"{measure}_{statistic}{_SUFFIX[measure]}"
+
+
+def measure_name(measure: str) -> str:
+    """Name the variable of a measure of `SPREAD`."""
+    return f"{measure}{_SUFFIX[measure]}"
+
+
+def _variable(name: str, doc: str, start: str = "") -> Variable:
+    suffix, units = next(((s, u) for s, u in _UNITS if name.endswith(s)), ("", "1"))
+    dtype = {"impacts": "i4", "status": "i1"}.get(name, "f8")
+    flags = Status if name == "status" else None
+    return Variable(name, dtype, units, name.removesuffix(suffix).replace("_", " "), doc, flags, start)
+
+
+VARIABLES: dict[str, Variable] = {
+    variable.name: variable
+    for variable in (
+        _variable("peak_relative_displacement_m", "Largest |x − z| of the primary mass against the base."),
+        _variable("rms_relative_displacement_m", "Rms of x − z over record and tail."),
+        _variable("peak_absolute_displacement_m", "Largest |x| against where the mass started."),
+        _variable("rms_absolute_displacement_m", "Rms of x over record and tail."),
+        _variable("peak_absolute_acceleration_m_s2", "Largest |x''| between impacts."),
+        _variable("rms_absolute_acceleration_m_s2", "Rms of x'' between impacts."),
+        _variable("impacts", "Number of impacts."),
+        _variable("impact_speed_max_m_s", "Fastest approach of an impact."),
+        _variable("stick_fraction", "Share of the time that friction held the mass."),
+        _variable("work_in_j", "Work that the base put in."),
+        _variable("loss_viscous_j", "Energy lost to viscous damping."),
+        _variable("loss_friction_j", "Energy lost to friction."),
+        _variable("loss_impact_j", "Energy lost in impacts."),
+        _variable("energy_residual", "What does not balance, over the largest of work, losses and stored energy."),
+        _variable("duration_s", "Record and tail."),
+        _variable("end_relative_displacement_m", "x − z at the end."),
+        _variable("end_relative_velocity_m_s", "x' − z' at the end."),
+        _variable("status", "How the computation ended."),
+        *(
+            _variable(
+                spread_name(measure, statistic),
+                f"{words} of {measure_name(measure)} over the perturbed starts.",
+                "perturbed",
+            )
+            for measure in SPREAD
+            for statistic, words in STATISTICS.items()
+        ),
+        _variable(
+            "growth",
+            "Largest change of a displacement over the size of the perturbation; from 100 on the response is called sensitive.",
+            "perturbed",
+        ),
+    )
+}  # fmt: skip
+"""The variables of a survey's cube, in its order."""
+
+
+def available_variables(starts: int) -> tuple[str, ...]:
+    """Return the names of the variables that a survey gives; the spread needs perturbed starts."""
+    return tuple(v.name for v in VARIABLES.values() if starts or not v.start)

@@ -1,0 +1,140 @@
+"""A survey as a study: read, refused, told apart, and read back."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.definition import Study, parse_study
+from studies.digest import family_digest
+from studies.faults import StudyFaults
+from studies.ground.motion import GroundMotion
+from studies.ground.shelf import Shelf
+from studies.ground.survey import Survey
+from studies.ground.variables import VARIABLES
+from studies.plan import make_plan
+from worker.cost import seconds_per_point
+
+ASKED: dict[str, Any] = {
+    "records": ["northridge", "el-centro"],
+    "axes": {"scale": [1, 3], "clearance_m": {"start": 0.001, "stop": 0.004, "num": 4}},
+}
+MILLION = {"start": 0.001, "stop": 1, "num": 10**6}
+SPIKE = GroundMotion("spike", 0.01, np.array([0.0, 1.0, -1.0, 0.0]))
+
+
+def survey_of(shelf: Shelf | None = None, **changes: Any) -> Survey:
+    survey = parse_study({**ASKED, **changes}, shelf)
+    assert isinstance(survey, Survey)
+    return survey
+
+
+def test_a_document_that_names_records_is_a_survey() -> None:
+    survey = survey_of()
+    assert survey.shape == (2, 1, 1, 2, 1, 1, 4, 1)
+    assert survey.coordinates["record"].tolist() == ["el-centro-180", "northridge-090"]
+    assert survey.metrics == tuple(v.name for v in VARIABLES.values() if not v.start)
+    assert survey_of(starts=3).metrics == tuple(VARIABLES)
+    assert isinstance(parse_study({"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}), Study)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"records": []}, "records"),
+        ({"records": ["loma-prieta", "loma-prieta-000"]}, "records[1]"),
+        ({"records": ["nowhere"]}, "records[0]"),
+        ({"records": [{"id": "el-centro", "sha": 1}]}, "records[0].sha"),
+        ({"records": [{"kanai_tajimi": {"seed": -1}}]}, "records[0].kanai_tajimi.seed"),
+        ({"axes": {"scale": [1, -1]}}, "axes.scale[1]"),
+        ({"axes": {"clearance": 1}}, "axes.clearance"),
+        ({"axes": 5}, "axes"),
+        ({"clearance_m": 1}, "clearance_m"),
+        ({"mass_kg": 0}, "mass_kg"),
+        ({"axes": {"clearance_m": MILLION, "friction_force_n": MILLION}}, "axes"),
+        ({"axes": {"natural_frequency_hz": 1000}}, "axes.natural_frequency_hz"),
+        ({"contact": {"model": "compliant", "contact_time": 0.1}}, "contact.model"),
+        ({"contact": {"model": "dwell"}}, "contact.contact_time"),
+        ({"metrics": ["growth"]}, "metrics[0]"),
+        ({"metrics": ["amplitude_ratio"]}, "metrics[0]"),
+        ({"name": 5}, "name"),
+        ({"starts": 10**6}, "starts"),
+    ],
+)  # fmt: skip
+def test_bad_surveys_are_refused(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        survey_of(**change)
+    assert field in [fault.field for fault in caught.value.faults]
+
+
+def test_the_digest_is_that_of_what_is_asked() -> None:
+    survey = survey_of()
+    same = {
+        "records": ["el-centro-180", "northridge-090"],
+        "name": "another",
+        "seed": 5,
+        "perturbation_m": 1.0,
+    }
+    same["axes"] = {"clearance_m": [0.004, 0.003, 0.002, 0.001], "scale": [3.0, 1.0]}
+    assert parse_study(same).digest == survey.digest
+    others = [
+        {"records": ["northridge"]},
+        {"starts": 1},
+        {"starts": 1, "seed": 1},
+        {"tail_s": 1.0},
+        {"metrics": ["status", "impacts"]},
+        {"contact": {"model": "dwell", "contact_time": 0.1}},
+    ]
+    assert len({survey.digest, *(survey_of(**other).digest for other in others)}) == 1 + len(others)
+    # points of surveys that differ in grid and metrics alone are the same
+    family = family_digest(survey, {"kernels": "k"})
+    assert family == family_digest(survey_of(records=["loma-prieta"], metrics=["impacts"]), {"kernels": "k"})
+    assert family != family_digest(survey_of(tail_s=1.0), {"kernels": "k"})
+
+
+def test_a_definition_reads_back_without_its_records(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path)
+    record_id, _ = shelf.put(SPIKE)
+    recipe = {"kanai_tajimi": {"seed": 4, "duration_s": 15}}
+    survey = survey_of(shelf, records=[record_id, recipe, "el-centro"], starts=2, metrics=["growth"])
+    assert all(survey.records[i].id <= survey.records[i + 1].id for i in range(2))
+    held = survey.attachments()
+    for source in survey.records:
+        motion = source.read(held[source.key])
+        assert motion.step_s == survey.motions[source.id].step_s
+        np.testing.assert_array_equal(motion.acceleration_m_s2, survey.motions[source.id].acceleration_m_s2)
+        with pytest.raises(ValueError, match=source.id):
+            source.read(held[source.key][:-8] + bytes(8) if source.id == "el-centro-180" else bytes(32))
+
+    stored = parse_study(survey.document())
+    assert stored == survey
+    assert stored.digest == survey.digest
+    with pytest.raises(StudyFaults, match="upload the record again"):
+        stored.attachments()
+    # submitted again it is the same study, as long as the record is there and what it was
+    assert parse_study(survey.document(), shelf).attachments() == held
+    for path in shelf.folder.glob("*.npy"):
+        path.unlink()
+    with pytest.raises(StudyFaults, match="upload it again"):
+        parse_study(survey.document(), shelf)
+    told = survey.document()
+    next(each for each in told["records"] if each["id"] == "el-centro-180")["sha256"] = "0" * 64
+    with pytest.raises(StudyFaults, match="leave `sha256` out"):
+        parse_study(told, shelf)
+
+
+def test_a_block_shares_record_and_structure() -> None:
+    large = survey_of(
+        records=["el-centro", "loma-prieta", "northridge"],
+        axes={
+            "natural_frequency_hz": [1, 5, 50],
+            "clearance_m": {"start": 0.001, "stop": 0.1, "num": 100},
+            "friction_force_n": {"start": 0.1, "stop": 1, "num": 100},
+        },
+    )
+    plan = make_plan(large, seconds_per_point)
+    assert plan.chunk[:2] == (1, 1)
+    # a stiff structure under a long record is what costs
+    slowest = plan.block(int(plan.order()[0]))
+    assert (slowest.start[0], slowest.start[1]) == (0, 2)

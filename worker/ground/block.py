@@ -1,0 +1,105 @@
+"""One block of a survey, computed: dampers and scales beside each other under one record share what it is made of."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from studies.ground.motion import GroundMotion
+from studies.ground.source import RecordSource
+from studies.ground.survey import Survey
+from studies.ground.variables import SPREAD, STATISTICS, VARIABLES, measure_name, spread_name
+from studies.plan import Block
+from worker.ground.comparison import spread
+from worker.ground.design import Damper, Structure, contact_time_s
+from worker.ground.response import Ready, ground_response, made_ready
+from worker.warm import alone
+
+
+def solve_survey_block(
+    survey: Survey,
+    block: Block,
+    motion_of: Callable[[RecordSource], GroundMotion],
+    known: np.ndarray | None = None,
+) -> dict[str, np.ndarray]:
+    """Response of every point of a block.
+
+    Parameters
+    ----------
+    survey : Survey
+        The study.
+    block : Block
+        Which part of its grid.
+    motion_of : callable
+        Gives the samples of a record.
+    known : ndarray of bool, shape block.shape, optional
+        Points that the caller has already: they are left empty.
+
+    Returns
+    -------
+    dict of ndarray, shape block.shape
+        Every stored variable. A point that failed has NaN and its status; nothing is raised for it.
+    """
+    values = {name: np.full(block.shape, v.fill, v.dtype) for name, v in VARIABLES.items()}
+    _, *axes = (
+        axis[part].tolist() for axis, part in zip(survey.coordinates.values(), block.slices, strict=True)
+    )
+    sources = survey.records[block.slices[0]]
+    shared: tuple[int, ...] = ()
+    for place in np.ndindex(block.shape):
+        if known is not None and known[place]:
+            continue
+        source = sources[place[0]]
+        point = [axis[at] for axis, at in zip(axes, place[1:], strict=True)]
+        frequency, damping, scale, restitution, mass, clearance, force = point
+        # record and structure are the slowest dimensions: what was made of them last serves most points
+        if place[:3] != shared:
+            shared = place[:3]
+            structure = Structure(survey.numbers["mass_kg"], frequency, damping)
+            motion = motion_of(source)
+            ready = made_ready(structure, motion, 1.0, survey.numbers["tail_s"])
+        contact = contact_time_s(survey.contact, structure)
+        damper = Damper(force, mass, clearance, restitution, contact)
+        _warm(force > 0.0, mass > 0.0, contact is not None)
+        found = _point(survey, structure, damper, motion, scale, ready, draw_of(survey, source, point))
+        for name, number in found.items():
+            values[name][place] = number
+    return {name: values[name] for name in survey.metrics}
+
+
+def draw_of(survey: Survey, source: RecordSource, point: list[float]) -> list[int]:
+    """Seed of a point's perturbed starts: the survey's, with what names the point, so the same in every block and study."""
+    bits = np.asarray(point, dtype="<f8").view("<u8")
+    return [survey.seed, int(source.sha256[:16], 16), *map(int, bits)]
+
+
+def _point(
+    survey: Survey,
+    structure: Structure,
+    damper: Damper,
+    motion: GroundMotion,
+    scale: float,
+    ready: Ready,
+    draw: list[int],
+) -> dict[str, float]:
+    tail = survey.numbers["tail_s"]
+    response = ground_response(structure, damper, motion, scale, tail, None, ready)
+    values: dict[str, float] = dict(response.values())
+    if survey.starts:
+        size = survey.numbers["perturbation_m"]
+        over = spread(structure, damper, motion, response, scale, tail, survey.starts, size, draw, ready)
+        values["growth"] = over["growth"]
+        for measure in SPREAD:
+            for statistic in STATISTICS:
+                values[spread_name(measure, statistic)] = over[measure_name(measure)][statistic]
+    return values
+
+
+@cache
+def _warm(rubs: bool, rattles: bool, dwells: bool) -> None:
+    """Have the kernel of a scene compiled, or loaded, while no other process does the same."""
+    name = f"ground-{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{'-dwell' if dwells else ''}"
+    still = GroundMotion("", 0.01, np.array([0.0, 1.0, 0.0]))
+    damper = Damper(float(rubs), float(rattles), contact_time_s=1e-3 if dwells else None)
+    with alone(name):
+        ground_response(Structure(), damper, still)
