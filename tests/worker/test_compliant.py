@@ -85,7 +85,7 @@ def test_stiffness_and_contact_time_are_inverse() -> None:
 
 
 # ζ, r, γ_F, d/Z, e, β, K/k, cycles: impacts alone; with friction; chatter, rest on the wall and stick; turns and stops in
-# contact; without loss; overdamped
+# contact; without loss; overdamped; so much that its rates are far apart, both fast
 SCENES = [
     (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1.0, 4),
     (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e2, 4),
@@ -99,6 +99,9 @@ SCENES = [
     (0.02, 1.0, 0.0, 2.0, 1.0, 0.1, 1e4, 3),
     (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e1, 3),
     (0.05, 2.5, 0.3, 0.2, 0.05, 2.0, 30.0, 4),
+    (0.02, 1.0, 0.0, 1.0, 1e-2, 0.1, 2e3, 2),
+    (0.02, 0.9, 0.4, 0.5, 1e-2, 0.1, 1e4, 2),
+    (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e3, 2),
 ]
 
 

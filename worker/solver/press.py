@@ -169,16 +169,25 @@ def _pressed_on(state, wall, phase, left, base, contact, friction, counts, meter
     held = False
     offset = 0.0
     motion = contact.slipping
+    between = contact.slipping_between
     if friction is not None:
         held = state.slip == 0.0
         offset = state.slip * friction
         if held:
             motion = contact.held
+            between = contact.held_between
     start = buffers.start
     set_out(state, offset, held, phase, motion, start)
     expand_base(base, phase, buffers.shaken)
     if motion.fast > 0:
         first, second, settled = vibration(start, motion)
+        if not settled and between.fast > 0:
+            _, _, follows = vibration(start, between)
+            if follows:
+                counts[SEGMENTS] += 1
+                expand(start, DIM - 1, between.slow_rows, buffers)
+                t = min(left, between.slow_step)
+                return to_event(state, wall, phase, t, offset, held, base, friction, buffers, meter)
         if settled or left > FEWEST_STEPS * motion.step:
             t = min(left, motion.slow_step)
             if not settled:

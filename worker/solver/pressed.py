@@ -14,7 +14,8 @@ overdamped and yields slowly, else y and y') and σ the others, P and B solve tw
 
     φ = Pσ + f,   σ = ξ + Bf,   ξ' = Gξ,   f' = Ff,
 
-by iteration, which converges as the ratio of the rates.
+by iteration, which converges as the ratio of the rates. A wall with much damping has two rates far apart, both fast beside
+the structure: between them, y is still moving when y' has long come to follow it, and a third set of rows takes y as slow.
 """
 
 from math import sqrt
@@ -93,12 +94,16 @@ class Contact(NamedTuple):
     ----------
     slipping, held : Pressed
         The motion in contact.
+    slipping_between, held_between : Pressed
+        The same with y' alone as fast, where that differs; `fast` is 0 where it does not.
     buffers : Buffers
         Scratch.
     """
 
     slipping: Pressed
     held: Pressed
+    slipping_between: Pressed
+    held_between: Pressed
     buffers: Buffers
 
 
@@ -106,8 +111,10 @@ class Contact(NamedTuple):
 def make_contact(base, particle, wall):
     """Motion in contact with a compliant wall."""
     return Contact(
-        _make_pressed(base, particle.mass_ratio, wall, False),
-        _make_pressed(base, particle.mass_ratio, wall, True),
+        _make_pressed(base, particle.mass_ratio, wall, False, False),
+        _make_pressed(base, particle.mass_ratio, wall, True, False),
+        _make_pressed(base, particle.mass_ratio, wall, False, True),
+        _make_pressed(base, particle.mass_ratio, wall, True, True),
         Buffers(
             np.zeros(TERMS),
             np.zeros(TERMS),
@@ -135,7 +142,13 @@ def point_contact(contact):
         address(one.scratch, 0),
         address(one.start, 0),
     )
-    return Contact(_point(contact.slipping), _point(contact.held), buffers)
+    return Contact(
+        _point(contact.slipping),
+        _point(contact.held),
+        _point(contact.slipping_between),
+        _point(contact.held_between),
+        buffers,
+    )
 
 
 @kernel
@@ -184,7 +197,7 @@ def _equations(base, mass_ratio, wall, held):
 
 
 @kernel
-def _make_pressed(base, mass_ratio, wall, held):
+def _make_pressed(base, mass_ratio, wall, held, between):
     a = _equations(base, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
     fastest, slowest = contact_rates(-a[5, 4], -a[5, 5])
@@ -194,11 +207,14 @@ def _make_pressed(base, mass_ratio, wall, held):
         fast = 2
     elif fastest >= _APART * max(others, slowest):
         fast = 1
+    if between:
+        fast = 1 if fast == 2 and fastest >= _APART * slowest else 0
     step = min(base.window, _LONGEST / fastest)
     slow_step = step if fast == 0 else base.window
     rows = np.zeros(4 * DIM * TERMS)
     slow_rows = np.zeros(4 * DIM * TERMS)
-    _fill_rows(rows, a, np.eye(DIM), DIM, base, wall, share, held)
+    if not between:
+        _fill_rows(rows, a, np.eye(DIM), DIM, base, wall, share, held)
     reader = np.zeros((2, DIM))
     writer = np.zeros((DIM, 2))
     rates = np.zeros((2, 2))
