@@ -21,6 +21,7 @@ from service.figures.style import (
     styled,
     ticks_1_2_5,
     title_of,
+    told,
 )
 from studies.registry import EVERY_DIMENSION
 from studies.variables import Status
@@ -117,11 +118,6 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     return figure
 
 
-def _told(name: str, value: float | str) -> str:
-    """Write one coordinate; a record has no symbol."""
-    return value if isinstance(value, str) else f"{SYMBOLS.get(name, name)} = {value:.4g}"
-
-
 def draw_ranking(answer: xr.Dataset) -> Figure:
     """Draw ranked designs, the best on top, with the error of each.
 
@@ -132,9 +128,12 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
     """
     count = answer.sizes["rank"]
     columns = {name: answer[name].values for name in EVERY_DIMENSION if name in answer.coords}
+    units = {name: str(answer[name].attrs.get("units", "1")) for name in columns}
     vary = [name for name, column in columns.items() if len(set(column.tolist())) > 1]
-    names = [", ".join(_told(name, columns[name][row]) for name in vary) for row in range(count)]
-    shared = [_told(name, column[0]) for name, column in columns.items() if name not in vary and count]
+    names = [", ".join(told(name, columns[name][row], units[name]) for name in vary) for row in range(count)]
+    shared = [
+        told(name, column[0], units[name]) for name, column in columns.items() if name not in vary and count
+    ]
     errors = np.nan_to_num(answer["error"].values) if "error" in answer else None
     with styled():
         figure = Figure(figsize=(6.6, 1.3 + 0.28 * count), layout="constrained")

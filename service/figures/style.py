@@ -55,8 +55,14 @@ SYMBOLS: dict[str, str] = {
     "clearance_ratio": "$d/Z$",
     "friction_ratio": "$γ_F$",
     "frequency_ratio": "$r$",
+    "record": "",
+    "natural_frequency_hz": "$f_n$",
+    "scale": "scale",
+    "particle_mass_kg": "$m$",
+    "clearance_m": "$d$",
+    "friction_force_n": "$F_f$",
 }
-"""The dimensions as the paper writes them."""
+"""The dimensions as the paper writes them; a record goes by its own name."""
 
 _DRAWING = threading.RLock()
 
@@ -94,6 +100,7 @@ def title_of(array: xr.DataArray) -> str:
     name = str(array.attrs.get("long_name", array.name))
     for plain, typeset in (
         ("γ_F", "$γ_F$"),
+        ("F_f", "$F_f$"),
         ("ω_n", "$ω_n$"),
         ("d/Z", "$d/Z$"),
         ("X/Z", "$X/Z$"),
@@ -105,11 +112,18 @@ def title_of(array: xr.DataArray) -> str:
     return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{units}]")
 
 
+def told(name: str, value: float | str, units: str = "1") -> str:
+    """Write one coordinate as a title has it."""
+    if isinstance(value, str):
+        return value
+    return f"{SYMBOLS.get(name, name)} = {value:.4g}" + ("" if units == "1" else f" {units}")
+
+
 def fixed_title(answer: xr.Dataset) -> str:
     """Title of a slice: the values of the dimensions that it does not run along, and how one was reduced."""
-    here = {name: symbol for name, symbol in SYMBOLS.items() if name in answer.coords}
+    here = [name for name in SYMBOLS if name in answer.coords and answer[name].ndim == 0]
     fixed = ", ".join(
-        f"{symbol} = {float(answer[name]):.4g}" for name, symbol in here.items() if answer[name].ndim == 0
+        told(name, answer[name].item(), str(answer[name].attrs.get("units", "1"))) for name in here
     )
     if "over" in answer.attrs:
         fixed += f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over'], answer.attrs['over'])}"
