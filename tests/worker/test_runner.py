@@ -88,9 +88,9 @@ def slow(client: Client, seconds: float) -> Iterator[None]:
     def slow_down() -> None:
         import worker.tasks
 
-        def late(study: object, block: object) -> object:
+        def late(study: object, block: object, known: object = None) -> object:
             time.sleep(seconds)
-            return solve_block(study, block)  # type: ignore[arg-type]
+            return solve_block(study, block, known)  # type: ignore[arg-type]
 
         worker.tasks.solve_block = late
 
@@ -115,10 +115,10 @@ def broken(client: Client, start: int | None) -> Iterator[None]:
     def damage() -> None:
         import worker.tasks
 
-        def fail(study: object, block: object) -> object:
+        def fail(study: object, block: object, known: object = None) -> object:
             if start is None or block.start[4] == start:  # type: ignore[attr-defined]
                 raise ZeroDivisionError("broken on purpose")
-            return solve_block(study, block)  # type: ignore[arg-type]
+            return solve_block(study, block, known)  # type: ignore[arg-type]
 
         worker.tasks.solve_block = fail
 
