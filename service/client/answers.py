@@ -79,8 +79,11 @@ class FrequencyResponse(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.curves import draw_response
+        from service.figures.curves import draw_compared, draw_response
 
+        if "differs" in self:
+            first, second = self.attrs["studies"]
+            return draw_compared(self, self._metric, (first, second))
         return draw_response(self, self._metric)
 
 

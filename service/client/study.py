@@ -214,7 +214,11 @@ class Study:
         return read_map(self._question("resonance-map", asked, at))
 
     def frequency_response(
-        self, metric: str = "amplitude_ratio", interpolate: bool = False, **at: float
+        self,
+        metric: str = "amplitude_ratio",
+        interpolate: bool = False,
+        with_: "Study | str | None" = None,
+        **at: float,
     ) -> "FrequencyResponse":
         """Follow one design along the frequency ratio.
 
@@ -224,17 +228,21 @@ class Study:
             A variable that the study keeps.
         interpolate : bool
             Take values between grid points.
+        with_ : Study, optional
+            A second study on the same frequencies, as the way down of a hysteresis: ``other`` holds its values, ``differs``
+            and the attribute ``apart`` where the two are different responses.
         **at : float
             The design by its dimensions, as in ``clearance_ratio=10``; the nearest grid point is taken.
 
         Returns
         -------
         FrequencyResponse
-            See `studies.answers.frequency_response`.
+            See `studies.answers.frequency_response` and `studies.answers.compared_response`.
         """
         from service.client.answers import read_response
 
-        asked = {"metric": metric, "interpolate": interpolate}
+        other = None if with_ is None else _ids([with_])
+        asked = {"metric": metric, "interpolate": interpolate, "with": other}
         return read_response(self._question("frequency-response", asked, at))
 
     def optimal_designs(
@@ -341,6 +349,7 @@ class Study:
         mass_ratio: float | None = None,
         detuning: float = 0.0,
         damping_detuning: float = 0.0,
+        excitation: Literal["base", "force"] = "base",
         **at: float,
     ) -> "TmdComparison":
         """Compare one design with a tuned mass damper.
@@ -353,6 +362,9 @@ class Study:
             Its μ; that of the design if not given.
         detuning, damping_detuning : float
             Shares by which its frequency and its damping are off: 0.05 is five per cent too high.
+        excitation : {"base", "force"}
+            What the tuned mass damper answers to: the shaken base, or a force on the structure, X then over its static
+            deflection. The hybrid is always shaken through its base.
         **at : float
             The design by its dimensions; the nearest grid point is taken.
 
@@ -368,6 +380,7 @@ class Study:
             "mass_ratio": mass_ratio,
             "detuning": detuning,
             "damping_detuning": damping_detuning,
+            "excitation": excitation,
         }
         return read_tmd(self._question("tmd-comparison", asked, at))
 

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from service.client import Client, Study
+from studies.answers.compared_response import compared_response
 from studies.answers.frequency_response import frequency_response
 from studies.answers.merged import merged_designs
 from studies.answers.optimal_designs import optimal_designs
@@ -105,6 +106,12 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
         lambda study: study.frequency_response(interpolate=True, **AT),
         lambda cube: frequency_response(cube, at=AT, interpolate=True),
     ),
+    "response beside another": (
+        lambda study: study.frequency_response(with_=study, **AT),
+        lambda cube: compared_response(cube, cube, at=AT).assign_attrs(
+            studies=[cube.attrs["digest"][:12]] * 2
+        ),
+    ),
     "ranking": (
         lambda study: study.optimal_designs(
             "band_rms", band=(0.95, 1.0), top=4, exclude_locked=True, clearance_ratio=(5, 10)
@@ -128,6 +135,10 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
     "tuned mass damper": (
         lambda study: study.tmd_comparison("den_hartog", detuning=0.05, **AT),
         lambda cube: tmd_comparison(cube, "den_hartog", detuning=0.05, at=AT),
+    ),
+    "tuned mass damper under a force": (
+        lambda study: study.tmd_comparison("hinf", excitation="force", **AT),
+        lambda cube: tmd_comparison(cube, "hinf", at=AT, excitation="force"),
     ),
     "work and precision": (lambda study: study.work_precision(), work_precision),
 }
@@ -231,6 +242,7 @@ def test_export_holds_every_point(
     [
         (lambda study: study.resonance_map(), "Clearance ratio"),
         (lambda study: study.frequency_response(**AT), "Frequency ratio"),
+        (lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
         (lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),
         (lambda study: study.robust_designs((1, 2)), "argest over the base amplitudes"),
         (lambda study: study.tmd_comparison(**AT), "tuned mass damper"),
