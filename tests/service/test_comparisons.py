@@ -49,6 +49,59 @@ def test_a_tuned_mass_damper_stands_beside_the_structure(client: httpx.Client, c
     assert "The masses differ" in answer["note"]
 
 
+def _under_a_force(r: float, mass: float, tuning: float, damping: float, zeta: float) -> float:
+    """|X| over the static deflection: both equations of motion, solved."""
+    stiffness = mass * tuning * (tuning + 2j * damping * r)
+    matrix = [[1.0 - r * r + 2j * zeta * r + stiffness, -stiffness], [-stiffness, stiffness - mass * r * r]]
+    return float(abs(np.linalg.solve(matrix, [1.0, 0.0])[0]))
+
+
+def test_a_tuned_mass_damper_under_a_force_answers_as_its_equations(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    params = {"mass_ratio": "0.1", "criterion": "hinf", "excitation": "force"}
+    url = f"{STUDIES}/{curve['id']}/tmd-comparison"
+    answer = client.get(url, params=params).raise_for_status().json()
+    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
+    expected = [_under_a_force(r, 0.1, tuning, damping, 0.0038) for r in answer["frequency_ratio"]]
+    np.testing.assert_allclose(answer["tmd"], expected, rtol=1e-11)
+    refused = client.get(url, params=params | {"excitation": "wind"})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "excitation"
+
+
+def test_a_response_stands_beside_that_of_another_study(
+    client: httpx.Client, curve: dict[str, Any], friction: dict[str, Any]
+) -> None:
+    url = f"{STUDIES}/{curve['id']}/frequency-response"
+    answer = client.get(url, params={"with": curve["id"]}).raise_for_status().json()
+    assert answer["studies"] == [curve["id"], curve["id"]]
+    assert answer["other"] == answer["values"]
+    assert (answer["apart"], sum(answer["differs"])) == ([], 0)
+    others = client.get(url, params={"with": friction["id"]})
+    assert others.status_code == 422
+    assert (others.json()["errors"][0]["field"], "frequency_ratio" in others.text) == ("with", True)
+    missing = client.get(url, params={"with": "0123456789ab"})
+    assert missing.status_code == 404
+
+
+def test_designs_outside_a_range_of_a_result_are_left_out(
+    client: httpx.Client, friction: dict[str, Any]
+) -> None:
+    url = f"{STUDIES}/{friction['id']}/optimal-designs"
+    every = client.get(url, params={"top": 100}).raise_for_status().json()["designs"]
+    sliding = (
+        client.get(url, params={"top": 100, "stick_fraction": "0,0.5"}).raise_for_status().json()["designs"]
+    )
+    assert 0 < len(sliding) < len(every)
+    forces = [{design["friction_ratio"] for design in each} for each in (sliding, every)]
+    assert forces[0] < forces[1]
+    assert max(forces[0]) < max(forces[1])  # much friction is what sticks
+    bad = client.get(url, params={"stick_fraction": "0.5,0"})
+    assert bad.status_code == 422
+    assert bad.json()["errors"][0]["field"] == "stick_fraction"
+
+
 def test_a_ranking_without_an_objective_is_over_the_band(
     client: httpx.Client, friction: dict[str, Any]
 ) -> None:
