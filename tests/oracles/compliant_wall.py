@@ -181,11 +181,13 @@ def _slope(p: list[Any], h: Any) -> Any:
 
 
 def end_state(
-    scene: Scene, cycles: int, numbers: Numbers = FLOATS, shift: Sequence[Any] = (0, 0, 0, 0)
+    scene: Scene, cycles: int, numbers: Numbers = FLOATS, start: Sequence[Any] = (0, 0, 0, 0)
 ) -> tuple[list[Any], March]:
-    """State u, u', p, p' after whole cycles from rest, or from rest shifted a little, and the march that led there."""
+    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and the march that led there."""
     march = March(scene, numbers)
-    march.u, march.u_rate, march.p, march.p_rate = (numbers.of(x) for x in shift)
+    march.u, march.u_rate, march.p, march.p_rate = (numbers.of(x) for x in start)
+    if march.gamma and march.u_rate > march.r:
+        march.slip = 1
     end = 2 * numbers.pi * cycles / march.r
     while march.t < end:
         march.step_to(end)

@@ -5,6 +5,7 @@ mass slipping one way or held. DOP853 at 1e-12 finds every event. For scenes wit
 would have to ride on is an error.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 
@@ -27,14 +28,16 @@ class Scene:
     contact_time: float
 
 
-def end_state(scene: Scene, cycles: int) -> tuple[list[float], int]:
-    """State u, u', p, p' after whole cycles from rest, and how many impacts there were."""
+def end_state(
+    scene: Scene, cycles: int, start: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+) -> tuple[list[float], int]:
+    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and how many impacts there were."""
     zeta, r, gamma = scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio
     delta, beta = scene.clearance_ratio, scene.mass_ratio
 
     t, end = 0.0, 2.0 * pi * cycles / r
-    y = np.zeros(4)
-    slip = -1.0 if gamma else 0.0  # v' = -r
+    y = np.array(start, dtype=float)
+    slip = float(np.sign(y[1] - r)) if gamma else 0.0
     held = False
     joined_until = 0.0
     speed, wall = 0.0, 0.0

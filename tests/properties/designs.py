@@ -2,8 +2,9 @@
 
 from hypothesis import strategies as st
 
+from worker.physics.contact import wall_constants
 from worker.simulate import Design
-from worker.solver.scene import Particle
+from worker.solver.scene import Particle, Wall
 
 CYCLES = 8
 
@@ -17,6 +18,19 @@ particles = st.builds(
     st.one_of(st.sampled_from([0.1, 1.0]), st.floats(1e-3, 3.0)),
     contact_time=st.none(),
     wall=st.none(),
+)
+dwelling = st.builds(
+    lambda particle, contact_time: particle._replace(contact_time=contact_time),
+    particles,
+    st.floats(1e-3, 2.0),
+)
+compliant = st.builds(
+    lambda particle, restitution, contact_time: particle._replace(
+        restitution=restitution, wall=Wall(*wall_constants(restitution, contact_time, particle.mass_ratio))
+    ),
+    particles,
+    st.floats(0.02, 0.9),
+    st.floats(1e-3, 2.0),
 )
 alone = st.builds(Design, damping_ratios, frequency_ratios)
 rubbing = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios)

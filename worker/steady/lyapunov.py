@@ -7,7 +7,6 @@ import numpy as np
 from worker.jit import kernel
 from worker.solver.march import half_cycle
 from worker.solver.scene import ARRIVED
-from worker.steady.orbit import is_linearised
 from worker.steady.tangent import SIZE, propagate
 
 _BATCHES = 16
@@ -27,11 +26,8 @@ def is_chaotic(state, cycles, base, free, loaded, friction, particle, work, coun
     Notes
     -----
     The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has exponent
-    0: its mean then lies within its error, or below the 0.01 that tells slow beats from chaos at this length. Where
-    contacts take time the tangent is not known, and no response is called chaotic.
+    0: its mean then lies within its error, or below the 0.01 that tells slow beats from chaos at this length.
     """
-    if not is_linearised(particle):
-        return False
     tangent = np.zeros((SIZE, 1))
     tangent[0, 0] = 1.0
     if size > 2:

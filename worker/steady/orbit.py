@@ -1,12 +1,13 @@
 """Periodic orbits by Newton on the section, with the exact Jacobian of the event-driven map."""
 
-from math import inf, sqrt
+from math import ceil, inf, sqrt
 
 import numpy as np
 
-from worker.jit import kernel
+from worker.jit import inlined, kernel
 from worker.solver.march import half_cycle
-from worker.solver.scene import ARRIVED, IMPACTS, State
+from worker.solver.scene import ARRIVED, IMPACTS, Dwell, State
+from worker.steady.lasting import is_contact
 from worker.steady.tangent import SIZE, propagate, spectral_radius
 
 _ITERATIONS = 10
@@ -21,7 +22,11 @@ LEAVES, FOLLOWS, APPROACHES = range(3)
 
 @kernel
 def coordinates(state, particle, out):
-    """Section coordinates v, w, p, p' (at phase 0, where s = 0) of a state into `out`, shape (SIZE,)."""
+    """Section coordinates of a state into `out`, shape (SIZE,): v, w, p, p' at phase 0, where s = 0.
+
+    In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
+    time until the particle is let go and the speed at which it came.
+    """
     out[0] = state.v
     out[1] = state.w
     out[2] = 0.0
@@ -29,6 +34,23 @@ def coordinates(state, particle, out):
     if particle is not None:
         out[2] = state.v - state.wall * (particle.clearance_ratio - state.gap)
         out[3] = state.p_rate
+        _contact_coordinates(state, state.dwell, particle.wall, out)
+
+
+@inlined
+def _contact_coordinates(state, dwell, wall, out):
+    if dwell is not None:
+        if is_contact(state.riding, dwell.speed, wall):
+            out[2] = -state.wall * state.gap if wall is not None else state.wall * dwell.left
+            out[3] = state.wall * dwell.speed
+
+
+@inlined
+def _has_contact(state, dwell, wall):
+    """Whether the last two coordinates are those of a contact."""
+    if dwell is not None:
+        return is_contact(state.riding, dwell.speed, wall)
+    return False
 
 
 @kernel
@@ -44,29 +66,47 @@ def state_at(point, like, particle):
     v, w = point[0], point[1]
     gap = 0.0
     p_rate = 0.0
+    dwell = like.dwell
     possible = w * like.slip >= 0.0
     if particle is not None:
         if like.riding > 0.0:
             p_rate = like.p_rate + (w - like.w)
+            gap, p_rate, dwell, allowed = _contact_at(
+                point, like, p_rate, like.dwell, particle.wall, particle.contact_time, particle.restitution
+            )
+            possible = possible and allowed
         else:
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
-            possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
-    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell), possible
+            least = 0.0
+            if like.gap < 0.0:  # let go while still in a compliant wall
+                least = -inf
+            possible = possible and least <= gap <= 2.0 * particle.clearance_ratio
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
 
 
-@kernel
-def _takes_time(contact_time, wall):
-    """Whether contacts take time, which the linearised map of `tangent.propagate` does not know."""
-    return contact_time is not None or wall is not None
-
-
-@kernel
-def is_linearised(particle):
-    """Whether the Jacobian of the map of a half cycle is known."""
-    if particle is not None:
-        return not _takes_time(particle.contact_time, particle.wall)
-    return True
+@inlined
+def _contact_at(point, like, p_rate, dwell, wall, contact_time, restitution):
+    """Gap, particle velocity and dwell of a contact at section coordinates, and whether there is such a one."""
+    gap = 0.0
+    allowed = True
+    if dwell is not None:
+        speed = like.wall * point[3]
+        if wall is not None:
+            gap = -like.wall * point[2]
+            p_rate -= like.wall * (speed - dwell.speed)
+            allowed = gap <= 0.0 and wall.damping * speed - wall.stiffness * gap >= 0.0
+            dwell = Dwell(0.0, speed)
+        if contact_time is not None:
+            if dwell.speed > 0.0:
+                # beyond its ends lies the contact before or the one after, about as it is in a chatter
+                left = like.wall * point[2]
+                later = 1.0 - ceil(left / contact_time)
+                left += later * contact_time
+                speed *= restitution**later
+                allowed = 0.0 < left <= contact_time and 0.0 < speed < inf
+                dwell = Dwell(left, speed)
+    return gap, p_rate, dwell, allowed
 
 
 @kernel
@@ -77,10 +117,8 @@ def around(state, lag, base, free, loaded, friction, particle, work, counts, log
     -------
     state : State
     complete : bool
-        False where the march or its record ended early, or the Jacobian is not known; it is then of no use.
+        False where the march or its record ended early; the Jacobian is then of no use.
     """
-    if not is_linearised(particle):
-        return state, False
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
@@ -113,7 +151,7 @@ def _newton_step(monodromy, residual, state, size, friction, particle, step):
         if state.slip == 0.0:
             free[1] = False
     if particle is not None:
-        if state.riding > 0.0:
+        if state.riding > 0.0 and not _has_contact(state, state.dwell, particle.wall):
             free[2] = False
             free[3] = False
     index = np.empty(SIZE, np.int64)
@@ -155,6 +193,17 @@ def _norm(vector, size):
     return sqrt(total)
 
 
+@inlined
+def _same_regime(one, other, particle):
+    """Whether the coordinates of two states mean the same."""
+    same = one.riding == other.riding and one.slip == other.slip
+    if particle is not None:
+        same = same and _has_contact(one, one.dwell, particle.wall) == _has_contact(
+            other, other.dwell, particle.wall
+        )
+    return same
+
+
 @kernel
 def find_orbit(
     state, lag, scale, reach, base, free, loaded, friction, particle, work, counts, log, monodromy
@@ -183,8 +232,6 @@ def find_orbit(
     halves : int
         Half cycles marched.
     """
-    if not is_linearised(particle):
-        return state, inf, 0
     size = active_size(state, particle, counts)
     point = np.empty(SIZE)
     end = np.empty(SIZE)
@@ -198,7 +245,7 @@ def find_orbit(
             here, lag, base, free, loaded, friction, particle, work, counts, log, monodromy
         )
         halves += lag
-        if not complete or there.riding != here.riding or there.slip != here.slip:
+        if not complete or not _same_regime(there, here, particle):
             return state, inf, halves
         coordinates(there, particle, end)
         for i in range(SIZE):

@@ -3,6 +3,7 @@
 Tangent vectors are (δv, δw, δp, δp') at equal times. Between events they follow the homogeneous motion; an event whose
 time moves by δt adds the difference of the two vector fields (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7):
 δz⁺ = R_z (δz⁻ + f⁻ δt) + R_t δt − f⁺ δt, with δt = −h_z δz⁻ / (dh/dt).
+Contacts that take time are in `lasting`.
 """
 
 from math import cos, exp, sin
@@ -11,28 +12,16 @@ from math import log as natural_log
 import numpy as np
 
 from worker.jit import kernel
+from worker.solver.dwell import dwell_at_rest
 from worker.solver.record import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
 from worker.solver.riding import medium_of
 from worker.solver.scene import FAR_WALL, NEAR_WALL, TURN
 from worker.solver.taylor import TERMS, combine, slope, value
+from worker.steady.field import relative_acceleration
+from worker.steady.lasting import propagate_lasting
 
 SIZE = 4
 """Components of a tangent vector."""
-
-
-@kernel
-def _relative_acceleration(v, w, slip, riding, sine, base, free, loaded, friction, particle):
-    """v'' in the regime of a segment."""
-    r = base.frequency_ratio
-    offset = 0.0
-    if friction is not None:
-        if slip == 0.0:
-            return 0.0
-        offset = slip * friction
-    compliance = free.compliance
-    if particle is not None:
-        compliance = medium_of(free, loaded, riding, particle.wall).compliance
-    return r * r * sine - compliance * (base.two_zeta * w + v + offset)
 
 
 @kernel
@@ -46,7 +35,7 @@ def propagate(log, base, free, loaded, friction, particle, tangents, work):
     base, free, loaded, friction, particle
         As in `march.half_cycle`.
     tangents : array, shape (SIZE, n)
-        n tangent vectors, in columns.
+        n tangent vectors, in columns, in the coordinates of `orbit.coordinates`.
     work : array, shape (4, TERMS)
         Scratch.
 
@@ -55,6 +44,21 @@ def propagate(log, base, free, loaded, friction, particle, tangents, work):
     A mass held by friction forgets δw, a riding particle follows the wall: directions in which a perturbation dies in no
     time have multiplier 0. A chatter is the product of its impacts up to the join.
     """
+    _propagate(log, base, free, loaded, friction, particle, dwell_at_rest(particle), tangents, work)
+
+
+@kernel
+def _propagate(log, base, free, loaded, friction, particle, dwell, tangents, work):
+    """By the type of `dwell`: contacts at once, or such as take time."""
+    if dwell is not None:
+        propagate_lasting(log, base, free, loaded, friction, particle, particle.wall, tangents, work)
+    else:
+        _propagate_at_once(log, base, free, loaded, friction, particle, tangents, work)
+
+
+@kernel
+def _propagate_at_once(log, base, free, loaded, friction, particle, tangents, work):
+    """`propagate` where contacts take no time."""
     relative = work[0]
     r = base.frequency_ratio
     count = min(log.cursor[0], log.rows.shape[0])
@@ -106,8 +110,8 @@ def propagate(log, base, free, loaded, friction, particle, tangents, work):
         base_rate = r * cos(start + r * t)
         base_acceleration = -r * r * sine
         after = log.rows[i + 1]
-        before_a = _relative_acceleration(v, w, slip, riding, sine, base, free, loaded, friction, particle)
-        after_a = _relative_acceleration(
+        before_a = relative_acceleration(v, w, slip, riding, sine, base, free, loaded, friction, particle)
+        after_a = relative_acceleration(
             after[V], after[W], after[SLIP], after[RIDING], sine, base, free, loaded, friction, particle
         )
         if kind == TURN:

@@ -1,0 +1,160 @@
+"""A march begun anew just after one of its events, as if nothing had been before, comes to the same end."""
+
+from collections.abc import Callable
+from itertools import product
+from math import ceil, pi
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from tests.properties.designs import (
+    compliant,
+    damping_ratios,
+    dwelling,
+    frequency_ratios,
+    friction_ratios,
+    particles,
+)
+from worker.simulate import Design
+from worker.solver.forms import base_forms
+from worker.solver.march import half_cycle
+from worker.solver.record import DURATION, EVENT, START, empty_log
+from worker.solver.riding import make_loaded
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, State
+from worker.solver.shaking import mirrored
+from worker.solver.taylor import TERMS
+from worker.solver.windows import make_base, make_medium
+from worker.steady.orbit import coordinates, state_at
+from worker.steady.start import at_rest
+
+HALVES = 6
+STEP = 1e-8
+"""Of the perturbations that show how a march amplifies, relative."""
+MOST = 1e6
+"""Largest amplification, of the way to the restart times that from it: beyond, few digits are left to compare."""
+ROUNDING = 1e-14
+"""Relative: 1e-16 of each of the segments, of which there may be a hundred, without order."""
+SHORTEST = 1e-6
+"""Segment worth a restart [1/ω_n]: in a shorter one a flight has few digits."""
+
+
+class March:
+    """The march of a design through any part of a half cycle."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+        self.friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+        self.base = make_base(design.damping_ratio, design.frequency_ratio, True)
+        self.half = pi / design.frequency_ratio
+
+    def through(self, state: State, begin: float, end: float, log: Any = None) -> State:
+        """From one time of a half cycle to another, in windows of its own, so that nothing is known of another march."""
+        r, particle = self.design.frequency_ratio, self.design.particle
+        count = max(1, ceil((end - begin) / self.base.window))
+        phases = r * np.linspace(begin, end, count + 1)
+        sine, cosine = np.sin(phases), np.cos(phases)
+        if end == self.half:
+            sine[-1], cosine[-1] = 0.0, -1.0
+        window = (end - begin) / count
+        base = self.base._replace(
+            window=window, windows=count, sine=sine, cosine=cosine, forms=base_forms(self.base.rows, window)
+        )
+        loaded = None if particle is None else make_loaded(base, particle, particle.wall, True)
+        counts = np.zeros(COUNTS, np.int64)
+        counts[BUDGET] = 100_000
+        state, outcome = half_cycle(
+            state,
+            base,
+            make_medium(base, 1.0, True),
+            loaded,
+            self.friction,
+            particle,
+            np.empty((4, TERMS)),
+            counts,
+            None,
+            log,
+        )
+        assert outcome == ARRIVED
+        return mirrored(base, state)
+
+    def on(self, state: State, halves: int) -> State:
+        """Through whole half cycles."""
+        for _ in range(halves):
+            state = mirrored(self.base, self.through(state, 0.0, self.half))
+        return state
+
+    def point(self, state: State) -> np.ndarray:
+        """v, w, p, p' less those of the base."""
+        out = np.zeros(4)
+        coordinates(state._replace(riding=0.0), self.design.particle, out)
+        return out
+
+    def amplification(self, way: Callable[[State], State], start: State) -> float:
+        """How far apart, over what they were, motions end that start a little beside one, where its regime allows it."""
+        end = self.point(way(start))
+        out = np.zeros(4)
+        coordinates(start, self.design.particle, out)
+        most = 1.0
+        for i, sign in product(range(4), (1.0, -1.0)):
+            moved = out.copy()
+            moved[i] += sign * STEP * (1.0 + abs(moved[i]))
+            other, possible = state_at(moved, start, self.design.particle)
+            if possible and not (i == 1 and self.friction is not None and start.slip == 0.0):
+                most = max(most, np.abs(self.point(way(other)) - end).max() / STEP)
+        return most
+
+
+def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
+    march = March(design)
+    before = march.on(at_rest(design.frequency_ratio, march.friction, design.particle), HALVES)
+    log = empty_log(4096)
+    march.through(before, 0.0, march.half, log)
+    rows = log.rows[: log.cursor[0]]
+    assert log.cursor[0] <= len(log.rows)
+    after = np.flatnonzero((rows[:-1, EVENT] != NOTHING) & (rows[1:, DURATION] > SHORTEST)) + 1
+    assume(after.size > 0)
+    following = rows[after[which % after.size]]
+    restart = float(following[START] + share * following[DURATION])
+
+    def to_restart(state: State) -> State:
+        return march.through(state, 0.0, restart)
+
+    def to_end(state: State) -> State:
+        return march.on(mirrored(march.base, march.through(state, restart, march.half)), 2)
+
+    middle = to_restart(before)
+    assert (middle.slip_order, middle.gap_order) == (0, 0)  # nothing of the event is left in it
+    end = march.on(before, 3)
+    again = to_end(middle)
+    grown = march.amplification(to_restart, before) * march.amplification(to_end, middle)
+    assume(grown <= MOST)
+    scale = 1.0 + np.abs(march.point(before)).max()
+    assert np.abs(march.point(again) - march.point(end)).max() <= ROUNDING * grown * scale
+
+
+SCENES = {"friction alone": st.none(), "instant": particles, "dwell": dwelling, "compliant": compliant}
+RESTARTS = (st.integers(0, 1000), st.floats(1e-3, 0.999))
+FEW = settings(max_examples=25, deadline=None, derandomize=True)
+
+
+@pytest.mark.parametrize("scene", ["instant", "dwell", "compliant"])
+def test_restart_after_any_event_comes_to_the_same_end(scene: str) -> None:
+    @FEW
+    @given(st.builds(Design, damping_ratios, frequency_ratios, st.just(0.0), SCENES[scene]), *RESTARTS)
+    def holds(design: Design, which: int, share: float) -> None:
+        comes_to_the_same_end(design, which, share)
+
+    holds()
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_restart_after_any_event_with_friction_comes_to_the_same_end(scene: str) -> None:
+    @FEW
+    @given(st.builds(Design, damping_ratios, frequency_ratios, friction_ratios, SCENES[scene]), *RESTARTS)
+    def holds(design: Design, which: int, share: float) -> None:
+        comes_to_the_same_end(design, which, share)
+
+    holds()

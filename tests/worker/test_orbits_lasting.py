@@ -1,0 +1,168 @@
+"""Periodic and chaotic responses where contacts take time, against independent marches."""
+
+from functools import lru_cache
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from studies.variables import ResponseClass
+from tests.oracles import compliant_wall, dwelling
+from tests.worker.designs_drawn import Point, drawn_points
+from worker.physics.contact import wall_constants
+from worker.solver.scene import ARRIVED, Particle, State, Wall
+from worker.steady.orbit import coordinates, state_at
+from worker.steady.response import Response
+from worker.steady.run import advance, make_notes, make_scene
+
+MODELS = ("dwell", "compliant")
+DRAWN = 24
+PLAIN_CYCLES = 4000
+EXACT = 1e-8
+SLOW = 0.96  # a period: 25 cycles or more for a factor of e
+CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
+
+
+def lasting(point: Point, model: str, contact_time: float) -> Point:
+    """The same point with contacts that take time."""
+    one = point.particle
+    if model == "dwell":
+        return point._replace(particle=one._replace(contact_time=contact_time))
+    wall = Wall(*wall_constants(one.restitution, contact_time, one.mass_ratio))
+    return point._replace(particle=one._replace(wall=wall))
+
+
+def plain(point: Point, state: State, cycles: int) -> tuple[np.ndarray, State]:
+    """Peaks of some cycles, and the end, by marching alone."""
+    scene = make_scene(*point, cycles, True)
+    notes = make_notes(cycles, True)
+    end, _, outcome = advance(state, 0, 2 * cycles, True, scene, notes)
+    assert outcome == ARRIVED
+    return notes.peaks[:cycles, 0], end
+
+
+@lru_cache
+def periodic(model: str) -> list[tuple[Point, Response, State]]:
+    """Points at the paper's damping whose response repeats and is not locked."""
+    found = []
+    contact_times = np.geomspace(0.003, 0.3, 5)
+    for i, point in enumerate(islice(drawn_points(77, damping=(0.0038,)), DRAWN)):
+        point = lasting(point, model, float(contact_times[i % 5]))
+        response, end = point.solve()
+        if response.period > 0 and response.response_class != ResponseClass.LOCKED:
+            found.append((point, response, end))
+    return found
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_orbits_are_what_plain_marching_comes_to_with_a_fifth_of_its_cycles(model: str) -> None:
+    """A fifth where the way there is slow: a run that wanders in chaos first has to wander in either case."""
+    compared, saved = 0, []
+    for point, response, _ in periodic(model):
+        if response.floquet_multiplier ** (PLAIN_CYCLES / response.period) > 1e-12:
+            continue  # plain marching has not come there yet
+        peaks, _ = plain(point, point.rest(), response.period * (PLAIN_CYCLES // response.period))
+        off = np.abs(peaks.reshape(-1, response.period).mean(axis=1) - response.amplitude_ratio)
+        assert off[-1] <= EXACT, (point, response)
+        beyond = np.flatnonzero(off > EXACT)
+        if response.floquet_multiplier > SLOW:
+            saved.append(response.period * (2 + int(beyond[-1]) if beyond.size else 1) / response.cycles)
+        compared += 1
+    assert compared >= DRAWN // 2
+    assert len(saved) >= DRAWN // 8
+    assert np.median(saved) >= 5.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_multipliers_are_those_of_finite_differences(model: str) -> None:
+    """Of plain marches, contacts under way at the section included: there depth or time left are what is varied."""
+    compared = in_contact = 0
+    for point, response, end in periodic(model):
+        if (point.friction is not None and end.slip == 0.0) or response.impacts_per_cycle == 0.0:
+            continue  # a held mass cannot be moved aside
+        here, there, map_ = np.zeros(4), np.zeros(4), np.zeros((4, 4))
+        coordinates(end, point.particle, here)
+        possible = True
+        for j in range(4):
+            step = 1e-7 * (abs(here[j]) if end.riding > 0.0 and j == 2 else max(1.0, abs(here[j])))
+            for sign in (1.0, -1.0):
+                moved = here.copy()
+                moved[j] += sign * step
+                start, one_possible = state_at(moved, end, point.particle)
+                possible = possible and one_possible
+                _, after = plain(point, start, response.period)
+                coordinates(after, point.particle, there)
+                map_[:, j] += sign * there / (2.0 * step)
+        if not possible:
+            continue
+        truth = np.abs(np.linalg.eigvals(map_)).max()
+        assert response.floquet_multiplier == pytest.approx(truth, rel=0.0, abs=1e-5), (point, response)
+        compared += 1
+        in_contact += end.riding > 0.0
+    assert compared >= DRAWN // 4
+    assert in_contact >= 1
+
+
+def oracle_end(point: Point, start: np.ndarray, cycles: int) -> np.ndarray:
+    """State u, u', p, p' after whole cycles, by a march that shares nothing with the solver."""
+    friction = 0.0 if point.friction is None else point.friction
+    clearance, restitution, mass, contact_time, wall = point.particle
+    common = (point.damping_ratio, point.frequency_ratio, friction, clearance)
+    if wall is None:
+        assert contact_time is not None
+        scene = dwelling.Scene(*common, restitution, mass, contact_time)
+        return np.array(dwelling.end_state(scene, cycles, start.tolist())[0])
+    walls = compliant_wall.Scene(*common, mass, *wall)
+    return np.array(compliant_wall.end_state(walls, cycles, start=start.tolist())[0])
+
+
+ORBITS = [
+    (Point(0.0038, 0.98, 0.33, Particle(2.4, 0.62, 0.44)), 0.1),  # symmetric, two impacts per cycle
+    (Point(0.0038, 1.084, 0.61, Particle(2.12, 0.71, 0.106)), 0.05),  # not symmetric, three
+]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("instant", "contact_time"), ORBITS, ids=["symmetric", "asymmetric"])
+def test_orbits_and_multipliers_are_those_of_an_independent_march(
+    model: str, instant: Point, contact_time: float
+) -> None:
+    """Central differences, step 1e-4: its square, and the oracle's 1e-12 over the step, are 1e-8."""
+    point = lasting(instant, model, contact_time)
+    response, end = point.solve()
+    assert response.period == 1
+    assert response.impacts_per_cycle >= 2.0
+    assert end.riding == 0.0
+    position = end.v - end.wall * (point.particle.clearance_ratio - end.gap)
+    here = np.array([end.v, end.w + point.frequency_ratio, position, end.p_rate])
+    assert oracle_end(point, here, 1) == pytest.approx(here, rel=0.0, abs=EXACT)
+    steps = 1e-4 * np.eye(4)
+    columns = [(oracle_end(point, here + s, 1) - oracle_end(point, here - s, 1)) / 2e-4 for s in steps]
+    truth = np.abs(np.linalg.eigvals(np.column_stack(columns))).max()
+    assert response.floquet_multiplier == pytest.approx(truth, rel=0.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_short_contacts_have_the_multiplier_of_contacts_at_once(model: str) -> None:
+    """Up to the order of the contact time."""
+    instant, _ = ORBITS[0]
+    at_once, _ = instant.solve()
+    off = []
+    for contact_time in (1e-4, 1e-5):
+        response, _ = lasting(instant, model, contact_time).solve()
+        off.append(response.floquet_multiplier - at_once.floquet_multiplier)
+    assert abs(off[0]) < 1e-2
+    assert off[0] / off[1] == pytest.approx(10.0, rel=0.05)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_chaos_is_told_from_its_neighbours(model: str) -> None:
+    """A motion 1e-9 beside parts from one that is called chaotic, and joins one that is called periodic."""
+    for instant, expected in ((CHAOTIC, ResponseClass.CHAOTIC), (ORBITS[0][0], ResponseClass.SYMMETRIC)):
+        point = lasting(instant, model, 0.1)
+        response, end = point.solve()
+        assert response.response_class == expected
+        beside = end._replace(v=end.v + 1e-9)
+        (_, one), (_, other) = plain(point, end, 300), plain(point, beside, 300)
+        apart = abs(one.v - other.v) + abs(one.w - other.w)
+        assert apart > 0.1 if expected == ResponseClass.CHAOTIC else apart < 1e-11
