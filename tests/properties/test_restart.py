@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from tests.properties.designs import (
@@ -23,7 +23,7 @@ from worker.solver.forms import base_forms
 from worker.solver.march import half_cycle
 from worker.solver.record import DURATION, EVENT, START, empty_log
 from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, State
+from worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
 from worker.solver.shaking import mirrored
 from worker.solver.taylor import TERMS
 from worker.solver.windows import make_base, make_medium
@@ -115,7 +115,8 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     rows = log.rows[: log.cursor[0]]
     assert log.cursor[0] <= len(log.rows)
     after = np.flatnonzero((rows[:-1, EVENT] != NOTHING) & (rows[1:, DURATION] > SHORTEST)) + 1
-    assume(after.size > 0)
+    if after.size == 0:
+        reject()
     following = rows[after[which % after.size]]
     restart = float(following[START] + share * following[DURATION])
 
@@ -130,14 +131,15 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     end = march.on(before, 3)
     again = to_end(middle)
     grown = march.amplification(to_restart, before) * march.amplification(to_end, middle)
-    assume(grown <= MOST)
+    if grown > MOST:
+        reject()
     scale = 1.0 + np.abs(march.point(before)).max()
     assert np.abs(march.point(again) - march.point(end)).max() <= ROUNDING * grown * scale
 
 
 SCENES = {"friction alone": st.none(), "instant": particles, "dwell": dwelling, "compliant": compliant}
 RESTARTS = (st.integers(0, 1000), st.floats(1e-3, 0.999))
-FEW = settings(max_examples=25, deadline=None, derandomize=True)
+FEW = settings(max_examples=25, deadline=None)
 
 
 @pytest.mark.parametrize("scene", ["instant", "dwell", "compliant"])
@@ -158,3 +160,9 @@ def test_restart_after_any_event_with_friction_comes_to_the_same_end(scene: str)
         comes_to_the_same_end(design, which, share)
 
     holds()
+
+
+def test_a_touch_without_speed_holds_nothing() -> None:
+    """A particle that rode on a held mass is released where the base is fastest: at the end of a half cycle, or just before."""
+    particle = Particle(1.0, 0.0, 0.1, contact_time=0.5)
+    comes_to_the_same_end(Design(0.5, 0.5, 0.4, particle), 0, 0.001953125)

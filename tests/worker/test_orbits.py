@@ -9,9 +9,12 @@ from studies.variables import ResponseClass
 from tests.oracles.impact_pair import two_impacts_per_cycle
 from tests.worker.designs_drawn import Point, drawn_points
 from tests.worker.plain_march import march_plainly
-from worker.solver.scene import ARRIVED, Particle, State
-from worker.steady.orbit import coordinates, state_at
+from worker.solver.march import half_cycle
+from worker.solver.record import EVENT, RIDING, empty_log
+from worker.solver.scene import ARRIVED, TURN, Particle, State
+from worker.steady.orbit import around, coordinates, state_at
 from worker.steady.response import Response
+from worker.steady.run import make_scene
 
 PLAIN_CYCLES = 4000
 DRAWN = 60
@@ -128,3 +131,32 @@ def test_the_response_found_is_the_one_that_the_run_comes_to() -> None:
         assert abs(peaks[:, 0].max() - response.amplitude_ratio_max) <= allowed, (point, response)
         compared += 1
     assert compared >= 75
+
+
+def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_it() -> None:
+    """Of half a cycle, by central differences: step 1e-6, so its square; a held mass has no w to vary."""
+    point = Point(0.02, 0.8, 0.5, Particle(1.0, 0.1, 1.0))
+    scene = make_scene(*point, 40, True)
+    base, free, loaded, friction, particle, work, counts = scene
+    state = point.rest()
+    for _ in range(40):
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        assert outcome == ARRIVED
+    log = empty_log(1000)
+    jacobian = np.zeros((4, 4))
+    around(state, 1, base, free, loaded, friction, particle, work, counts, log, jacobian)
+    rows = log.rows[: log.cursor[0]]
+    assert ((rows[:-1, EVENT] == TURN) & (rows[:-1, RIDING] > 0.0) & (rows[1:, RIDING] == 0.0)).any()
+    here, there = np.zeros(4), np.zeros(4)
+    coordinates(state, particle, here)
+    for j in (0, 2, 3):
+        truth = np.zeros(4)
+        for sign in (1.0, -1.0):
+            moved = here.copy()
+            moved[j] += sign * 1e-6
+            start, possible = state_at(moved, state, particle)
+            assert possible
+            end, _ = half_cycle(start, base, free, loaded, friction, particle, work, counts, None, None)
+            coordinates(end, particle, there)
+            truth += sign * there / 2e-6
+        assert jacobian[:, j] == pytest.approx(truth, rel=0.0, abs=1e-6)

@@ -1,11 +1,11 @@
 """What a meter reads on one segment: true peaks of the closed form, time stuck, and where asked energies and mean square."""
 
-from math import inf, sqrt
+from math import sqrt
 from typing import Any, NamedTuple
 
 from worker.jit import inlined
 from worker.solver.bounds import u_bend, w_bend
-from worker.solver.crossing import first_crossing
+from worker.solver.extrema import raised
 from worker.solver.forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
 from worker.solver.shaking import base_bend
@@ -240,13 +240,4 @@ def _highest(p, offset, rate_end, t, bend, scratch):
         at -= slope(p, at) / curvature(p, at)
         return abs(value(p, at) - offset)
     rate_into(p, 0, scratch)
-    sign = 1.0 if rate > 0.0 else -1.0
-    at = 0.0
-    highest = 0.0
-    for _ in range(3):  # the slope has at most three zeros on a window
-        at = first_crossing(scratch, sign, at, t, bend)
-        if at == inf:
-            break
-        highest = max(highest, abs(value(p, at) - offset))
-        sign = -sign
-    return highest
+    return raised(0.0, p, offset, scratch, t, bend)

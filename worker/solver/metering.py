@@ -1,13 +1,12 @@
 """What a meter reads on the way, by the kind of base: a record's response is asked for more than a sine's."""
 
-from math import inf
 from typing import Any
 
 from numba import types
 
 from worker.jit import by_type, inlined, kernel
 from worker.solver.bounds import u_bend, w_bend
-from worker.solver.crossing import first_crossing
+from worker.solver.extrema import raised
 from worker.solver.measure import Curves, Segment, find_peaks, measure_part, measure_window, peaks_at_ends
 from worker.solver.scene import (
     FRICTION_LOSS,
@@ -29,8 +28,6 @@ RELATIVE_SQUARE = METERS  # ∫ v² dτ
 ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
 ACCELERATION_PEAK = METERS + 2  # largest |u''|
 RECORD_METERS = METERS + 3
-
-_MOST_EXTREMA = 8  # of one segment, whose length is less than a tenth of a period
 
 
 def energies_of(meter: Meter | None) -> bool | None:
@@ -62,20 +59,6 @@ def _sine_segment(meter, segment, whole, base, medium, friction, curves):
         measure_part(meter.sums, meter.energies, segment, base, medium, friction, curves)
     if not peaks_at_ends(meter.sums, segment, friction, base.frequency_ratio):
         find_peaks(meter.sums, segment, base, medium, friction, curves)
-
-
-@kernel
-def _raised(peak, polynomial, less, rate, t, rate_bend):
-    """The larger of a peak and every extremum of |polynomial − less|, whose rate's coefficients are given."""
-    sign = 1.0 if rate[0] > 0.0 else -1.0
-    at = 0.0
-    for _ in range(_MOST_EXTREMA):
-        at = first_crossing(rate, sign, at, t, rate_bend)
-        if at == inf:
-            break
-        peak = max(peak, abs(value(polynomial, at) - less))
-        sign = -sign
-    return peak
 
 
 @kernel
@@ -130,7 +113,7 @@ def _record_segment(meter, segment, whole, base, medium, friction, curves):
     if ends + bulge * u2_most > peak and abs(absolute[1]) <= t * u2_most:
         rate_into(absolute, 0, scratch)
         most = u_bend(3, held, w_most, u2_most, base, phase, medium.compliance)
-        peak = _raised(peak, absolute, offset, scratch, t, most)
+        peak = raised(peak, absolute, offset, scratch, t, most)
     sums[PEAK] = peak
     ends = max(abs(state.v), abs(crossed.v))
     peak = max(sums[RELATIVE_PEAK], ends)
@@ -139,7 +122,7 @@ def _record_segment(meter, segment, whole, base, medium, friction, curves):
         if ends + bulge * w1 > peak and abs(relative[1]) <= t * w1:
             rate_into(relative, 0, scratch)
             most = w_bend(0, w_most, u2_most, base, phase, medium.compliance)
-            peak = _raised(peak, relative, 0.0, scratch, t, most)
+            peak = raised(peak, relative, 0.0, scratch, t, most)
     sums[RELATIVE_PEAK] = peak
     first = phase.first
     last = phase.first + phase.second * t
@@ -157,7 +140,7 @@ def _record_segment(meter, segment, whole, base, medium, friction, curves):
             shaken[ORDER] = 0.0
             rate_into(shaken, 0, scratch)
             most = u_bend(5, held, w_most, u2_most, base, phase, medium.compliance)
-            peak = _raised(peak, shaken, 0.0, scratch, t, most)
+            peak = raised(peak, shaken, 0.0, scratch, t, most)
     sums[ACCELERATION_PEAK] = peak
 
 

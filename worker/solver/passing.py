@@ -112,9 +112,11 @@ def _impact(state, wall, phase, base, friction, particle, contact_time, counts, 
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if contact_time is not None:
-        jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
-        dwell = Dwell(contact_time, approach)
-        return _join(state, wall, state.w + jump, p_rate, phase, base, friction, particle, dwell)
+        # a touch at a speed that is rounding begins no contact: it would hold the particle for the whole contact time
+        if approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate)):
+            jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
+            dwell = Dwell(contact_time, approach)
+            return _join(state, wall, state.w + jump, p_rate, phase, base, friction, particle, dwell)
     jump, p_rate = rebound(u_rate, before, particle.restitution, particle.mass_ratio)
     leaving = particle.restitution * approach
     return _leave(

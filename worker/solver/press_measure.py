@@ -1,9 +1,7 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, a leap's vibration included exactly."""
 
-from math import inf
-
 from worker.jit import kernel
-from worker.solver.crossing import first_crossing
+from worker.solver.extrema import raised
 from worker.solver.scene import (
     FRICTION_LOSS,
     IMPACT_LOSS,
@@ -19,7 +17,6 @@ from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 TAME = 1e-9
 """Decay of a vibration over a leap below which its energy is not told from two ends."""
-_MOST_EXTREMA = 3  # of one displacement in a span
 
 
 @kernel
@@ -76,15 +73,7 @@ def _largest(polynomial, offset, t, peak, scratch):
         return peak
     rate_into(polynomial, 0, scratch)
     most = curvature_bound(scratch, t)
-    sign = 1.0 if polynomial[1] > 0.0 else -1.0
-    at = 0.0
-    for _ in range(_MOST_EXTREMA):
-        at = first_crossing(scratch, sign, at, t, most)
-        if at == inf:
-            break
-        peak = max(peak, abs(value(polynomial, at) - offset))
-        sign = -sign
-    return peak
+    return raised(peak, polynomial, offset, scratch, t, most)
 
 
 @kernel

@@ -123,7 +123,7 @@ def _propagate_at_once(log, base, free, loaded, friction, particle, tangents, wo
                 if particle is not None:
                     if riding > 0.0 and after[RIDING] == 0.0:  # released by the turn
                         tangents[2, j] = tangents[0, j]
-                        tangents[3, j] = (before_a + base_acceleration) * dt
+                        tangents[3, j] = base_acceleration * dt
         elif kind in (NEAR_WALL, FAR_WALL):
             if particle is not None:
                 _impact_tangent(

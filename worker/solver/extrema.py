@@ -1,0 +1,37 @@
+"""Extrema of a displacement inside a segment."""
+
+from math import inf
+
+from worker.jit import kernel
+from worker.solver.crossing import first_crossing
+from worker.solver.taylor import value
+
+_MOST = 8  # of one segment, whose length is less than a tenth of a period
+
+
+@kernel
+def raised(peak, polynomial, less, rate, t, rate_bend):
+    """The larger of a peak and every extremum of |polynomial − less| inside a segment.
+
+    Parameters
+    ----------
+    peak : float
+        So far.
+    polynomial, rate : array, shape (TERMS,)
+        Coefficients of the displacement, and of its rate.
+    less : float
+        Taken from the displacement.
+    t : float
+        Length of the segment.
+    rate_bend : float
+        Bound on the rate's second derivative.
+    """
+    sign = 1.0 if rate[0] > 0.0 else -1.0
+    at = 0.0
+    for _ in range(_MOST):
+        at = first_crossing(rate, sign, at, t, rate_bend)
+        if at == inf:
+            break
+        peak = max(peak, abs(value(polynomial, at) - less))
+        sign = -sign
+    return peak
