@@ -1,6 +1,5 @@
 """One block of a study, solved."""
 
-from functools import lru_cache
 from time import perf_counter
 
 import numpy as np
@@ -58,7 +57,9 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
         values["run_time"][linear] = (perf_counter() - began) / np.count_nonzero(linear)
     chosen = np.flatnonzero(~linear if known is None else ~(linear | known.reshape(-1)))
     if chosen.size:
-        _prepare(study)
+        # have the kernels ready before a point is timed
+        for scene in scenes(study):
+            warm(scene)
     if isinstance(study.start, Continuation):
         # a point that is known already still hands its state on: nothing is left out
         _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
@@ -148,10 +149,3 @@ def _one_response(amplitude: NDArray[np.float64]) -> dict[str, np.ndarray]:
         "attractor_share_second": np.zeros(amplitude.size),
         "attractor_share_third": np.zeros(amplitude.size),
     }
-
-
-@lru_cache(maxsize=8)
-def _prepare(study: Study) -> None:
-    """Have the study's kernels ready before a point is timed."""
-    for scene in scenes(study):
-        warm(scene)

@@ -40,6 +40,7 @@ from worker.steady.energy import energy_residual, stored_energy
 from worker.steady.linear import linear_response
 from worker.steady.response import Response
 from worker.steady.settle import Settings, at_rest, settle
+from worker.warm import scene_of, warm
 
 _SEGMENTS_PER_CYCLE = 20_000
 _LOG_SEGMENTS = 100_000
@@ -149,26 +150,31 @@ def simulate(
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:
         return _march(design, friction, cycles, history, None, began)
-    response, steady = _steady(design, friction, settings or Settings(4000, 1e-4, 1e-9))
+    settings = settings or Settings(4000, 1e-4, 1e-9)
+    acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
+    if friction is not None or acting is not None:
+        warm(scene_of(friction, acting, settings.energies))
+        began = perf_counter()
+    response, steady = _steady(design, friction, acting, settings)
     measured = {name: _plain(number) for name, number in response.items()}
     found = measured["status"] <= Status.MAX_CYCLES
     return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
 
 
-def _steady(design: Design, friction: float | None, settings: Settings) -> tuple[dict[str, Any], Any]:
-    """The steady response, and a state on it at phase 0."""
+def _steady(
+    design: Design, friction: float | None, acting: Particle | None, settings: Settings
+) -> tuple[dict[str, Any], Any]:
+    """The steady response, and a state on it at phase 0; a particle without mass does not act."""
     z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
-    acts = particle is not None and particle.mass_ratio > 0.0
     rest = at_rest(r, friction, particle)
-    if friction is None and not acts:
+    if friction is None and acting is None:
         closed = linear_response(np.array([z]), np.array([r]))
         detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
         scale = r * r / (detuning**2 + loss**2) if detuning or loss else 0.0
         state = rest._replace(v=-loss * scale, w=r * detuning * scale)
         return {name: column[0] for name, column in closed.items()}, state
-    acting = particle if acts else None
     response, end = settle(z, r, friction, acting, settings, at_rest(r, friction, acting))
-    if not acts:  # a particle without mass is carried along from where it rests
+    if acting is None:  # a particle without mass is carried along from where it rests
         end = rest._replace(v=end.v, w=end.w, slip=end.slip)
     return dict(zip(Response._fields, response, strict=True)), end
 

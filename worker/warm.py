@@ -6,6 +6,7 @@ spend the same half minute. A file lock in the cache folder lets the first compi
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
 from studies.definition import Study
 from worker.jit import CACHE_FOLDER
@@ -35,6 +36,15 @@ def scenes(study: Study) -> list[Scene]:
     return sorted((f, p, study.contact.model if p else "", energies) for f in rubs for p in rattles if f or p)
 
 
+def scene_of(friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
+    """Kernel that a point needs."""
+    model = ""
+    if particle is not None:
+        model = "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"
+    return friction is not None, particle is not None, model, bool(energies)
+
+
+@cache
 def warm(scene: Scene) -> None:
     """Compile (or load) the kernel of a scene while no other process does the same."""
     rubs, rattles, model, energies = scene

@@ -86,7 +86,7 @@ def test_blocks_of_a_continuation_hold_every_frequency() -> None:
     plan = make_plan(study, seconds_per_point)
     assert plan.chunk[-1] == 500
     assert plan.count > 1
-    with pytest.raises(ValueError, match="frequencies of a continuation"):
+    with pytest.raises(ValueError, match="cuts rows of 500 values"):
         plan_with_chunk(study, (1, 1, 1, 1, 1, 250), seconds_per_point)
 
 
