@@ -8,6 +8,8 @@ import uuid
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.traffic import Traffic
+
 _log = logging.getLogger("damperlab.access")
 _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
@@ -15,8 +17,9 @@ _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
 class AccessLog:
     """ASGI middleware: gives each request an id (the client's own, if harmless) and logs how it ended."""
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
         self.app = app
+        self.traffic = traffic
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -39,12 +42,14 @@ class AccessLog:
         try:
             await self.app(scope, receive, send_with_id)
         finally:
+            seconds = time.perf_counter() - started
+            self.traffic.add(scope["method"], status, seconds)
             _log.info(
                 "%s %s %s in %.1f ms [%s]",
                 scope["method"],
                 # The path as it was sent, still quoted: no line break of a client gets into the log.
                 scope.get("raw_path", b"").decode("ascii", errors="backslashreplace"),
                 status or "unanswered",
-                1e3 * (time.perf_counter() - started),
+                1e3 * seconds,
                 request_id,
             )

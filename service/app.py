@@ -28,6 +28,7 @@ from service.routes import (
     export,
     health,
     home,
+    metrics,
     queries,
     refine,
     simulate,
@@ -37,6 +38,7 @@ from service.routes import (
 )
 from service.settings import Settings
 from service.state import Service
+from service.traffic import Traffic
 from worker.cluster import core_count
 from worker.provenance import code_version
 
@@ -99,6 +101,7 @@ def create_app(settings: Settings) -> FastAPI:
         earthquakes,
         accuracy,
         health,
+        metrics,
     ):
         app.include_router(route.router)
     app.add_middleware(
@@ -115,7 +118,8 @@ def create_app(settings: Settings) -> FastAPI:
             allow_headers=["*"],
             expose_headers=["Location", "X-Request-ID"],
         )
-    app.add_middleware(AccessLog)
+    app.state.traffic = Traffic()
+    app.add_middleware(AccessLog, traffic=app.state.traffic)
     # The framework makes the document once and keeps it.
     complete(app.openapi())
     return app

@@ -63,7 +63,13 @@ class StudyProgress:
     def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
         """Take the figures of the study as they are now; None is not known."""
         phrases = [f"{failed} failed"]
-        phrases.append(f"{rate:.3g} points/s" if rate else "waiting for the next block")
+        if rate:
+            phrases.append(f"{rate:.3g} points/s")
+        elif done:
+            phrases.append("waiting for the next block")
+        else:
+            # on a new machine that takes a minute or two, in which nothing else would move
+            phrases.append("compiling, or in the first block")
         if seconds_left is not None:
             phrases.append(f"{duration(seconds_left)} left")
         figures = ", ".join(phrases)

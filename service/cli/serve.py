@@ -1,9 +1,11 @@
 """The command serve: the HTTP service on this machine."""
 
+import socket
 from typing import Annotated
 
 import typer
 
+from service.cli.failures import CommandFailed
 from service.cli.options import DataDir, QuotaBytes, Scheduler, StoreAddress, Workers, check_cluster
 from service.cli.store import settings_of
 
@@ -35,5 +37,21 @@ def serve(
         workers=workers,
         scheduler=scheduler,
     )
+    _check_port(settings.host, settings.port)
     settings.open_store().close()  # one that cannot be used is told in a sentence, before anything listens
     serve_until_stopped(settings)
+
+
+def _check_port(host: str, port: int) -> None:
+    """Refuse an address that cannot be listened on, before the cluster starts."""
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
+            probe.bind(address)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        text = (
+            f"Cannot listen on {host}, port {port}: {reason}. Choose another with --port; 0 takes a free one."
+        )
+        raise CommandFailed("port-unusable", text) from None

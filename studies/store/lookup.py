@@ -8,7 +8,7 @@ from sqlalchemy import func, select, update
 from studies.faults import Fault, describe, listing
 from studies.store.base import StoreBase
 from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import STATES, Page, Record
+from studies.store.record import STATES, Page, Record, Totals
 from studies.store.rows import (
     ALIVE,
     alive_row,
@@ -103,6 +103,14 @@ class Lookup(StoreBase):
             rows = connection.execute(query).all()
         more = len(rows) > limit
         return Page(tuple(map(record_of, rows[:limit])), cursor_of(rows[limit - 1].number) if more else None)
+
+    def totals(self) -> dict[str, Totals]:
+        """Sum up the studies of each state; a state without studies is left out."""
+        c = studies.c
+        sums = (c.points_total, c.points_done, c.points_failed, c.bytes_total)
+        query = select(c.state, func.count(), *(func.sum(one) for one in sums)).where(ALIVE).group_by(c.state)
+        with self.catalogue.reading() as connection:
+            return {row[0]: Totals(*map(int, row[1:])) for row in connection.execute(query)}
 
     def set_state(
         self,

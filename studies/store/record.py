@@ -11,6 +11,23 @@ STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
 
 
 @dataclass(frozen=True)
+class Totals:
+    """Sums over the studies in one state.
+
+    Parameters
+    ----------
+    studies, points, points_done, points_failed, bytes : int
+        How many; their design points, those stored, those that failed; the cubes at full size.
+    """
+
+    studies: int
+    points: int
+    points_done: int
+    points_failed: int
+    bytes: int
+
+
+@dataclass(frozen=True)
 class BlockOutcome:
     """What a worker reports about one block once its region is on the disk.
 

@@ -23,6 +23,7 @@ ROUTES = {
     ("post", "/api/v1/simulate"),
     ("get", "/health/live"),
     ("get", "/health/ready"),
+    ("get", "/metrics"),
 }
 
 

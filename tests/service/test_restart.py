@@ -88,3 +88,4 @@ def test_service_that_cannot_start_says_why(
     with pytest.raises(AssertionError, match="did not start") as refused:
         own_service(**environment)
     assert expected in str(refused.value)
+    assert "Traceback" not in str(refused.value)

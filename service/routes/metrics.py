@@ -1,0 +1,80 @@
+"""What a monitor reads: studies, points, cluster and requests in the text format of Prometheus."""
+
+from collections.abc import Iterable, Mapping
+
+from fastapi import APIRouter, Request
+from fastapi.responses import PlainTextResponse
+
+from service.state import TheService
+from service.traffic import Traffic
+from studies.store.record import STATES
+from worker.jit import source_hash
+from worker.provenance import code_version
+
+FORMAT = "text/plain; version=0.0.4; charset=utf-8"
+"""Of the exposition format, https://prometheus.io/docs/instrumenting/exposition_formats."""
+
+router = APIRouter(tags=["health"])
+
+Labels = Mapping[str, object]
+
+
+@router.get(
+    "/metrics",
+    response_class=PlainTextResponse,
+    summary="Numbers for a monitor, as Prometheus reads them",
+)
+def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
+    """Count studies by state, points, requests; say which code runs and whether the cluster does."""
+    totals = service.store.totals()
+    traffic: Traffic = request.app.state.traffic
+    counts, seconds = traffic.read()
+    lines: list[str] = []
+    _tell(
+        lines, "info", "gauge", "Version of the code, hash of the solver's sources.",
+        [({"version": code_version(), "solver": source_hash()}, 1)],
+    )  # fmt: skip
+    _tell(
+        lines, "studies", "gauge", "Studies kept, by state.",
+        [({"state": state}, totals[state].studies if state in totals else 0) for state in STATES],
+    )  # fmt: skip
+    for name, meaning in (
+        ("points", "Design points of the studies kept."),
+        ("points_done", "Design points that are stored."),
+        ("points_failed", "Design points stored as failed."),
+        ("bytes", "Bytes of the cubes at full size."),
+    ):
+        _tell(lines, name, "gauge", meaning, [({}, sum(getattr(one, name) for one in totals.values()))])
+    _tell(
+        lines,
+        "studies_running_here",
+        "gauge",
+        "Studies that this process runs.",
+        [({}, len(service.dispatcher.running))],
+    )
+    trouble = service.dispatcher.trouble is not None
+    _tell(
+        lines,
+        "cluster_trouble",
+        "gauge",
+        "1 while the cluster or the store cannot be used.",
+        [({}, int(trouble))],
+    )
+    _tell(
+        lines, "requests_total", "counter", "Requests answered; status 0 where the client left before.",
+        [({"method": method, "status": status}, count) for (method, status), count in sorted(counts.items())],
+    )  # fmt: skip
+    _tell(
+        lines, "request_seconds_total", "counter", "Time that these requests took together.", [({}, seconds)]
+    )
+    return PlainTextResponse("\n".join(lines) + "\n", media_type=FORMAT)
+
+
+def _tell(
+    lines: list[str], name: str, kind: str, meaning: str, samples: Iterable[tuple[Labels, float]]
+) -> None:
+    full = f"damperlab_{name}"
+    lines += [f"# HELP {full} {meaning}", f"# TYPE {full} {kind}"]
+    for labels, value in samples:
+        inside = ",".join(f'{key}="{label}"' for key, label in labels.items())
+        lines.append(f"{full}{{{inside}}} {value}" if inside else f"{full} {value}")
