@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from service.schemas import comparison_schema, simulation_schema
 from studies.definition import Study
 from studies.examples import EXAMPLES, SURVEY
 from studies.ground.schema import survey_json_schema
@@ -38,7 +39,7 @@ SIMULATE_BODY: dict[str, Any] = {
     "description": "One design point.",
     "content": {
         "application/json": {
-            "schema": {"type": "object"},
+            "schema": {"$ref": "#/components/schemas/Simulation"},
             "examples": {
                 "structure": {
                     "summary": "The structure alone at resonance, until its response is steady",
@@ -104,7 +105,7 @@ COMPARISON_BODY: dict[str, Any] = {
     "description": "A record, and what of the paper's prototype is different. Physical units: kg, Hz, m, N.",
     "content": {
         "application/json": {
-            "schema": {"type": "object"},
+            "schema": {"$ref": "#/components/schemas/EarthquakeComparison"},
             "examples": {
                 "table-a1": {"summary": "Table A1 under Loma Prieta", "value": {"record": "loma-prieta"}},
                 "building": {
@@ -141,6 +142,8 @@ def complete(document: dict[str, Any]) -> None:
     schemas.update(study.pop("$defs", {}))
     schemas["Study"] = study
     schemas["Survey"] = survey_json_schema()
+    schemas["Simulation"] = simulation_schema()
+    schemas["EarthquakeComparison"] = comparison_schema()
     for operations in document["paths"].values():
         for operation in operations.values():
             if "HTTPValidationError" in str(operation["responses"].get("422")):

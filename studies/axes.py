@@ -217,8 +217,7 @@ def _too_many(field: str, count: int) -> Fault:
 
 def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, Any]:
     """Return the JSON schema of an axis."""
-    number: dict[str, Any] = {"type": "number", "minimum": quantity.lowest}
-    number["exclusiveMaximum" if quantity.below else "maximum"] = quantity.highest
+    number = {key: value for key, value in quantity.schema().items() if key != "description"}
     span = {
         "type": "object",
         "properties": {

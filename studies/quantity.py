@@ -1,6 +1,8 @@
 """A quantity: a number of a study, the bounds it must keep, and how it is read from a document."""
 
 from dataclasses import dataclass
+from math import isnan
+from typing import Any
 
 from studies.faults import Fault, StudyFaults, describe
 
@@ -36,6 +38,14 @@ class Quantity:
         if self.below:
             return f"a number of at least {self.lowest:g} and below {self.highest:g}"
         return f"a number from {self.lowest:g} to {self.highest:g}"
+
+    def schema(self, default: float | None = None) -> dict[str, Any]:
+        """JSON schema of one such number; without a default where there is none, or it is none of its own (NaN)."""
+        found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
+        found["exclusiveMaximum" if self.below else "maximum"] = self.highest
+        if default is not None and not isnan(default):
+            found["default"] = default
+        return found
 
     def admits(self, value: float) -> bool:
         """Whether a number is within the bounds; NaN is not."""

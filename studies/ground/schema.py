@@ -34,16 +34,7 @@ def survey_json_schema() -> dict[str, Any]:
                 "additionalProperties": False,
                 "properties": {name: axis_schema(*QUANTITIES[name]) for name in AXES},
             },
-            **{
-                name: {
-                    "type": "number",
-                    "minimum": quantity.lowest,
-                    "maximum": quantity.highest,
-                    "default": default,
-                    "description": quantity.meaning,
-                }
-                for name, (quantity, default) in numbers.items()
-            },
+            **{name: quantity.schema(default) for name, (quantity, default) in numbers.items()},
             "starts": {
                 "type": "integer",
                 "minimum": 0,

@@ -58,3 +58,27 @@ def test_every_example_works_when_pasted(client: httpx.Client, helpers: Any) -> 
                     record = helpers.wait_for(client, answer.json()["id"], helpers.ended)
                     assert (record["state"], record["points_failed"]) == ("done", 0), record
     assert tried >= 4
+
+
+def test_schemas_of_hand_read_bodies_name_every_key_and_its_bounds(client: httpx.Client) -> None:
+    """A number beyond each stated bound is refused by its name, and no key is refused as unknown."""
+    schemas = client.get("/openapi.json").json()["components"]["schemas"]
+    for path, name, whole in (
+        ("simulate", "Simulation", {"frequency_ratio": 1.0, "clearance_ratio": 5.0}),
+        ("earthquake-comparisons", "EarthquakeComparison", {}),
+    ):
+        properties = schemas[name]["properties"]
+        bounded = {key: one["maximum"] for key, one in properties.items() if "maximum" in one}
+        assert len(bounded) >= 5
+        beyond = whole | {key: 2 * most + 1 for key, most in bounded.items()}
+        answer = client.post(f"/api/v1/{path}", json=beyond)
+        assert answer.status_code == 422
+        assert {fault["field"] for fault in answer.json()["errors"]} == set(bounded)
+        unknown = client.post(f"/api/v1/{path}", json=dict.fromkeys(properties) | {"nonsense": 1}).json()
+        strangers = [fault["field"] for fault in unknown["errors"] if "nonsense" in fault["field"]]
+        assert strangers == ["nonsense"]
+        assert not [
+            fault
+            for fault in unknown["errors"]
+            if "unknown" in fault["found"] and fault["field"] in properties
+        ]
