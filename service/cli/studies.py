@@ -20,7 +20,7 @@ def studies(
     state: Annotated[
         str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Only studies of this name.")] = None,
+    name: Annotated[str | None, typer.Option(help="Only studies whose name holds this text.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
     cursor: Annotated[str | None, typer.Option(help="Where the page before ended.")] = None,
     named: Annotated[
