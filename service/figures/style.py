@@ -127,6 +127,9 @@ def fixed_title(answer: xr.Dataset) -> str:
     )
     if "over" in answer.attrs:
         fixed += f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over'], answer.attrs['over'])}"
+    if "worst_over" in answer.attrs:
+        worst = answer.attrs["worst_over"]
+        fixed += f" of the max over {SYMBOLS.get(worst, worst)}"
     return fixed
 
 

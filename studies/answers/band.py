@@ -25,7 +25,7 @@ def endured(cube: xr.Dataset) -> str:
     return RECORD if is_survey(cube.sizes) else FREQUENCY
 
 
-def worst_by_default(cube: xr.Dataset, used: Container[str]) -> bool:
+def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     """Whether a slice that leaves open what is endured is the worst over it: it is where there is more than one.
 
     Parameters

@@ -51,6 +51,7 @@ def resonance_map(
 
     A quantity is shown at its largest over the frequencies of the study unless the question says something
     else about the frequency: a map at r = 1 alone recommends designs that are terrible a few per cent away.
+    A survey is likewise shown under its worst record. With `over` both hold: the reduction is that of the worst.
 
     Parameters
     ----------
@@ -75,10 +76,10 @@ def resonance_map(
         Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
         cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
         names. Of a mean, the error is the mean error and the status the worst, and there is no class.
-        Reduced, `computed_share` is the share of the points along `over` that were computed. The other
+        Reduced, `computed_share` is the share of the points that were reduced to one that were computed. The other
         dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
-        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `note` (what was chosen,
-        in words).
+        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `worst_over` (what is
+        endured, where the worst over it was reduced), `note` (what was chosen, in words).
 
     Raises
     ------
@@ -99,10 +100,10 @@ def resonance_map(
                 "name the dimension to reduce with `over`",
             )
         )
-    worst = (
-        over is None and not interpolate and worst_by_default(cube, {x, y, *at}) and not coded(cube, metric)
-    )
-    if worst:
+    used = {x, y, over, *at}
+    worst = not interpolate and worst_by_default(cube, used) and not coded(cube, metric)
+    inner = endured(cube) if worst and over is not None else None
+    if worst and over is None:
         over = endured(cube)
     if over is not None:
         check_dimension(cube, "over", over, (x, y))
@@ -120,7 +121,7 @@ def resonance_map(
                     f"{metric} has codes, which have no {reduce}: leave `over` out",
                 )
             )
-    free = (x, y) if over is None else (x, y, over)
+    free = tuple(name for name in (x, y, over, inner) if name is not None)
     if interpolate:
         if is_survey(cube.sizes):
             advice = "leave it out: a response to a ground motion may change by chance from point to point"
@@ -133,7 +134,7 @@ def resonance_map(
     if over is None or reduce is None:
         answer = _slice(cube, x, y, metric, index)
     else:
-        answer = _reduced(cube, x, y, metric, over, reduce, index)
+        answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
     sentences = [say(cube, index, at)]
     if worst:
         sentences.append(say_worst(cube))
@@ -173,46 +174,78 @@ def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, in
 
 
 def _reduced(
-    cube: xr.Dataset, x: str, y: str, metric: str, over: str, reduce: str, index: Mapping[str, int]
+    cube: xr.Dataset,
+    dims: tuple[str, str],
+    metric: str,
+    along: tuple[str, str | None],
+    reduce: str,
+    index: Mapping[str, int],
 ) -> xr.Dataset:
-    extent = cube.sizes[over]
+    """Reduce along the first dimension of `along`, slab by slab, the largest value over the second."""
+    y, x = dims
+    over, inner = along
+    extent, each = cube.sizes[over], 1 if inner is None else cube.sizes[inner]
     area = cube.sizes[x] * cube.sizes[y]
-    step = max(1, BUDGET // area)
+    step = max(1, BUDGET // (area * each))
+    inner_step = max(1, BUDGET // (area * step))
+    dims_read = (over, y, x) if inner is None else (inner, over, y, x)
     names = _companions(cube, metric)
     fold: Mean | Extremum = Mean() if reduce == "mean" else Extremum(1.0 if reduce == "max" else -1.0)
     computed = failed = 0
     there = np.zeros((cube.sizes[y], cube.sizes[x]), np.int64)
     for start in range(0, extent, step):
         part = {**index, over: slice(start, start + step)}
-        values = as_float(read(cube, metric, part, (over, y, x)))
-        beside = {name: read(cube, name, part, (over, y, x)) for name in names}
-        counts = count(beside["status"])
-        there += (beside["status"] != Status.NOT_COMPUTED).sum(axis=0)
-        computed, failed = computed + counts[0], failed + counts[1]
-        fold.take(start, values, beside)
+        worst = Extremum(1.0)
+        for first in range(0, each, inner_step):
+            one = part if inner is None else {**part, inner: slice(first, first + inner_step)}
+            values = as_float(read(cube, metric, one, dims_read))
+            beside = {name: read(cube, name, one, dims_read) for name in names}
+            if inner is None:
+                values, beside = values[None], {name: array[None] for name, array in beside.items()}
+            counts = count(beside["status"])
+            there += (beside["status"] != Status.NOT_COMPUTED).sum(axis=(0, 1))
+            computed, failed = computed + counts[0], failed + counts[1]
+            worst.take(first, values, beside)
+        found = worst.result()
+        found["inner"] = found.pop("at")
+        fold.take(start, found.pop("value"), found)
     folded = fold.result()
-    at = folded.pop("at", None)
+    places = {over: folded.pop("at", None), inner: folded.pop("inner", None)}
     answers = {metric: folded.pop("value"), **folded}
-    attributes = {**completeness(computed, failed, extent * area), "over": over, "reduce": reduce}
+    attributes = {**completeness(computed, failed, extent * each * area), "over": over, "reduce": reduce}
+    if inner is not None:
+        attributes["worst_over"] = inner
     answer = _answer(cube, x, y, answers, index, attributes)
+    along_names = over if inner is None else f"{over} and {inner}"
     answer["computed_share"] = (
-        (y, x),
-        there / extent,
-        {"units": "1", "long_name": f"share of the points along {over} that were computed"},
+        dims,
+        there / (extent * each),
+        {"units": "1", "long_name": f"share of the points along {along_names} that were computed"},
     )
-    if at is not None:
-        places = cube[over].values[at]
-        missing = "" if places.dtype.kind == "U" else np.nan
-        where = np.where(np.isnan(answers[metric]), missing, places)
-        answer[f"{over}_at"] = (
-            (y, x),
-            where,
-            {
-                "units": cube[over].attrs.get("units", "1"),
-                "long_name": f"{cube[over].attrs.get('long_name', over)} of the {reduce}",
-            },
-        )
+    for name, place in places.items():
+        if name is not None and place is not None:
+            answer[f"{name}_at"] = _where(
+                cube, dims, name, place, answers[metric], reduce if name == over else "max"
+            )
     return answer
+
+
+def _where(
+    cube: xr.Dataset,
+    dims: tuple[str, str],
+    name: str,
+    place: np.ndarray,
+    values: np.ndarray,
+    reduce: str,
+) -> xr.Variable:
+    """Name where along a dimension an extremum lies, nothing where there is none."""
+    found = cube[name].values[place]
+    attributes = {
+        "units": cube[name].attrs.get("units", "1"),
+        "long_name": f"{cube[name].attrs.get('long_name', name)} of the {reduce}",
+    }
+    missing = "" if found.dtype.kind == "U" else np.nan
+    return xr.Variable(dims, np.where(np.isnan(values), missing, found), attributes)
 
 
 def _answer(

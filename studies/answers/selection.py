@@ -9,7 +9,7 @@ import xarray as xr
 
 from studies.answers.faults import QueryFault
 from studies.faults import Fault, describe, listing, nearest
-from studies.ground.builtin import FIRST_COMPONENTS
+from studies.ground.builtin import whole_id
 from studies.registry import is_survey
 from studies.variables import Status
 
@@ -101,7 +101,7 @@ def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
 
 
 def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
-    whole = FIRST_COMPONENTS.get(str(wanted), str(wanted))
+    whole = whole_id(str(wanted))
     found = np.flatnonzero(values == whole)
     if not found.size:
         known = values.tolist()

@@ -18,6 +18,7 @@ from studies.answers.selection import (
     main_metric,
 )
 from studies.faults import Fault, counted, describe, listing
+from studies.ground.builtin import whole_id
 from studies.ground.variables import DAMPER, RECORD
 from studies.registry import is_survey
 from studies.store.slabs import BUDGET, slabs
@@ -66,7 +67,7 @@ def worst_case_designs(
     top : int
         How many, 1 to `MOST`.
     records : sequence of str, optional
-        Only these records count.
+        Only these records count, by id or by an earthquake's name.
     ranges : mapping of (float, float), optional
         Lowest and highest value of dimensions: of the dampers that are ranked, and of the cases that count.
 
@@ -159,10 +160,10 @@ def _counting(
     if records is not None:
         known = cube[RECORD].values.tolist()
         for each in records:
-            if each not in known:
+            if whole_id(each) not in known:
                 advice = "leave it out for all"
                 raise QueryFault(Fault(RECORD, describe(each), f"some of {listing(known)}", advice))
-        index[RECORD] = np.flatnonzero(np.isin(known, list(records)))
+        index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
     for name, (low, high) in ranges.items():
         check_dimension(cube, name, name, (RECORD,))
         values = cube[name].values

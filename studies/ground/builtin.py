@@ -33,6 +33,11 @@ FIRST_COMPONENTS: dict[str, str] = {
 """An earthquake by its name alone is its first horizontal component."""
 
 
+def whole_id(written: str) -> str:
+    """Give the id of a record that may be written as an earthquake's name."""
+    return FIRST_COMPONENTS.get(written, written)
+
+
 def builtin_ids() -> tuple[str, ...]:
     """Return the ids of the built-in records; all are PEER files in g, at steps of 0.005, 0.01 or 0.02 s."""
     return tuple(_FILES)

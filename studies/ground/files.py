@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.faults import describe, listing, printable
-from studies.ground.motion import STANDARD_GRAVITY, UNITS, GroundMotion, checked, refused
+from studies.ground.motion import UNITS, GroundMotion, checked, refused
 
 Layout = Literal["at2", "csv"]
 
@@ -37,7 +37,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         Name of the record; by default what an AT2 file calls it.
     units : {"g", "m/s2", "cm/s2"}, optional
         Of the acceleration. Needed where the file does not say: an AT2 file does in its third line, columns may in
-        their heading, as in ``time (s), acc (g)``.
+        their heading, as in ``time (s), acc (g)``. What the file says may be repeated and not contradicted.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
         )
     header, count, step = index + 1, int(found[1][:12]), _float(found[2])
     heading = lines[:index]
-    factor = UNITS[units] if units else _stated_units(heading)
+    factor = UNITS[_units_of_header(heading) if units is None else _agreed(units, _stated_in_header(heading))]
     samples: list[float] = []
     for number, line in enumerate(lines[index + 1 :], start=header + 1):
         if not line.strip():
@@ -122,15 +122,34 @@ def _header(lines: list[str]) -> tuple[int, re.Match[str] | None]:
     return 0, None
 
 
-def _stated_units(heading: list[str]) -> float:
+def _unit(written: str) -> str | None:
+    """Give the unit that a file means, None where it is none of an acceleration."""
+    unit = re.sub(r"[\s^]", "", written.lower()).replace("²", "2").replace("sec", "s").replace("s/s", "s2")
+    unit = "cm/s2" if unit == "gal" else unit
+    return unit if unit in UNITS else None
+
+
+def _agreed(units: str, stated: str | None) -> str:
+    """Give the unit that was asked for; the file must not say another."""
+    if stated is not None and stated != units:
+        found = f"{units} while the file says {stated}"
+        raise refused(
+            "units", found, f"{stated}, or nothing", "leave it out, or correct the heading of the file"
+        )
+    return units
+
+
+def _stated_in_header(heading: list[str]) -> str | None:
     for line in heading:
         said = re.search(r"UNITS?\s+OF\s+([A-Z0-9/^*²]+(?:\s*/\s*[A-Z0-9^²]+)*)", line.upper())
-        if said:
-            unit = said[1].replace(" ", "").replace("^", "").replace("²", "2").replace("S/S", "S2")
-            unit = unit.replace("SEC/SEC", "S2").replace("SEC2", "S2")
-            known = {"G": STANDARD_GRAVITY, "CM/S2": 0.01, "M/S2": 1.0, "GAL": 0.01}
-            if unit in known:
-                return known[unit]
+        if said and (unit := _unit(said[1])):
+            return unit
+    return None
+
+
+def _units_of_header(heading: list[str]) -> str:
+    if unit := _stated_in_header(heading):
+        return unit
     raise refused(
         _at(min(3, max(1, len(heading)))),
         printable(heading[2]) if len(heading) > 2 else "no unit",
@@ -165,20 +184,24 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
             "two rows or more",
             "give time and acceleration",
         )
-    factor = UNITS[units] if units else _units_of_heading(heading)
+    factor = UNITS[
+        _units_of_heading(heading) if units is None else _agreed(units, _stated_in_heading(heading))
+    ]
     time, acceleration = np.array(rows).T
     step = float(time[-1] - time[0]) / (len(rows) - 1)
     _check_steps(time, step, places)
     return checked(GroundMotion(name or "record", step, acceleration * factor, "two columns"), _at(places[0]))
 
 
-def _units_of_heading(heading: str) -> float:
+def _stated_in_heading(heading: str) -> str | None:
     # the last brackets belong to the last column
-    for said in reversed(re.findall(r"[(\[]([^)\]]*)[)\]]", heading)):
-        unit = said.strip().lower().replace("²", "2").replace("^", "").replace("s/s", "s2")
-        if unit in UNITS:
-            return UNITS[unit]
-        break
+    said = re.findall(r"[(\[]([^)\]]*)[)\]]", heading)
+    return _unit(said[-1]) if said else None
+
+
+def _units_of_heading(heading: str) -> str:
+    if unit := _stated_in_heading(heading):
+        return unit
     found = printable(heading) if heading else "no heading"
     allowed = f"the unit of the acceleration: {listing(UNITS)}"
     raise refused("units", found, allowed, "state it, or write the heading as `time (s), acceleration (g)`")

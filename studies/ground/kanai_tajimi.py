@@ -28,6 +28,9 @@ _QUANTITIES: dict[str, tuple[Quantity, float]] = {
         ("fall_s", "time over which it dies down [s]", 0.0, 1000.0, "0 ends at full strength", 10.0),
     )
 }
+SECOND_FREQUENCY, SECOND_DAMPING = 0.1, 0.6
+"""Of the second filter: natural frequency over that of the soil, and damping ratio."""
+
 _LARGEST_SEED = 2**63 - 1
 
 
@@ -84,7 +87,10 @@ def kanai_tajimi(
     fall_s: float = 10.0,
     name: str = "",
 ) -> GroundMotion:
-    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid.
+    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid and a second filter.
+
+    The second filter takes out the slow part, with which the base would drift away by metres: its velocity and
+    displacement come to rest with the motion.
 
     Parameters
     ----------
@@ -110,6 +116,11 @@ def kanai_tajimi(
     -----
     M. Shinozuka, G. Deodatis, Simulation of stochastic processes by spectral representation, Appl. Mech. Rev. 44 (1991)
     191: before the trapezoid the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
+
+    The second filter is that of R. W. Clough, J. Penzien, Dynamics of Structures (1975): s²/(s² + 2ζ_f·ω_f·s + ω_f²) with
+    ω_f = 0.1 ω_g and ζ_f = 0.6, so that the displacement of the base is that of an oscillator. It comes after the trapezoid
+    (as in S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155): before it, the trapezoid would
+    bring the drift back.
     """
     count = round(duration_s / step_s) + 1
     if count > MOST_SAMPLES:
@@ -129,9 +140,32 @@ def kanai_tajimi(
         wave = wave * np.minimum(time / rise_s, 1.0)
     if fall_s > 0:
         wave = wave * np.clip((time[-1] - time) / fall_s, 0.0, 1.0)
+    wave = _at_rest(wave, 2.0 * math.pi * SECOND_FREQUENCY * ground_frequency_hz * step_s)
     wave = wave * (peak_g * STANDARD_GRAVITY / np.abs(wave).max())
     source = (
         f"Kanai–Tajimi, seed {seed}, ground {ground_frequency_hz:g} Hz, damping {ground_damping_ratio:g}, "
         f"peak {peak_g:g} g"
     )
     return checked(GroundMotion(name or f"Kanai–Tajimi {seed}", step_s, wave, source), "kanai_tajimi")
+
+
+def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
+    """Filter an acceleration from rest; `omega` is ω_f times the step.
+
+    By the trapezoidal rule, which is what integrates a record to its velocity: that has no drift but rounding.
+    """
+    loss, spring = SECOND_DAMPING * omega, omega * omega / 4.0
+    total = 1.0 + loss + spring
+    # the step is the unit of time; the base is at rest at the first sample
+    filtered = [float(wave[0])]
+    speed = way = 0.0
+    for soil in wave[1:].tolist():
+        last = filtered[-1]
+        coasting = speed + last / 2.0
+        # x'' = soil − 2ζω·x' − ω²·x with both integrals up to this sample
+        new = (soil - 2.0 * loss * coasting - 4.0 * spring * (way + (speed + coasting) / 2.0)) / total
+        further = coasting + new / 2.0
+        way += (speed + further) / 2.0
+        speed = further
+        filtered.append(new)
+    return np.array(filtered)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from studies.faults import Fault, describe, listing, nearest
-from studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
+from studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from studies.ground.motion import GroundMotion
 from studies.store.durable import sync_path
 from studies.store.faults import StoreFault
@@ -69,7 +69,7 @@ class Shelf:
         RecordNotFound
             Where there is none.
         """
-        whole = FIRST_COMPONENTS.get(record_id, record_id)
+        whole = whole_id(record_id)
         if whole in builtin_ids():
             return whole, builtin_record(whole)
         if whole in set(self._uploaded()):

@@ -94,6 +94,12 @@ def test_a_map_is_the_worst_record_or_the_one_that_is_named(
     np.testing.assert_array_equal(one["values"], at_three.sel(record="northridge-090"))
     assert one["at"]["record"] == "northridge-090"
     assert np.shape(one["growth"]) == (2, 3)
+    both = client.get(path, params={"x": "clearance_m", "y": "friction_force_n", "over": "scale"}).json()
+    every = cube.transpose("scale", "record", "friction_force_n", "clearance_m")
+    np.testing.assert_array_equal(both["values"], every.max(("scale", "record")))
+    assert (both["over"], both["worst_over"]) == ("scale", "record")
+    assert set(np.ravel(both["record_at"])) <= set(cube["record"].values)
+    assert "record" not in both["at"]
     mean = client.get(path, params={**asked, "over": "record", "reduce": "mean", "metric": "impacts"}).json()
     assert mean["units"] == "1"
     scales = client.get(path, params={"x": "scale", "y": "clearance_m", "metric": "status"}).json()
@@ -117,6 +123,11 @@ def test_dampers_are_ranked_by_their_worst_case(
     answer = client.get(path, params=some).raise_for_status().json()
     assert {(one["record"], one["scale"]) for one in answer["designs"]} == {("northridge-360", 1.0)}
     assert answer["designs_total"] == 4
+    first, short = (
+        client.get(path, params={"record": name}).raise_for_status().json()
+        for name in ("northridge-090", "northridge")
+    )
+    assert short == first
 
 
 @pytest.mark.parametrize(

@@ -139,6 +139,30 @@ def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, b
     assert "response_class" not in answer
 
 
+@pytest.mark.parametrize("budget", [1, 45, 10**6])
+@pytest.mark.parametrize("reduce", ["max", "min", "mean"])
+def test_a_reduction_is_that_of_the_worst_frequency(cube, whole, monkeypatch, budget, reduce):
+    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    answer = resonance_map(cube, "clearance_ratio", "friction_ratio", over="restitution", reduce=reduce)
+    part = whole.isel(damping_ratio=0, mass_ratio=0)
+    worst = part["amplitude_ratio"].max("frequency_ratio")
+    expected = getattr(worst, reduce)("restitution").transpose("friction_ratio", "clearance_ratio")
+    np.testing.assert_allclose(answer["amplitude_ratio"], expected, rtol=4 * np.finfo(float).eps)
+    assert (answer.attrs["over"], answer.attrs["worst_over"]) == ("restitution", "frequency_ratio")
+    assert "frequencies from r" in answer.attrs["note"]
+    assert answer.attrs["points"] == part["status"].size
+    assert answer.attrs["complete"] == float((part["status"] >= 0).mean())
+    if reduce == "mean":
+        assert "frequency_ratio_at" not in answer
+        return
+    known = np.isfinite(expected.values)
+    row, column = np.argwhere(known)[0]
+    there = {"restitution": "restitution_at", "frequency_ratio": "frequency_ratio_at"}
+    place = {name: answer[at].values[row, column] for name, at in there.items()}
+    cell = part.isel(friction_ratio=row, clearance_ratio=column).sel(place)
+    assert float(cell["amplitude_ratio"]) == expected.values[row, column]
+
+
 def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
     empty = cube.isel(clearance_ratio=slice(0, 2)).copy(deep=True).load()
     empty["amplitude_ratio"][:] = np.nan

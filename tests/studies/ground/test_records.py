@@ -120,6 +120,26 @@ def test_bad_columns_are_told_by_their_line(text: str, field: str) -> None:
     assert fault_of(text, "csv").field == field
 
 
+@pytest.mark.parametrize(
+    ("text", "layout", "own", "other"),
+    [
+        (AT2, "at2", "g", "m/s2"),
+        (AT2.replace("UNITS OF G", "UNITS OF CM/SEC/SEC"), "at2", "cm/s2", "g"),
+        ("time (s), acceleration (m/s^2)\n0,0\n0.1,1\n", "csv", "m/s2", "g"),
+        ("t (s), a (Gal)\n0,0\n0.1,1\n", "csv", "cm/s2", "m/s2"),
+    ],
+)
+def test_units_may_repeat_what_the_file_says_and_not_contradict_it(
+    text: str, layout: str, own: str, other: str
+) -> None:
+    said = read_record(text, layout)  # type: ignore[arg-type]
+    assert read_record(text, layout, units=own).content == said.content  # type: ignore[arg-type]
+    with pytest.raises(StudyFaults) as caught:
+        read_record(text, layout, units=other)  # type: ignore[arg-type]
+    (fault,) = caught.value.faults
+    assert (fault.field, fault.found) == ("units", f"{other} while the file says {own}")
+
+
 def test_long_lines_are_refused_at_once() -> None:
     assert fault_of(AT2 + "1" * 100_000).field == "line 7"
     assert fault_of("1" * 100_000, "csv").field == "line 1"
@@ -145,7 +165,7 @@ def test_what_is_written_is_read(samples: list[float], step: float, units: str) 
     motion = read_record(f"time (s), acceleration ({units})\n{rows}", "csv")
     np.testing.assert_allclose(motion.acceleration_m_s2, np.array(samples) * factor, rtol=1e-15)
     lines = "".join(f"{a:15.7E}" + ("\n" if k % 5 == 4 else "") for k, a in enumerate(samples))
-    text = f"PEER\nx\nUNITS OF G\nNPTS= {len(samples)}, DT= {step!r} SEC\n{lines}\n"
+    text = f"PEER\nx\nUNITS OF {units.upper()}\nNPTS= {len(samples)}, DT= {step!r} SEC\n{lines}\n"
     motion = read_record(text, "at2", "", units)
     np.testing.assert_allclose(motion.acceleration_m_s2, np.array(samples) * factor, rtol=1e-7, atol=1e-300)
 
@@ -179,12 +199,31 @@ def test_a_seed_is_a_record() -> None:
 
 
 def test_the_periodogram_is_the_spectrum() -> None:
-    """Without the trapezoid and over a whole period of the lines it is so to rounding, whatever the seed."""
+    """Without the trapezoid and over a whole period of the lines, whatever the seed.
+
+    By the law of the second filter, x'' + 2ζωx' + ω²x of the base is the motion of the soil. The displacement between
+    samples is that of linear pieces and not of the trapezoidal rule, which is (ωh)²/12 = 3e-5 of the acceleration.
+    """
     motion = kanai_tajimi(3, 40.95, 0.01, 3.0, 0.4, rise_s=0.0, fall_s=0.0)
     assert motion.acceleration_m_s2.size == 4096
-    lines = np.abs(np.fft.rfft(motion.acceleration_m_s2))[1:-1] ** 2
+    omega = 2 * np.pi * 0.3
+    velocity, displacement = motion.base_motion()
+    soil = motion.acceleration_m_s2 + 2 * 0.6 * omega * velocity + omega**2 * displacement
+    lines = np.abs(np.fft.rfft(soil))[1:-1] ** 2
     shape = spectrum(np.fft.rfftfreq(4096, 0.01)[1:-1], 3.0, 0.4)
-    np.testing.assert_allclose(lines / lines[0], shape / shape[0], rtol=1e-9)
+    np.testing.assert_allclose(lines / lines.sum(), shape / shape.sum(), rtol=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_base_of_an_artificial_record_comes_to_rest(seed: int) -> None:
+    """Some tens of centimetres at 0.3 g, as of recorded motions; metres would be drift.
+
+    The filter remembers 1/(ζ_f·ω_f) = 1.06 s, over which the end of the trapezoid, 10 s long, is a tenth of the whole.
+    """
+    velocity, displacement = kanai_tajimi(seed).base_motion()
+    assert 0.03 < np.abs(displacement).max() < 0.5
+    assert abs(displacement[-1]) < 0.1 * np.abs(displacement).max()
+    assert abs(velocity[-1]) < 0.1 * np.abs(velocity).max()
 
 
 def test_the_spectrum_is_that_of_kanai_and_tajimi() -> None:
