@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from studies.choices import CompliantContact, Contact, DwellContact
 from studies.consistency import compliant_fault
 from studies.contact import parse_contact
-from studies.faults import Fault, StudyFaults, describe, unknown_key
+from studies.faults import Fault, StudyFaults, counted, describe, unknown_key
 from studies.guard import guard
 from studies.quantity import DEFAULTS, RATIOS, read_count
 from studies.variables import DIMENSIONS, ResponseClass, Status
@@ -163,6 +163,11 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
     settings = Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
     answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
     found = simulation_document(answer, asked.samples)
+    if asked.cycles is not None and answer.metrics["status"] == Status.MAX_CYCLES:
+        found["status"] = (
+            f"The values are over the {counted(answer.cycles, 'cycle')} from rest that were asked for, and not those of a "
+            "steady response."
+        )
     if asked.design.particle is not None and asked.design.particle.wall is not None:
         found["wall"] = asked.design.particle.wall._asdict()
     return found

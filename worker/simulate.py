@@ -280,7 +280,7 @@ def _measures(
         "amplitude_ratio_max": float(peaks[:, 0].max()),
         "amplitude_ratio_rms": sqrt(2.0 * sums[SQUARE] / time),
         "relative_amplitude_ratio": float(peaks[:, 1].mean()),
-        "amplitude_error": 0.0,
+        "amplitude_error": nan,  # no steady amplitude is estimated
         "energy_residual": float(residual),
         "response_class": int(ResponseClass.UNKNOWN),
         "period": 0,

@@ -7,10 +7,10 @@ import typer
 
 from service.cli.options import (
     AsJson,
-    Contact,
-    ContactModel,
-    ContactTime,
     DataDir,
+    RecordContact,
+    RecordContactModel,
+    RecordContactTime,
     check_file,
     contact_document,
 )
@@ -34,8 +34,8 @@ Generate = Annotated[
     int | None,
     typer.Option("--kanai-tajimi", metavar="SEED", help="An artificial record from this seed instead."),
 ]
-Duration = Annotated[float | None, typer.Option(help="Of the artificial record [s].")]
-PeakG = Annotated[float | None, typer.Option(help="Its largest acceleration [g].")]
+Duration = Annotated[float | None, typer.Option(help="Length of the artificial record, in s.")]
+PeakG = Annotated[float | None, typer.Option(help="Largest acceleration of the artificial record, in g.")]
 
 
 def records(
@@ -59,6 +59,7 @@ def records(
     """List the ground-motion records, or keep a new one."""
     from studies.ground.shelf import Shelf
 
+    _check_recipe(seed, duration_s, peak_g)
     shelf = Shelf(data_folder(data_dir))
     if file is None and seed is None:
         listed = shelf.summaries()
@@ -107,19 +108,19 @@ def earthquake(
     clearance_m: Annotated[float | None, typer.Option(help="d, half the free cavity.")] = None,
     restitution: Annotated[float | None, typer.Option(help="e.")] = None,
     friction_force_n: Annotated[float | None, typer.Option(help="F_f.")] = None,
-    contact: Contact = ContactModel.instant,
-    contact_time: ContactTime = None,
+    contact: RecordContact = RecordContactModel.instant,
+    contact_time: RecordContactTime = None,
     tmd_mass_kg: Annotated[
         float | None, typer.Option(help="Of the tuned mass damper; the particle's by default.")
     ] = None,
     tmd_criterion: Annotated[
         str | None, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
     ] = None,
-    tail_s: Annotated[float | None, typer.Option(help="Free vibration after the record [s].")] = None,
+    tail_s: Annotated[float | None, typer.Option(help="Free vibration after the record, in s.")] = None,
     starts: Annotated[
         int | None, typer.Option(help="Perturbed starts that show what is chance; 0 for none.")
     ] = None,
-    perturbation_m: Annotated[float | None, typer.Option(help="Their size [m].")] = None,
+    perturbation_m: Annotated[float | None, typer.Option(help="Their size, in m.")] = None,
     units: Annotated[str | None, typer.Option(help="Of a file that does not say: g, m/s2 or cm/s2.")] = None,
     seed: Generate = None,
     duration_s: Duration = None,
@@ -141,6 +142,7 @@ def earthquake(
     What is not given is the paper's prototype.
     """
     check_file(output)
+    _check_recipe(seed, duration_s, peak_g)
     from service.earthquakes import answer_comparison
     from studies.ground.question import read_earthquake
     from studies.ground.shelf import Shelf
@@ -202,6 +204,14 @@ def read_file(file: Path, units: str | None, name: str) -> Any:
         raise typer.BadParameter(f"found {file}, which cannot be read: {error.strerror}") from None
     layout: Any = "at2" if file.suffix.lower() == ".at2" else "csv"
     return read_record(content, layout, name or file.stem, units)
+
+
+def _check_recipe(seed: int | None, duration_s: float | None, peak_g: float | None) -> None:
+    """Refuse what only an artificial record is told."""
+    for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
+        if seed is None and value is not None:
+            message = f"found {value:g}, allowed: only with --kanai-tajimi; leave it out, or name a seed"
+            raise typer.BadParameter(message, param_hint=option)
 
 
 def _recipe(seed: int | None, duration_s: float | None, peak_g: float | None) -> dict[str, Any]:

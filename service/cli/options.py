@@ -100,6 +100,15 @@ class ContactModel(StrEnum):
     compliant = "compliant"
 
 
+class RecordContactModel(StrEnum):
+    """What an impact is under a record."""
+
+    instant = "instant"
+    dwell = "dwell"
+
+
+_NAMED_TIMES = f"in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}."
+
 Contact = Annotated[
     ContactModel,
     typer.Option(
@@ -108,20 +117,28 @@ Contact = Annotated[
 ]
 ContactTime = Annotated[
     str | None,
-    typer.Option(
-        metavar="TIME",
-        help=f"Of contact dwell or compliant, in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}.",
-    ),
+    typer.Option(metavar="TIME", help=f"Of contact dwell or compliant, {_NAMED_TIMES}"),
+]
+RecordContact = Annotated[
+    RecordContactModel,
+    typer.Option(help="Impacts at once, or with a contact time: dwelling on the wall."),
+]
+RecordContactTime = Annotated[
+    str | None, typer.Option(metavar="TIME", help=f"Of contact dwell, {_NAMED_TIMES}")
 ]
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""
 
 
-def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
+def contact_document(contact: ContactModel | RecordContactModel, written: str | None) -> dict[str, Any]:
     """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
     if written is None:
-        return {} if contact is ContactModel.instant else {"contact": {"model": contact.value}}
+        return {} if contact.value == "instant" else {"contact": {"model": contact.value}}
+    if contact.value == "instant":
+        lasting = " or ".join(f"--contact {model.value}" for model in type(contact) if model != contact)
+        message = f"found {written} with contact instant, allowed: only with {lasting}; add --contact dwell"
+        raise typer.BadParameter(message, param_hint="--contact-time")
     try:
         return {"contact": {"model": contact.value, "contact_time": float(written)}}
     except ValueError:

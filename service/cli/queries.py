@@ -236,7 +236,8 @@ def _refuse(options: "Mapping[str, object]", advice: str) -> None:
     """Refuse options that this kind of study does not know."""
     for name, value in options.items():
         if value:
-            raise typer.BadParameter(f"found {value!r}, allowed: nothing here; {advice}", param_hint=name)
+            found = "it" if value is True else ", ".join(value) if isinstance(value, list) else value
+            raise typer.BadParameter(f"found {found}, allowed: nothing here; {advice}", param_hint=name)
 
 
 def _worst(

@@ -10,7 +10,7 @@ from service.cli.options import AsJson, Contact, ContactModel, ContactTime, chec
 from service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from service.cli.words import cell
 from studies.faults import counted
-from studies.variables import DIMENSIONS, VARIABLES, Status
+from studies.variables import DIMENSIONS, VARIABLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -131,7 +131,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 
 
 def _print(answer: dict[str, Any], steady: bool) -> None:
-    """Print the metrics and the state at the end; a stop after a number of cycles that was asked for needs no word."""
+    """Print the metrics, the state at the end, and what the status means."""
     metrics = answer["metrics"]
     print_table(
         ("metric", "value", "what"),
@@ -147,6 +147,4 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
     events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
     way = "on along the steady response" if steady else "from rest"
     say(f"After {counted(answer['cycles'], 'cycle')} {way}: {state}; {events}.")
-    status = Status(metrics["status"])
-    if steady or status > Status.MAX_CYCLES:
-        say(status.sentence)
+    say(answer["status"])

@@ -50,6 +50,8 @@ def test_a_comparison_prints_its_table_and_draws_it(tmp_path: Path) -> None:
         (("missing.at2",), "cannot be read"),
         (("--restitution", "2"), "restitution"),
         (("-o", "x.gif"), ".png"),
+        (("--contact-time", "0.1"), "add --contact dwell"),
+        (("el-centro", "--duration-s", "5"), "--kanai-tajimi"),
     ],
 )
 def test_bad_usage_says_what_to_do(tmp_path: Path, arguments: tuple[str, ...], word: str) -> None:
@@ -71,6 +73,10 @@ def test_a_survey_is_run_asked_and_written_like_any_study(tmp_path: Path) -> Non
     told = run("optimum", "dampers", *data).stdout
     assert f"clearance_m = {best[0]['clearance_m']:g}" in told
     assert "under northridge-090" in told
+    assert (
+        json.loads(run("optimum", "dampers", "--record", "northridge", "--json", *data).stdout)["designs"]
+        == best
+    )
     run("optimum", "dampers", "-o", tmp_path / "best.png", *data)
     assert "clearance_m" in run("map", "dampers", "--at", "record=northridge", *data).stdout
     run("map", "dampers", "-o", tmp_path / "map.png", *data)
@@ -89,5 +95,5 @@ def test_a_contact_time_is_asked_for(tmp_path: Path) -> None:
     still = ("earthquake", "northridge", "--starts", "0", "--particle-mass-kg", "0", "--data-dir", tmp_path)
     timed = ("--contact-time", "paper_soft_real")
     assert "contact dwell, 0.322" in run(*still, "--contact", "dwell", *timed).stdout
-    assert "instant or dwell" in run(*still, "--contact", "compliant", *timed, status=2).stderr
+    assert "'instant', 'dwell'" in run(*still, "--contact", "compliant", *timed, status=2).stderr
     assert "contact_time" in run(*still, "--contact", "dwell", status=2).stderr

@@ -28,6 +28,8 @@ def test_a_number_of_cycles_ends_exactly_there_and_every_digit_is_printed(tmp_pa
     answer = json.loads(run("simulate", *flags, "--cycles", "5", "--json").stdout)
     expected = compute(read_simulation({**point, "cycles": 5, "history": 0}, 10_000, 1000), 10_000)
     assert answer["cycles"] == 5
+    assert answer["metrics"]["amplitude_error"] is None
+    assert "over the 5 cycles from rest that were asked for" in answer["status"]
     assert answer["state"] == expected["state"]
     assert answer["events"] == expected["events"]
     assert set(answer["state"]) == {"u", "u_rate", "p", "p_rate"}
@@ -50,3 +52,9 @@ def test_the_table_names_every_metric_and_the_end_state() -> None:
     assert "amplitude_ratio_rms" in text
     assert "After 3 cycles from rest: u = " in text
     assert "p =" not in text
+
+
+def test_a_contact_time_wants_a_contact_that_lasts() -> None:
+    refused = run("simulate", "--contact-time", "0.1", status=2).stderr
+    assert "add --contact dwell" in refused
+    assert "--contact compliant" in refused
