@@ -161,9 +161,12 @@ def _design(answer: "xr.Dataset", rank: int) -> str:
     doubt = f" ± {error:.2g}" if error == error else ""
     fixed = [name for name in DIMENSIONS if name != "frequency_ratio"]
     at = ", ".join(f"{SYMBOLS[name]} = {float(design[name]):.6g}" for name in fixed)
-    kind = ResponseClass(int(design["response_class"])).sentence
+    # unknown is the class of a computed design only where the study does not store it
+    kind = ResponseClass(int(design["response_class"]))
+    said = kind.sentence if kind is not ResponseClass.UNKNOWN else ""
     r = f"{SYMBOLS['frequency_ratio']} = {float(design['frequency_ratio']):.6g}"
     value = f"{float(design['value']):.6g}{doubt}"
     if answer.attrs["frequencies"] == 1:
-        return f"X/Z = {value} at {at}, {r}. {kind}"
-    return f"{design['value'].attrs['long_name']} {value} at {at}. At its largest, {r}: {kind}"
+        return f"X/Z = {value} at {at}, {r}. {said}".strip()
+    largest = f"At its largest, {r}: {said}" if said else f"It is largest at {r}."
+    return f"{design['value'].attrs['long_name']} {value} at {at}. {largest}"

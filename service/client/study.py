@@ -263,7 +263,7 @@ class Study:
         Parameters
         ----------
         objective : {"peak", "resonance", "band_mean", "band_rms"}, optional
-            What a design is judged by; peak, or resonance where one frequency was computed.
+            What a design is judged by; peak, or resonance where one frequency was computed and no band is given.
         band : (float, float), optional
             Lowest and highest frequency ratio that count.
         top : int, optional

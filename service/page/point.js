@@ -120,13 +120,13 @@ function title({ selection, record }) {
 function stored(session, response, times, place) {
   const { words, selection } = session;
   const error = response.amplitude_error?.[place];
-  const kind = words.response_class[String(response.response_class?.[place] ?? -1)];
+  const kind = response.response_class && words.response_class[String(response.response_class[place])];
   const r = short(response.frequency_ratio[place]);
   const entries = /** @type {[string, string][]} */ ([
     [selection.worst ? `Largest X/Z, at r = ${r}` : `X/Z at r = ${r}`, short(response.values[place], 6)],
     ["Error", error === null || error === undefined ? "–" : `± ${short(error, 2)}`],
     ["Run time", duration(times?.values[place])],
-    ["Response", kind.sentence],
+    ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
   ]);
   return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value)))));

@@ -1,6 +1,6 @@
 """Questions to a study's cube; a running study is asked for what is there, and the answer says how much that is."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 import xarray as xr
@@ -20,7 +20,7 @@ from studies.answers.merged import merged_designs
 from studies.answers.optimal_designs import optimal_designs
 from studies.answers.pareto import RESPECTS, pareto_front, read_respects
 from studies.answers.resonance_map import resonance_map
-from studies.answers.selection import main_metric
+from studies.answers.selection import dimensions_of, main_metric
 from studies.answers.survey import require_harmonic, worst_case_designs
 from studies.answers.window import window
 from studies.faults import Fault, StudyFaults, describe, listing
@@ -59,19 +59,13 @@ def read_range(text: str) -> str:
     raise ValueError("two numbers, lower,higher")
 
 
-def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
-    known = list(names)
-
-    def check(name: str) -> str:
-        if name not in known:
-            raise ValueError(f"one of {listing(known)}")
-        return name
-
-    return AfterValidator(check), WithJsonSchema({"type": "string", "enum": known})
+def _one_of(names: Iterable[str]) -> WithJsonSchema:
+    """Describe the names of both kinds of study; the question, which knows the study, refuses those it has not."""
+    return WithJsonSchema({"type": "string", "enum": list(names)})
 
 
-Metric = Annotated[str, *_one_of(EVERY_VARIABLE)]
-Dimension = Annotated[str, *_one_of(EVERY_DIMENSION)]
+Metric = Annotated[str, _one_of(EVERY_VARIABLE)]
+Dimension = Annotated[str, _one_of(EVERY_DIMENSION)]
 Value = Annotated[
     float | None, Field(allow_inf_nan=False, description="The nearest grid point is taken, and said.")
 ]
@@ -98,6 +92,12 @@ class At(BaseModel):
         return {name: value for name in EVERY_DIMENSION if (value := getattr(self, name, None)) is not None}
 
 
+class AlongFrequency(At):
+    """The point of a curve, which has no frequency ratio: one that is given is refused in words that say why."""
+
+    frequency_ratio: Value = Field(None, description="Refused: the curve runs along it.")
+
+
 class SliceQuery(At):
     """What a map and a curve have in common."""
 
@@ -113,8 +113,13 @@ class SliceQuery(At):
 class MapQuery(SliceQuery):
     """Parameters of a map."""
 
-    x: Dimension = Field(description="Dimension along the rows of `values`.", examples=["friction_ratio"])
-    y: Dimension = Field(description="Dimension across the rows.", examples=["frequency_ratio"])
+    # without them the refusal names the dimensions of the study, which only the route knows
+    x: Dimension | None = Field(
+        None, description="Dimension along the rows of `values`; to be named.", examples=["friction_ratio"]
+    )
+    y: Dimension | None = Field(
+        None, description="Dimension across the rows; to be named.", examples=["frequency_ratio"]
+    )
     over: Dimension | None = Field(None, description="A third dimension, to reduce.")
     reduce: Literal["max", "min", "mean"] | None = Field(
         None, description="How `over` is reduced; max by default."
@@ -135,7 +140,7 @@ class MapQuery(SliceQuery):
     )
 
 
-class ResponseQuery(SliceQuery):
+class ResponseQuery(AlongFrequency, SliceQuery):
     """Parameters of a frequency response."""
 
     with_: str | None = Field(
@@ -163,7 +168,8 @@ class RankingQuery(ResultRanges):
     """What designs are judged by, and which of them."""
 
     objective: Literal["peak", "resonance", "band_mean", "band_rms"] | None = Field(
-        None, description="What a design is judged by; peak, or resonance where one frequency was computed."
+        None,
+        description="What a design is judged by; peak, or resonance where one frequency was computed and no band is given.",
     )
     band: Range = None
     exclude_locked: bool = Field(False, description="Leave out designs that friction locks to the base.")
@@ -173,6 +179,7 @@ class RankingQuery(ResultRanges):
     mass_ratio: Range = None
     clearance_ratio: Range = None
     friction_ratio: Range = None
+    frequency_ratio: Range = Field(None, description="Refused: `band` is the range of frequency ratios.")
 
     def judging(self) -> dict[str, Any]:
         """Give the arguments that every ranking of `studies.answers` takes."""
@@ -252,13 +259,12 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
     Without a word on the frequency the map shows the largest value over the study's band.
     """
     cube = service.store.cube(study.id)
-    _check_size(cube, query)
+    x, y = named(cube, {"x": query.x, "y": query.y})
+    _check_size(cube, x, y)
     metric = query.metric or main_metric(cube)
-    answer = resonance_map(
-        cube, query.x, query.y, metric, query.over, query.reduce, query.at(), query.interpolate
-    )
+    answer = resonance_map(cube, x, y, metric, query.over, query.reduce, query.at(), query.interpolate)
     if query.x_range or query.y_range or query.most:
-        answer = window(answer, {query.x: pair(query.x_range), query.y: pair(query.y_range)}, query.most)
+        answer = window(answer, {x: pair(query.x_range), y: pair(query.y_range)}, query.most)
     return answered(study, map_document(answer, metric))
 
 
@@ -328,8 +334,21 @@ def pair(text: str | None) -> tuple[float, float] | None:
     return float(low), float(high)
 
 
-def _check_size(cube: xr.Dataset, query: MapQuery) -> None:
-    points = cube.sizes.get(query.x, 1) * cube.sizes.get(query.y, 1)
+def named(cube: xr.Dataset, given: Mapping[str, str | None]) -> list[str]:
+    """Give the dimensions that must be named; refuse those that are not, with what the study has."""
+    axes = [name for name in dimensions_of(cube) if cube[name].dtype.kind == "f"]
+    missing = [
+        Fault(field, "nothing", f"one of {listing(axes)}", "add it")
+        for field, name in given.items()
+        if name is None
+    ]
+    if missing:
+        raise Problem(422, "invalid-parameters", "The address of the request has faults.", missing)
+    return [name for name in given.values() if name is not None]
+
+
+def _check_size(cube: xr.Dataset, x: str, y: str) -> None:
+    points = cube.sizes.get(x, 1) * cube.sizes.get(y, 1)
     if points > ANSWER_POINTS:
         advice = "export the cube, or choose shorter dimensions"
         raise StudyFaults(

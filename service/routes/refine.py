@@ -15,6 +15,7 @@ from service.routes.queries import (
     Dimension,
     RankingQuery,
     answered,
+    named,
     pair,
     read_range,
     with_follow_ups,
@@ -63,7 +64,7 @@ class RefineQuery(FollowUp, RankingQuery):
 class BoundaryQuery(FollowUp, At):
     """Parameters of a refinement around a change of response class."""
 
-    along: Dimension = Field(description="The dimension that is searched.")
+    along: Dimension | None = Field(None, description="The dimension that is searched; to be named.")
     frequency_ratio: float | None = Field(None, allow_inf_nan=False)
 
 
@@ -106,7 +107,8 @@ def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Q
 def refine_class(service: TheService, study: TheStudy, query: Annotated[BoundaryQuery, Query()]) -> Document:
     """Search along one dimension, the others fixed, for where the class of response changes."""
     cubes = with_follow_ups(service, study, query.with_)
-    found = refine_boundary(parse_harmonic(study.definition), cubes, query.along, query.at(), query.tolerance)
+    (along,) = named(cubes[study.id], {"along": query.along})
+    found = refine_boundary(parse_harmonic(study.definition), cubes, along, query.at(), query.tolerance)
     return _follow(service, study, found, query.dry_run)
 
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from service.comparisons import columns_document
 from service.documents import Document
-from service.routes.queries import ANSWER, At, answered
+from service.routes.queries import ANSWER, AlongFrequency, answered
 from service.routes.queries import router as queries
 from service.state import TheService, TheStudy
 from studies.answers.survey import require_harmonic
@@ -26,7 +26,7 @@ class Nothing(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class TmdQuery(At):
+class TmdQuery(AlongFrequency):
     """Parameters of a comparison with a tuned mass damper."""
 
     mass_ratio: float | None = Field(

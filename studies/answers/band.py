@@ -20,6 +20,14 @@ def has_band(cube: xr.Dataset) -> bool:
     return cube.sizes[FREQUENCY] > 1
 
 
+def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> str:
+    """Name what designs are judged by where nobody says: the peak, wherever there is a band or one is asked for.
+
+    A design that is superb at r = 1 can be terrible a few per cent away.
+    """
+    return "peak" if band is not None or has_band(cube) else "resonance"
+
+
 def endured(cube: xr.Dataset) -> str:
     """Name the dimension that nobody chooses: the frequency ratio, in a survey the record."""
     return RECORD if is_survey(cube.sizes) else FREQUENCY

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from studies.answers.faults import QueryFault
-from studies.answers.selection import At, as_float, check_metric, choose, coded, read
+from studies.answers.selection import At, as_float, choose, coded, read, require_stored
 from studies.faults import Fault
 
 INTERPOLATED = {
@@ -39,7 +39,7 @@ class Between:
         if coded(cube, metric):
             advice = f"{metric} has codes, which have nothing in between: leave `interpolate` out"
             raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice))
-        check_metric(cube, "response_class", "interpolate")
+        require_stored(cube, "interpolate", "response_class")
         self._cube, self._metric, self._free = cube, metric, free
         self.nearest = choose(cube, at, free)
         self.sides: dict[str, tuple[int, int, float]] = {}

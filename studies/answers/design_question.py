@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import has_band
+from studies.answers.band import default_objective
 from studies.answers.faults import QueryFault
-from studies.answers.selection import check_dimension, check_metric
+from studies.answers.selection import check_dimension, require_stored
 from studies.faults import Fault, counted, describe, listing
 from studies.variables import DIMENSIONS, VARIABLES
 
@@ -64,10 +64,9 @@ class DesignQuestion:
         ranges: Mapping[str, tuple[float, float]],
     ) -> "DesignQuestion":
         """Check the arguments of `optimal_designs`; raise `QueryFault` for what cannot be answered."""
-        check_metric(cube, METRIC, "objective")
+        require_stored(cube, "objective", METRIC, otherwise="")
         if objective is None:
-            # a band, where there is one: a design that is superb at r = 1 can be terrible a few per cent away
-            objective = "peak" if has_band(cube) else "resonance"
+            objective = default_objective(cube, band)
         if objective not in OBJECTIVES:
             raise QueryFault(
                 Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
@@ -90,12 +89,12 @@ class DesignQuestion:
                         "max_impact_speed", describe(max_impact_speed), "0 or more", "mend it or leave it out"
                     )
                 )
-            check_metric(cube, "impact_speed_max", "max_impact_speed")
+            require_stored(cube, "max_impact_speed", "impact_speed_max")
         if exclude_locked:
-            check_metric(cube, "response_class", "exclude_locked")
+            require_stored(cube, "exclude_locked", "response_class")
         limits = {name: limit for name, limit in ranges.items() if name in VARIABLES}
         for name, limit in limits.items():
-            check_metric(cube, name, name)
+            require_stored(cube, name, name)
             if VARIABLES[name].flags is not None:
                 allowed = "a result that is a quantity, or a design dimension"
                 raise QueryFault(

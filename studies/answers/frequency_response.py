@@ -58,7 +58,12 @@ def frequency_response(
     check_metric(cube, metric)
     if FREQUENCY in at:
         raise QueryFault(
-            Fault(FREQUENCY, describe(at[FREQUENCY]), "nothing: the curve runs along it", "leave it out")
+            Fault(
+                FREQUENCY,
+                describe(at[FREQUENCY]),
+                "nothing: the curve runs along frequency_ratio",
+                "leave it out: every frequency of the study is in the answer",
+            )
         )
     index = choose(cube, at, (FREQUENCY,))
     names = [name for name in COMPANIONS if name in cube.data_vars and name != metric]

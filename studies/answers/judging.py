@@ -83,7 +83,8 @@ def judge(
     tally["failed"] += int(bad.sum())
     nothing = np.full_like(amplitude, np.nan)
     error = load("amplitude_error") if "amplitude_error" in cube else nothing
-    kind = load("response_class") if "response_class" in cube else np.full_like(status, -1)
+    classed = "response_class" in cube
+    kind = load("response_class") if classed else np.full_like(status, ResponseClass.UNKNOWN)
     locked = kind == ResponseClass.LOCKED
     if question.exclude_locked:
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
@@ -107,7 +108,8 @@ def judge(
     corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
     found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
     found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
-    found |= {"response_class": kind[each, place], "locked_share": locked.mean(axis=1)}
+    share = locked.mean(axis=1) if classed else np.full(rows.size, np.nan)
+    found |= {"response_class": kind[each, place], "locked_share": share}
     for name in beside:
         # a design without an impact has no impact speed, and one that dissipates nothing no shares
         known = np.nan_to_num(load(name)[rows])

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import has_band
+from studies.answers.band import default_objective
 from studies.answers.design_question import DESIGN
 from studies.answers.faults import QueryFault
 from studies.answers.optimal_designs import optimal_designs
@@ -43,7 +43,7 @@ def merged_designs(
         As `optimal_designs` on the first study, or where another one was judged at other frequencies.
     """
     ids = list(cubes)
-    objective = objective or ("peak" if has_band(cubes[ids[0]]) else "resonance")
+    objective = objective or default_objective(cubes[ids[0]], band)
     rest = (objective, band, top, exclude_locked, max_impact_speed)
     answers = {ids[0]: optimal_designs(cubes[ids[0]], *rest, ranges)}
     first = answers[ids[0]]
@@ -51,7 +51,7 @@ def merged_designs(
         try:
             answers[name] = optimal_designs(cubes[name], *rest, ranges)
         except QueryFault as error:
-            if error.fault.field in (ranges or {}):
+            if error.fault.field in set(ranges or {}).intersection(DESIGN):
                 continue
             raise
         same = ("band", "frequencies")

@@ -32,7 +32,7 @@ def optimal_designs(
     cube : Dataset
         A study's cube, read slab by slab.
     objective : str, optional
-        One of `OBJECTIVES`; "peak" without it, or "resonance" where only one frequency was computed.
+        One of `OBJECTIVES`; "peak" without it, or "resonance" where only one frequency was computed and no band is given.
     band : (float, float), optional
         Lowest and highest frequency ratio that count; every frequency without it.
     top : int
@@ -54,8 +54,9 @@ def optimal_designs(
         Variables: `value`, its `error` (that of a peak at the peak, of a mean the weighted mean error, since
         errors of a periodic response do not average out; NaN where the study keeps none), `response_class`
         at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
-        locked. Attributes: `objective`, `designs` (all in the ranges), `incomplete`, `failed`, `locked`,
-        `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that were computed), `band`,
+        locked; both unknown, -1 and NaN, where the study keeps no class. Attributes: `objective`, `designs` (all in the
+        ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
+        of the designs that were computed), `band`,
         `frequencies`, `flatness` of the best (see `flatness.flatness`), and `note`, which says it in words.
 
     Raises

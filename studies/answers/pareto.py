@@ -8,7 +8,7 @@ import xarray as xr
 from studies.answers.design_question import MOST, DesignQuestion
 from studies.answers.faults import QueryFault
 from studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
-from studies.answers.selection import check_metric
+from studies.answers.selection import require_stored
 from studies.faults import Fault, counted, describe, listing, nearest
 from studies.store.slabs import BUDGET
 
@@ -100,7 +100,7 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
             raise QueryFault(Fault("pareto", describe(name), f"one of {listing(RESPECTS)}", advice))
         column = RESPECTS[name][0]
         if column != "value" and column not in cube.dims:
-            check_metric(cube, column, "pareto")
+            require_stored(cube, "pareto", column, otherwise=f"leave {name} out")
     signs = np.array([-1.0 if name.startswith("-") else 1.0 for name in respects])
     return [RESPECTS[name][0] for name in bare], signs
 

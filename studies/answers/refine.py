@@ -11,7 +11,7 @@ import xarray as xr
 from studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from studies.answers.faults import QueryFault
 from studies.answers.merged import merged_designs
-from studies.answers.selection import check_dimension, check_metric, choose
+from studies.answers.selection import check_dimension, choose, require_stored
 from studies.definition import MAX_NAME, Study, parse_harmonic
 from studies.faults import Fault, counted, describe
 from studies.variables import DIMENSIONS, ResponseClass, Status
@@ -156,8 +156,8 @@ def refine_boundary(
     """
     _check_tolerance(tolerance)
     parent = next(iter(cubes.values()))
-    check_dimension(parent, "boundary", along)
-    check_metric(parent, "response_class", "boundary")
+    check_dimension(parent, "along", along)
+    require_stored(parent, "boundary", "response_class", otherwise="")
     others = {name: value for name, value in at.items() if name != along}
     chosen = {name: float(parent[name].values[i]) for name, i in choose(parent, others, (along,)).items()}
     values, classes = _line(cubes, along, chosen)

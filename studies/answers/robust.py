@@ -15,6 +15,7 @@ import xarray as xr
 from studies.answers.design_question import FREQUENCY, DesignQuestion
 from studies.answers.faults import QueryFault
 from studies.answers.judging import attributes_of, judge, new_tally
+from studies.answers.selection import require_stored
 from studies.faults import Fault, counted
 from studies.store.slabs import BUDGET
 from studies.variables import DIMENSIONS, ResponseClass
@@ -91,6 +92,8 @@ def robust_designs(
                 "write 0.5,2 for half to twice",
             )
         )
+    if exclude_locked:
+        require_stored(cube, "exclude_locked", "response_class")
     ranges = ranges or {}
     limits = {name: limit for name, limit in ranges.items() if name not in DIMENSIONS}
     question = DesignQuestion.ask(cube, objective, band, top, False, max_impact_speed, limits)
@@ -169,7 +172,6 @@ def _plane(
     shape = (cube.sizes[RAY[0]], cube.sizes[RAY[1]])
     plane = {"value": np.full(shape, np.nan), "error": np.full(shape, np.nan)}
     plane |= {name: np.full(shape, -1, np.int64) for name in ("response_class", FREQUENCY)}
-    plane["locked_share"] = np.zeros(shape)
     chunk = cube["amplitude_ratio"].encoding.get("chunks", cube["amplitude_ratio"].shape)[3]
     for start in range(0, shape[0], chunk):
         index = {name: np.array([at]) for name, at in place.items()}

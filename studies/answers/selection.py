@@ -1,5 +1,6 @@
 """What every question shares: checking names, choosing grid points, reading, saying what was chosen."""
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,8 +11,8 @@ import xarray as xr
 from studies.answers.faults import QueryFault
 from studies.faults import Fault, describe, listing, nearest
 from studies.ground.builtin import whole_id
-from studies.registry import is_survey
-from studies.variables import Status
+from studies.registry import is_survey, variables_of
+from studies.variables import STEPPED, Status
 
 At = Mapping[str, float | str]
 """Values of dimensions by name; a record is a text."""
@@ -41,9 +42,52 @@ def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str
 
 def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
     """Raise `QueryFault` unless the cube holds the variable `name`."""
-    if name not in cube.data_vars:
-        stored = [str(variable) for variable in cube.data_vars]
-        raise QueryFault(Fault(field, describe(name), f"one of {listing(stored)}", _guess(name, stored)))
+    if name in cube.data_vars:
+        return
+    stored = [str(variable) for variable in cube.data_vars]
+    if name in variables_of(cube.sizes):
+        found, advice = (
+            f"{name}, which the study does not store",
+            f"{_submit(cube, name)}, or choose one of them",
+        )
+    else:
+        found, advice = describe(name), _guess(name, stored)
+    raise QueryFault(Fault(field, found, f"one of {listing(stored)}", advice))
+
+
+def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:
+    """Raise `QueryFault` unless the cube holds every variable that a question needs beside its metric.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube.
+    field : str
+        The argument that needs them, as it is typed.
+    *names : str
+        The variables.
+    otherwise : str, optional
+        What else can be done; to leave the argument out, if not given. Empty where nothing can.
+    """
+    missing = [name for name in names if name not in cube.data_vars]
+    if missing:
+        advice = _submit(cube, *missing)
+        otherwise = f"leave {field} out" if otherwise is None else otherwise
+        if otherwise:
+            advice += f", or {otherwise}"
+        allowed = f"a study that stores {'it' if len(missing) == 1 else 'them'}"
+        raise QueryFault(Fault(field, f"a study that does not store {listing(missing)}", allowed, advice))
+
+
+def _submit(cube: xr.Dataset, *names: str) -> str:
+    advice = f"add {listing(names)} to `metrics` and submit again"
+    known = variables_of(cube.sizes)
+    if any(known[name].start for name in names):
+        return f"{advice} with `start: {{kind: ensemble}}`"
+    solver = json.loads(cube.attrs.get("study", "{}")).get("solver", {})
+    if solver.get("method") == "rk4" and not set(STEPPED).issuperset(names):
+        return f"{advice} with `solver: {{method: event}}`"
+    return advice
 
 
 def _guess(name: str, known: list[str]) -> str:

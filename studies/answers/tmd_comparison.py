@@ -10,7 +10,7 @@ import xarray as xr
 from studies.answers.band import FREQUENCY, WHY, runs
 from studies.answers.faults import QueryFault
 from studies.answers.frequency_response import frequency_response
-from studies.answers.selection import check_metric
+from studies.answers.selection import require_stored
 from studies.faults import Fault, describe, listing
 from studies.tmd.transfer import Excitation, amplitude_ratio, highest, without_absorber
 from studies.tmd.tunings import CRITERIA, Criterion, tuned
@@ -53,9 +53,9 @@ def tmd_comparison(
         Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
         `no_damper`, exact at the same frequencies. Attributes: the absorber (`tmd_mass_ratio`, `tmd_tuning`,
         `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's),
-        `hybrid_peak` with `hybrid_peak_error` and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over
-        the same band), `tmd_peak_everywhere`, `ratio` (hybrid over tuned mass damper), the bandwidths
-        `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
+        `hybrid_peak` with `hybrid_peak_error` (NaN where the study keeps none) and `hybrid_peak_at`, `tmd_peak` and
+        `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`, `ratio` (hybrid over tuned mass damper), the
+        bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
         `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
         more than its error) and `hybrid_better_share` of the frequencies that have a value; `complete`,
         `points`, `points_failed`, `note`.
@@ -66,7 +66,7 @@ def tmd_comparison(
         If an argument is not allowed, or a mass is needed and the study has none.
     """
     at = dict(at or {})
-    check_metric(cube, METRIC)
+    require_stored(cube, "study", METRIC, otherwise="")
     if criterion not in CRITERIA or criterion not in get_args(Criterion):
         raise QueryFault(
             Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
@@ -100,7 +100,7 @@ def tmd_comparison(
         ("no_damper", without_absorber(r, structural, shaken), "amplitude ratio X/Z, no damper"),
     ):
         answer[name] = (FREQUENCY, values, {"units": "1", "long_name": long_name})
-    error = curve["amplitude_error"].values if "amplitude_error" in curve else np.zeros(r.size)
+    error = curve["amplitude_error"].values if "amplitude_error" in curve else np.full(r.size, np.nan)
     top = highest(absorber, structural, shaken, (float(r[0]), float(r[-1])))
     known = np.isfinite(hybrid)
     place = int(np.nanargmax(hybrid)) if known.any() else -1

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from studies.answers.selection import check_metric, completeness
+from studies.answers.selection import completeness, require_stored
 from studies.store.slabs import slabs
 from studies.variables import Status
 
@@ -36,8 +36,7 @@ def work_precision(cube: xr.Dataset) -> xr.Dataset:
     QueryFault
         If the study keeps no run times, errors or amplitudes.
     """
-    for name in ("run_time", "amplitude_error", "amplitude_ratio"):
-        check_metric(cube, name)
+    require_stored(cube, "study", "run_time", "amplitude_error", "amplitude_ratio", otherwise="")
     times = TIME_BINS * (TIME_DECADES[1] - TIME_DECADES[0])
     # bin 0 holds errors below the first decade
     errors = ERROR_BINS * (ERROR_DECADES[1] - ERROR_DECADES[0]) + 1

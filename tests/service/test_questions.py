@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from studies.variables import DIMENSIONS
+
 STUDIES = "/api/v1/studies"
 
 
@@ -110,6 +112,10 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
         ("frequency-response?damping_ratio=1e999", "damping_ratio"),
         ("frequency-response?dampingratio=1", "dampingratio"),
         ("frequency-response?frequency_ratio=1", "frequency_ratio"),
+        ("resonance-map?x=frequency_ratio&y=clearance_m", "y"),
+        ("frequency-response?metric=growth", "metric"),
+        ("tmd-comparison?frequency_ratio=1", "frequency_ratio"),
+        ("optimal-designs?frequency_ratio=0.9,1.1", "frequency_ratio"),
         ("optimal-designs?band=2,1", "band"),
         ("optimal-designs?band=0.9", "band"),
         ("optimal-designs?band=nan,nan", "band"),
@@ -141,6 +147,60 @@ def test_bad_parameter_is_named(client: httpx.Client, curve: dict[str, Any], que
     assert answer.status_code == 422
     assert answer.headers["content-type"] == "application/problem+json"
     assert field in {fault["field"] for fault in answer.json()["errors"]}
+
+
+def test_a_refusal_names_what_this_kind_of_study_has(client: httpx.Client, curve: dict[str, Any]) -> None:
+    def faults(question: str, method: str = "GET") -> list[dict[str, str]]:
+        answer = client.request(method, f"{STUDIES}/{curve['id']}/{question}")
+        assert answer.status_code == 422
+        errors: list[dict[str, str]] = answer.json()["errors"]
+        return errors
+
+    dimensions = ", ".join(DIMENSIONS)
+    for fault, field in zip(faults("resonance-map"), ("x", "y"), strict=True):
+        assert (fault["field"], fault["allowed"]) == (field, f"one of {dimensions}")
+    for question, method in (
+        ("resonance-map?x=foo&y=friction_ratio", "GET"),
+        ("refine-boundary", "POST"),
+        ("refine-boundary?along=clearance_m", "POST"),
+    ):
+        assert faults(question, method)[0]["allowed"] == f"one of {dimensions}"
+    assert "peak_relative_displacement_m" not in faults("frequency-response?metric=beauty")[0]["allowed"]
+    for question in ("frequency-response", "tmd-comparison"):
+        (fault,) = faults(f"{question}?frequency_ratio=1")
+        assert fault["allowed"] == "nothing: the curve runs along frequency_ratio"
+        assert fault["advice"].startswith("leave it out")
+    assert "`band`" in faults("optimal-designs?frequency_ratio=0.9,1.1")[0]["advice"]
+
+
+def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client, helpers: Any) -> None:
+    study = {
+        "particle": False,
+        "damping_ratio": 0.03,
+        "axes": {"frequency_ratio": [0.9, 1.0]},
+        "metrics": ["amplitude_ratio"],
+    }
+    record = client.post(STUDIES, json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    path = f"{STUDIES}/{record['id']}"
+    (design,) = client.get(f"{path}/optimal-designs").raise_for_status().json()["designs"]
+    assert (design["error"], design["response_class"], design["locked_share"]) == (None, "unknown", None)
+    tmd = client.get(f"{path}/tmd-comparison?mass_ratio=0.1").raise_for_status().json()
+    assert tmd["hybrid_peak_error"] is None
+    for question in (
+        "optimal-designs?",
+        "robust-designs?amplitudes=1,1&",
+        "optimal-designs?pareto=amplitude,mass&",
+    ):
+        answer = client.get(f"{path}/{question}exclude_locked=true")
+        assert answer.status_code == 422, question
+        (fault,) = answer.json()["errors"]
+        assert fault == {
+            "field": "exclude_locked",
+            "found": "a study that does not store response_class",
+            "allowed": "a study that stores it",
+            "advice": "add response_class to `metrics` and submit again, or leave exclude_locked out",
+        }
 
 
 def test_csv_has_one_row_for_each_point(client: httpx.Client, curve: dict[str, Any]) -> None:

@@ -80,6 +80,23 @@ def test_a_result_may_be_limited_too(data_dir: Path) -> None:
     assert "stick_fraction" in run("optimum", "friction", "--within", "sticks=0,1", status=2).stderr
 
 
+def test_what_a_study_does_not_store_is_left_out_or_refused(tmp_path: Path) -> None:
+    study = tmp_path / "little.json"
+    study.write_text(json.dumps({**FRICTION, "name": "little", "metrics": ["amplitude_ratio"]}))
+    run("run", study, "--data-dir", tmp_path / "data", "--workers", "1")
+    asked = ["little", "--data-dir", tmp_path / "data"]
+    text = run("optimum", *asked).stdout
+    assert "It is largest at r = 1." in text
+    assert "Not computed" not in text
+    for question in (["optimum"], ["robust", "--amplitudes", "1,2"], ["refine"]):
+        refused = run(question[0], *asked, *question[1:], "--exclude-locked", status=2).stderr
+        assert "exclude_locked: found a study that does not store response_class" in refused
+    assert "does not store run_time, amplitude_error" in run("show", *asked, "--accuracy", status=2).stderr
+    assert "amplitude_error, which the study does not store" in (
+        run("response", *asked, "--metric", "amplitude_error", status=2).stderr
+    )
+
+
 def test_precision_counts_the_points_and_their_time(data_dir: Path) -> None:
     document = json.loads(run("precision", "friction", "--data-dir", data_dir, "--json").stdout)
     assert sum(document["number"]) == document["points"] == 15

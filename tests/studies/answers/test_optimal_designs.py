@@ -108,6 +108,9 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
         )
         np.testing.assert_allclose(answer["value"], optimal_designs(cube, "resonance")["value"], rtol=1e-15)
     assert "Only one frequency counts here" in optimal_designs(cube, "resonance").attrs["note"]
+    band = optimal_designs(alone, band=(0.9, 1.1))
+    assert (band.attrs["objective"], band.attrs["band"]) == ("peak", [1.0, 1.0])
+    np.testing.assert_array_equal(band["value"], optimal_designs(alone)["value"])
 
 
 def test_frequencies_in_any_order_give_the_same_band_mean(cube, whole):
@@ -129,6 +132,7 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
     assert answer.sizes["rank"] == 3
     assert np.isnan(answer["error"]).all()
     assert (answer["response_class"] == -1).all()
+    assert np.isnan(answer["locked_share"]).all()
 
 
 @pytest.mark.parametrize(
@@ -151,10 +155,3 @@ def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, qu
     with pytest.raises(QueryFault, match=words) as caught:
         optimal_designs(cube, **question)
     assert caught.value.fault.field == field
-
-
-def test_a_study_without_what_is_needed_is_told_which_variable(cube):
-    for question in ({"exclude_locked": True}, {"max_impact_speed": 1.0}):
-        with pytest.raises(QueryFault) as caught:
-            optimal_designs(cube[["amplitude_ratio", "status"]], **question)
-        assert caught.value.fault.field in question

@@ -166,7 +166,7 @@ def test_what_cannot_be_refined_is_refused(store):
     for error_field, call in (
         ("tolerance", lambda: refine_optimum(study, {name: cube}, 0.0)),
         ("refine", lambda: refine_optimum(study, {name: empty})),
-        ("boundary", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
+        ("along", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
         ("boundary", lambda: refine_boundary(study, {name: cube}, "restitution", {})),
         ("boundary", lambda: refine_boundary(study, {name: empty}, "friction_ratio", {})),
         ("with", lambda: merged_designs({"a": cube, "b": cube.isel(frequency_ratio=slice(3))})),

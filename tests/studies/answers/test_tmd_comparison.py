@@ -90,6 +90,7 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
         ({"excitation": "wind"}, "excitation", "base or force"),
         ({"damping_detuning": float("nan")}, "damping_detuning", "share"),
         ({"at": {"gap": 1.0}}, "gap", "one of"),
+        ({"at": {"frequency_ratio": 1.0}}, "frequency_ratio", "runs along frequency_ratio; leave it out"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(cube, question, field, words):

@@ -1,0 +1,120 @@
+"""Questions that need a variable which the study does not store: refused in one way, or answered without it."""
+
+import json
+import math
+
+import pytest
+
+from studies.answers.faults import QueryFault
+from studies.answers.frequency_response import frequency_response
+from studies.answers.optimal_designs import optimal_designs
+from studies.answers.pareto import pareto_front
+from studies.answers.refine import refine_boundary, refine_optimum
+from studies.answers.resonance_map import resonance_map
+from studies.answers.robust import robust_designs
+from studies.answers.tmd_comparison import tmd_comparison
+from studies.answers.work_precision import work_precision
+from studies.definition import parse_study
+
+PLANE = ("clearance_ratio", "friction_ratio")
+
+
+@pytest.fixture
+def study(cube):
+    return parse_study(json.loads(cube.attrs["study"]))
+
+
+@pytest.fixture
+def little(cube):
+    """The cube of a study with ``metrics: [amplitude_ratio]``."""
+    return cube[["amplitude_ratio", "status"]]
+
+
+@pytest.mark.parametrize(
+    ("ask", "field", "missing", "otherwise"),
+    [
+        (lambda c, s: optimal_designs(c, exclude_locked=True), "exclude_locked", "response_class", True),
+        (
+            lambda c, s: robust_designs(c, (1.0, 2.0), exclude_locked=True),
+            "exclude_locked",
+            "response_class",
+            True,
+        ),
+        (
+            lambda c, s: refine_optimum(s, {"a": c}, exclude_locked=True),
+            "exclude_locked",
+            "response_class",
+            True,
+        ),
+        (lambda c, s: optimal_designs(c, max_impact_speed=1.0), "max_impact_speed", "impact_speed_max", True),
+        (
+            lambda c, s: optimal_designs(c, ranges={"stick_fraction": (0.0, 0.5)}),
+            "stick_fraction",
+            "stick_fraction",
+            True,
+        ),
+        (lambda c, s: resonance_map(c, *PLANE, interpolate=True), "interpolate", "response_class", True),
+        (lambda c, s: frequency_response(c, interpolate=True), "interpolate", "response_class", True),
+        (
+            lambda c, s: refine_boundary(s, {"a": c}, "friction_ratio", {}),
+            "boundary",
+            "response_class",
+            False,
+        ),
+        (lambda c, s: work_precision(c), "study", "run_time, amplitude_error", False),
+        (lambda c, s: optimal_designs(c[["status"]]), "objective", "amplitude_ratio", False),
+        (lambda c, s: tmd_comparison(c[["status"]]), "study", "amplitude_ratio", False),
+    ],
+)
+def test_what_is_not_stored_is_named_with_what_to_do(little, study, ask, field, missing, otherwise):
+    with pytest.raises(QueryFault) as caught:
+        ask(little, study)
+    fault = caught.value.fault
+    assert (fault.field, fault.found) == (field, f"a study that does not store {missing}")
+    assert fault.allowed == f"a study that stores {'them' if ',' in missing else 'it'}"
+    submit = f"add {missing} to `metrics` and submit again"
+    assert fault.advice == (f"{submit}, or leave {field} out" if otherwise else submit)
+
+
+def test_a_respect_that_is_not_stored_can_be_left_out(little):
+    with pytest.raises(QueryFault) as caught:
+        pareto_front(little, ["amplitude", "-dissipation_impact"])
+    assert caught.value.fault.field == "pareto"
+    assert caught.value.fault.advice.endswith(
+        "add dissipation_impact to `metrics` and submit again, or leave dissipation_impact out"
+    )
+
+
+def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
+    with pytest.raises(QueryFault) as caught:
+        frequency_response(little, "amplitude_error")
+    fault = caught.value.fault
+    assert (fault.field, fault.allowed) == ("metric", "one of amplitude_ratio, status")
+    assert fault.found == "amplitude_error, which the study does not store"
+    assert "did you mean" not in fault.advice
+    with pytest.raises(QueryFault, match="did you mean amplitude_ratio"):
+        frequency_response(little, "amplitude_ration")
+
+
+@pytest.mark.parametrize(
+    ("solver", "metric", "needed"),
+    [
+        ("event", "attractors", "`start: {kind: ensemble}`"),
+        ("rk4", "response_class", "`solver: {method: event}`"),
+        ("rk4", "amplitude_error", ""),
+    ],
+)
+def test_the_advice_is_a_study_that_can_be_submitted(little, solver, metric, needed):
+    definition = json.loads(little.attrs["study"])
+    asked = little.assign_attrs(study=json.dumps({**definition, "solver": {"method": solver}}))
+    with pytest.raises(QueryFault) as caught:
+        frequency_response(asked, metric)
+    advice = caught.value.fault.advice
+    assert needed in advice
+    assert ("with `" in advice) == bool(needed)
+
+
+def test_an_error_that_is_not_stored_is_unknown_not_zero(little):
+    answer = tmd_comparison(little, at={"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2})
+    assert math.isfinite(answer.attrs["hybrid_peak"])
+    assert math.isnan(answer.attrs["hybrid_peak_error"])
