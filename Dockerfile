@@ -13,6 +13,7 @@ COPY requirements.lock ./
 RUN python -m pip install --require-hashes -r requirements.lock
 
 COPY pyproject.toml README.md LICENSE ./
+COPY src src
 COPY studies studies
 COPY worker worker
 COPY service service

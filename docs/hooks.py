@@ -53,8 +53,8 @@ def notebook_page(path: Path) -> str:
 
 def http_reference() -> str:
     """Write every route of the service with its parameters, from the document that the service itself gives."""
-    from service.app import create_app
-    from service.settings import Settings
+    from damperlab.service.app import create_app
+    from damperlab.service.settings import Settings
 
     document = create_app(Settings()).openapi()
     lines = [

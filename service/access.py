@@ -8,7 +8,7 @@ import uuid
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.traffic import Traffic
+from damperlab.service.traffic import Traffic
 
 _log = logging.getLogger("damperlab.access")
 _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from service.columns import columns
-from studies.kind import AnyStudy
-from studies.plan import Plan
-from studies.store.cube import bytes_per_point
-from studies.variables import DIMENSIONS, VARIABLES
+from damperlab.service.columns import columns
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Plan
+from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 
 def estimate_document(study: AnyStudy, plan: Plan) -> dict[str, Any]:
@@ -42,7 +42,7 @@ def map_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.resonance_map`, dimensions (y, x).
+        Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
         The variable that was asked for.
 
@@ -69,7 +69,7 @@ def response_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.frequency_response`.
+        Of `damperlab.studies.answers.frequency_response`.
     metric : str
         The variable that was asked for.
 

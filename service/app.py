@@ -15,12 +15,12 @@ from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
-from service import problems
-from service.access import AccessLog
-from service.cluster import SharedCluster
-from service.dispatch import Dispatcher
-from service.examples import complete
-from service.routes import (
+from damperlab.service import problems
+from damperlab.service.access import AccessLog
+from damperlab.service.cluster import SharedCluster
+from damperlab.service.dispatch import Dispatcher
+from damperlab.service.examples import complete
+from damperlab.service.routes import (
     accuracy,
     axes,
     catalog,
@@ -36,11 +36,11 @@ from service.routes import (
     tmd,
     zarr,
 )
-from service.settings import Settings
-from service.state import Service
-from service.traffic import Traffic
-from worker.cluster import core_count
-from worker.provenance import code_version
+from damperlab.service.settings import Settings
+from damperlab.service.state import Service
+from damperlab.service.traffic import Traffic
+from damperlab.worker.cluster import core_count
+from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 8
 """Most submissions that are worked on at once; the threads that are left answer questions."""

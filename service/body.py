@@ -4,8 +4,8 @@ from email.message import Message
 
 from starlette.requests import Request
 
-from service.problems import Problem
-from studies.faults import Fault
+from damperlab.service.problems import Problem
+from damperlab.studies.faults import Fault
 
 JSON_TYPES = ("application/json",)
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")

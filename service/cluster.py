@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 
 from distributed import Client
 
-from worker.cluster import connect
+from damperlab.worker.cluster import connect
 
 
 class SharedCluster:

@@ -11,7 +11,7 @@ def columns(answer: xr.Dataset) -> dict[str, dict[str, Any]]:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers`.
+        Of `damperlab.studies.answers`.
 
     Returns
     -------

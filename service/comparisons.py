@@ -4,9 +4,9 @@ from typing import Any
 
 import xarray as xr
 
-from service.columns import columns
-from studies.answers.refine import Refinement
-from studies.variables import VARIABLES
+from damperlab.service.columns import columns
+from damperlab.studies.answers.refine import Refinement
+from damperlab.studies.variables import VARIABLES
 
 
 def columns_document(answer: xr.Dataset) -> dict[str, Any]:

@@ -5,14 +5,14 @@ import threading
 import time
 from dataclasses import dataclass
 
-from service.cluster import SharedCluster
-from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage
-from worker.cluster import ClusterUnusable
-from worker.lease import owner_is_dead
-from worker.runner import run_study
+from damperlab.service.cluster import SharedCluster
+from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.worker.cluster import ClusterUnusable
+from damperlab.worker.lease import owner_is_dead
+from damperlab.worker.runner import run_study
 
 LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""

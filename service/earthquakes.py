@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from studies.faults import Fault, StudyFaults
-from studies.ground.paper import SOURCE_NOTE, TABLE_A1
-from studies.ground.question import Earthquake
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.ground.paper import SOURCE_NOTE, TABLE_A1
+from damperlab.studies.ground.question import Earthquake
 
 MOST_WINDOWS = 3_000_000
 """Windows that one comparison may march through, all starts together: some seconds."""
@@ -26,7 +26,7 @@ def answer_comparison(asked: Earthquake) -> dict[str, Any]:
     StudyFaults
         Where it would take too long.
     """
-    from worker.ground.comparison import compare, structure_of
+    from damperlab.worker.ground.comparison import compare, structure_of
 
     motion = asked.motion
     omega = structure_of(asked).omega

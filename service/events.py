@@ -6,9 +6,9 @@ import anyio
 from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
 
-from service.state import Service
-from studies.store.faults import StudyNotFound
-from studies.store.record import Record
+from damperlab.service.state import Service
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.record import Record
 
 LOOK_SECONDS = 0.5
 """Between two looks at the record: the study may run in another process, so the catalogue is asked."""

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from service.schemas import comparison_schema, simulation_schema
-from studies.definition import Study
-from studies.examples import EXAMPLES, SURVEY
-from studies.ground.schema import survey_json_schema
+from damperlab.service.schemas import comparison_schema, simulation_schema
+from damperlab.studies.definition import Study
+from damperlab.studies.examples import EXAMPLES, SURVEY
+from damperlab.studies.ground.schema import survey_json_schema
 
 _LINEAR_YAML = """\
 name: no-damper

@@ -12,11 +12,18 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from service.documents import Document
-from studies.answers.faults import QueryFault
-from studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
-from studies.store.chunks import BlockDamaged
-from studies.store.faults import KeyTaken, QuotaReached, RevisionGone, StoreFault, StudyBusy, StudyNotFound
+from damperlab.service.documents import Document
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
+from damperlab.studies.store.chunks import BlockDamaged
+from damperlab.studies.store.faults import (
+    KeyTaken,
+    QuotaReached,
+    RevisionGone,
+    StoreFault,
+    StudyBusy,
+    StudyNotFound,
+)
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10

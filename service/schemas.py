@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from service.simulation import HISTORY_CYCLES, HISTORY_PERIODS, SAMPLES
-from studies.ground.paper import CASES
-from studies.ground.question import MOST_STARTS, QUANTITIES
-from studies.quantity import DEFAULTS, RATIOS
-from studies.tmd.tunings import CRITERIA
-from studies.variables import DIMENSIONS
+from damperlab.service.simulation import HISTORY_CYCLES, HISTORY_PERIODS, SAMPLES
+from damperlab.studies.ground.paper import CASES
+from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES
+from damperlab.studies.quantity import DEFAULTS, RATIOS
+from damperlab.studies.tmd.tunings import CRITERIA
+from damperlab.studies.variables import DIMENSIONS
 
 
 def _contact(*models: str) -> dict[str, Any]:

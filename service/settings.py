@@ -8,7 +8,7 @@ from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 if TYPE_CHECKING:
-    from studies.store.store import Store
+    from damperlab.studies.store.store import Store
 
 
 def default_data_dir() -> Path:
@@ -101,8 +101,8 @@ class Settings(BaseSettings):
         StoreFault
             If it cannot be used.
         """
-        from studies.store.quota import Quota
-        from studies.store.store import Store
+        from damperlab.studies.store.quota import Quota
+        from damperlab.studies.store.store import Store
 
         quota = Quota(self.quota_points, self.quota_bytes)
         return Store.open(self.data_dir, self.catalogue, self.store, quota, **options)

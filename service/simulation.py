@@ -8,17 +8,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import CompliantContact, Contact, DwellContact
-from studies.consistency import compliant_fault
-from studies.contact import parse_contact
-from studies.faults import Fault, StudyFaults, counted, describe, unknown_key
-from studies.guard import guard
-from studies.quantity import DEFAULTS, RATIOS, read_count
-from studies.variables import DIMENSIONS, ResponseClass, Status
-from worker.lower import contact_time_of, wall_of
-from worker.simulate import Design, Simulation, simulate
-from worker.solver.scene import Particle
-from worker.steady.settle import Settings as Steadiness
+from damperlab.studies.choices import CompliantContact, Contact, DwellContact
+from damperlab.studies.consistency import compliant_fault
+from damperlab.studies.contact import parse_contact
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.guard import guard
+from damperlab.studies.quantity import DEFAULTS, RATIOS, read_count
+from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.worker.lower import contact_time_of, wall_of
+from damperlab.worker.simulate import Design, Simulation, simulate
+from damperlab.worker.solver.scene import Particle
+from damperlab.worker.steady.settle import Settings as Steadiness
 
 OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
 KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method")

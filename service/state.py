@@ -8,12 +8,12 @@ from anyio import CapacityLimiter
 from fastapi import Depends, Path
 from starlette.requests import Request
 
-from service.dispatch import Dispatcher
-from service.settings import Settings
-from studies.faults import Fault, describe
-from studies.store.faults import StudyNotFound
-from studies.store.record import Record
-from studies.store.store import Store
+from damperlab.service.dispatch import Dispatcher
+from damperlab.service.settings import Settings
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 
 
 @dataclass(frozen=True)

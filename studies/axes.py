@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from studies.faults import Fault, StudyFaults, counted, describe, join, path, unknown_key
-from studies.quantity import (
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, join, path, unknown_key
+from damperlab.studies.quantity import (
     CLEARANCE_RATIO,
     DAMPING_RATIO,
     DEFAULTS,
@@ -21,7 +21,7 @@ from studies.quantity import (
     Quantity,
     read_count,
 )
-from studies.reads import Reads
+from damperlab.studies.reads import Reads
 
 MAX_AXIS_VALUES = 1_000_000
 """Values on one axis."""

@@ -10,10 +10,10 @@ from pydantic import (
     Tag,
 )
 
-from studies.faults import Fault, StudyFaults, describe
-from studies.presets import CONTACT_TIMES
-from studies.quantity import Quantity, read_count
-from studies.reads import Reads
+from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.quantity import Quantity, read_count
+from damperlab.studies.reads import Reads
 
 
 def real(quantity: Quantity) -> Reads:
@@ -35,7 +35,7 @@ CONTACT_TIME = Quantity(
 
 
 def _read_contact_time(raw: object) -> float:
-    """Read a contact time: a number, or the name of one in `studies.presets`."""
+    """Read a contact time: a number, or the name of one in `damperlab.studies.presets`."""
     if isinstance(raw, str) and raw in CONTACT_TIMES:
         return CONTACT_TIMES[raw].contact_time
     if isinstance(raw, str):
@@ -116,7 +116,7 @@ class Rk4Solver(Choice):
 class Ensemble(Choice):
     """Start from rest and from `n` − 1 drawn states; the response that most of them lead to is stored.
 
-    The draw depends on the seed and on the point's own coordinates, on nothing else; see `worker.steady.ensemble`.
+    The draw depends on the seed and on the point's own coordinates, on nothing else; see `damperlab.worker.steady.ensemble`.
     """
 
     kind: Literal["ensemble"]

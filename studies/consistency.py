@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.axes import MAX_AXIS_VALUES
-from studies.faults import Fault, counted
-from studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
-from studies.quantity import DEFAULTS, RATIOS
-from studies.variables import STEPPED, VARIABLES, available_variables
+from damperlab.studies.axes import MAX_AXIS_VALUES
+from damperlab.studies.faults import Fault, counted
+from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
+from damperlab.studies.quantity import DEFAULTS, RATIOS
+from damperlab.studies.variables import STEPPED, VARIABLES, available_variables
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""

@@ -2,9 +2,9 @@
 
 from pydantic import ValidationError
 
-from studies.choices import Choice, CompliantContact, Contact, DwellContact, InstantContact
-from studies.faults import StudyFaults
-from studies.pydantic_faults import faults_of
+from damperlab.studies.choices import Choice, CompliantContact, Contact, DwellContact, InstantContact
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.pydantic_faults import faults_of
 
 KEYS: dict[str, tuple[str, ...]] = {
     "contact.instant": tuple(InstantContact.model_fields),

@@ -13,7 +13,7 @@ from pydantic import (
     model_validator,
 )
 
-from studies.axes import (
+from damperlab.studies.axes import (
     AxisSpec,
     ClearanceRatio,
     DampingRatio,
@@ -23,7 +23,7 @@ from studies.axes import (
     Restitution,
     axis_values,
 )
-from studies.choices import (
+from damperlab.studies.choices import (
     Choice,
     Contact,
     Continuation,
@@ -35,20 +35,20 @@ from studies.choices import (
     Start,
     Steady,
 )
-from studies.consistency import OF_PARTICLE, compliant_fault, faults_between, with_defaults
-from studies.contact import KEYS as CONTACT_KEYS
-from studies.digest import study_digest
-from studies.examples import EXAMPLES
-from studies.faults import Fault, StudyFaults, describe
-from studies.ground.shelf import Shelf
-from studies.ground.survey import Survey
-from studies.ground.survey_reading import read_survey
-from studies.guard import guard
-from studies.metrics import read_metrics
-from studies.physical import Physical, derivations, derived_faults
-from studies.pydantic_faults import faults_of
-from studies.reads import Reads
-from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
+from damperlab.studies.consistency import OF_PARTICLE, compliant_fault, faults_between, with_defaults
+from damperlab.studies.contact import KEYS as CONTACT_KEYS
+from damperlab.studies.digest import study_digest
+from damperlab.studies.examples import EXAMPLES
+from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.survey_reading import read_survey
+from damperlab.studies.guard import guard
+from damperlab.studies.metrics import read_metrics
+from damperlab.studies.physical import Physical, derivations, derived_faults
+from damperlab.studies.pydantic_faults import faults_of
+from damperlab.studies.reads import Reads
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
 
 MAX_NAME = 200
 """Characters of a study's name."""
@@ -199,7 +199,7 @@ class Study(Choice):
 
     @property
     def digest(self) -> str:
-        """Digest of what the study asks for, 64 hexadecimal digits; see `studies.digest`."""
+        """Digest of what the study asks for, 64 hexadecimal digits; see `damperlab.studies.digest`."""
         return study_digest(self)
 
     def settings(self) -> dict[str, Any] | None:

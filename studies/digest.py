@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.kind import AnyStudy
-from studies.physical import DERIVATIONS
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.physical import DERIVATIONS
 
 if TYPE_CHECKING:
-    from studies.definition import Study
+    from damperlab.studies.definition import Study
 
 _SCHEME = b"damperlab study 1"
 """To be changed when the same study gets computed or stored differently, lest old answers pass for new."""

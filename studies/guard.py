@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from studies.faults import Fault, StudyFaults, counted, describe, path
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, path
 
 MAX_DEPTH = 8
 """Levels of lists and mappings; a study needs four."""

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from studies.variables import Variable
+from damperlab.studies.variables import Variable
 
 
 class AnyStudy(Protocol):

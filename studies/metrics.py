@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from studies.faults import Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest
 
 
 def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tuple[str, ...]:

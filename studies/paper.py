@@ -26,5 +26,5 @@ class PaperNumber:
 @cache
 def paper_numbers() -> dict[str, PaperNumber]:
     """Return every number of `studies/paper.yaml` by name."""
-    document = yaml.safe_load((files("studies") / "paper.yaml").read_text(encoding="utf-8"))
+    document = yaml.safe_load((files("damperlab.studies") / "paper.yaml").read_text(encoding="utf-8"))
     return {name: PaperNumber(float(entry["value"]), entry["place"]) for name, entry in document.items()}

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.axes import AxisSpec, along, axis_values
-from studies.choices import Choice
-from studies.faults import Fault, describe
-from studies.quantity import RATIOS, Quantity
+from damperlab.studies.axes import AxisSpec, along, axis_values
+from damperlab.studies.choices import Choice
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.quantity import RATIOS, Quantity
 
 Values = Mapping[str, NDArray[np.float64]]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from studies.faults import Fault, StudyFaults, describe, path, unknown_key
+from damperlab.studies.faults import Fault, StudyFaults, describe, path, unknown_key
 
 _CHOICES = ("contact", "solver", "start")
 """Fields that are a choice of models: pydantic puts the name of the choice into the location."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import isnan
 from typing import Any
 
-from studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.faults import Fault, StudyFaults, describe
 
 
 @dataclass(frozen=True)

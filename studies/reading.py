@@ -5,11 +5,11 @@ from importlib.resources import files
 from itertools import takewhile
 from pathlib import Path
 
-from studies.definition import Study, parse_harmonic, parse_study
-from studies.faults import Fault, StudyFaults, describe, listing, nearest
-from studies.ground.shelf import Shelf
-from studies.ground.survey import Survey
-from studies.text import MAX_BYTES, Format, load_text
+from damperlab.studies.definition import Study, parse_harmonic, parse_study
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 _FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 
@@ -97,7 +97,7 @@ def named_descriptions() -> dict[str, str]:
 
 @cache
 def _named_files() -> dict[str, bytes]:
-    entries = sorted((files("studies") / "catalog").iterdir(), key=lambda entry: entry.name)
+    entries = sorted((files("damperlab.studies") / "catalog").iterdir(), key=lambda entry: entry.name)
     return {
         entry.name.removesuffix(".yaml"): entry.read_bytes()
         for entry in entries

@@ -3,10 +3,10 @@
 from collections.abc import Container, Mapping
 from typing import Any
 
-from studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
-from studies.ground.variables import RECORD
-from studies.ground.variables import VARIABLES as SURVEY_VARIABLES
-from studies.variables import DIMENSIONS, VARIABLES, Variable
+from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.ground.variables import VARIABLES as SURVEY_VARIABLES
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
 
 EVERY_DIMENSION: tuple[str, ...] = tuple(dict.fromkeys((*DIMENSIONS, *SURVEY_DIMENSIONS)))
 EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys((*VARIABLES, *SURVEY_VARIABLES)))

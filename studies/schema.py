@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from studies.definition import Study
+from damperlab.studies.definition import Study
 
 
 def study_json_schema() -> dict[str, Any]:

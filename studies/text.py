@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import yaml
 
-from studies.faults import Fault, StudyFaults, printable
-from studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping
+from damperlab.studies.faults import Fault, StudyFaults, printable
+from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping
 
 Format = Literal["json", "yaml"]
 

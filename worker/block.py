@@ -5,19 +5,19 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import Continuation, Ensemble, Rk4Solver
-from studies.definition import Study
-from studies.plan import Block
-from studies.variables import DIMENSIONS, VARIABLES, Status
-from worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
-from worker.solver.scene import State
-from worker.steady.ensemble import drawn_starts, ensemble_values
-from worker.steady.linear import linear_response
-from worker.steady.response import Response
-from worker.steady.settle import Settings, settle
-from worker.steady.start import at_rest, carried
-from worker.steady.stepped import settle_stepped
-from worker.warm import scenes, warm
+from damperlab.studies.choices import Continuation, Ensemble, Rk4Solver
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
+from damperlab.worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
+from damperlab.worker.solver.scene import State
+from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest, carried
+from damperlab.worker.steady.stepped import settle_stepped
+from damperlab.worker.warm import scenes, warm
 
 Points = dict[str, NDArray[np.float64]]
 Values = dict[str, NDArray[np.generic]]

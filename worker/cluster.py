@@ -13,8 +13,8 @@ import dask
 from distributed import Client, LocalCluster, rpc
 from distributed.system import MEMORY_LIMIT
 
-from studies.faults import Fault
-from worker.provenance import identity
+from damperlab.studies.faults import Fault
+from damperlab.worker.provenance import identity
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
 """How long a scheduler, and the first of its workers, may take to answer."""
@@ -170,7 +170,7 @@ def _local(count: int) -> Iterator[Client]:
             memory_limit=MEMORY_LIMIT // count,
             silence_logs=logging.CRITICAL,
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            preload=["worker.cluster"],
+            preload=["damperlab.worker.cluster"],
         ) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):

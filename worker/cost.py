@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import Ensemble, Rk4Solver
-from studies.definition import Study
-from studies.ground.survey import Survey, windows_of
-from studies.kind import AnyStudy
+from damperlab.studies.choices import Ensemble, Rk4Solver
+from damperlab.studies.definition import Study
+from damperlab.studies.ground.survey import Survey, windows_of
+from damperlab.studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""

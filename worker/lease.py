@@ -9,9 +9,9 @@ import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from studies.faults import Fault
-from studies.store.faults import StoreFault, StudyBusy, StudyNotFound
-from studies.store.store import Store
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.store import Store
 
 logger = logging.getLogger(__name__)
 

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import CompliantContact, Contact, DwellContact
-from studies.definition import Study
-from studies.plan import Block
-from studies.variables import DIMENSIONS
-from worker.physics.contact import wall_constants
-from worker.solver.scene import Particle, Wall
-from worker.steady.response import INTEGRATED
+from damperlab.studies.choices import CompliantContact, Contact, DwellContact
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import DIMENSIONS
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.steady.response import INTEGRATED
 
 LEAST_REBOUND = 1e-14
 """Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""

@@ -6,8 +6,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from studies.store.provenance import provenance as environment
-from worker.jit import source_hash
+from damperlab.studies.store.provenance import provenance as environment
+from damperlab.worker.jit import source_hash
 
 DISTRIBUTION = "damperlab"
 
@@ -30,7 +30,7 @@ def code_hash() -> str:
     """
     root = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    for source in sorted((*root.glob("worker/**/*.py"), *root.glob("studies/**/*.py"))):
+    for source in sorted((*(root / "worker").rglob("*.py"), *(root / "studies").rglob("*.py"))):
         text = source.read_bytes().replace(b"\r\n", b"\n")
         digest.update(f"{source.relative_to(root).as_posix()}\n{len(text)}\n".encode())
         digest.update(text)
@@ -69,7 +69,7 @@ def provenance() -> dict[str, str]:
     Returns
     -------
     dict of str
-        What `studies.store.provenance` collects, and two hashes: `sources` of all that computes and stores,
+        What `damperlab.studies.store.provenance` collects, and two hashes: `sources` of all that computes and stores,
         `kernels` of the solver alone.
     """
     return {**environment(), "sources": code_hash(), "kernels": source_hash()}

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.physics.contact import wall_force
-from worker.physics.impact import rebound
-from worker.solver.scene import IMPACTS, TURNS
+from damperlab.worker.jit import kernel
+from damperlab.worker.physics.contact import wall_force
+from damperlab.worker.physics.impact import rebound
+from damperlab.worker.solver.scene import IMPACTS, TURNS
 
 PHASE, DISPLACEMENT, VELOCITY, PARTICLE, PARTICLE_RATE = 0, 1, 2, 3, 4
 

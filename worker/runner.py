@@ -8,22 +8,22 @@ from threading import Event
 
 from distributed import Client, Future
 
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import write_region
-from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import BlockOutcome, Record
-from studies.store.reuse import Overlaps
-from studies.store.shelf import ShelfAway
-from studies.store.store import Store
-from studies.store.sweep import sweep
-from worker.cluster import ClusterUnusable
-from worker.cost import seconds_per_point
-from worker.lease import Lease, hold
-from worker.progress import Meter, Progress
-from worker.provenance import WrongCode, code_hash, require_solver
-from worker.tasks import failed_values, run_block
-from worker.window import Failure, Interrupted, Outage, Window
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import sweep
+from damperlab.worker.cluster import ClusterUnusable
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.lease import Lease, hold
+from damperlab.worker.progress import Meter, Progress
+from damperlab.worker.provenance import WrongCode, code_hash, require_solver
+from damperlab.worker.tasks import failed_values, run_block
+from damperlab.worker.window import Failure, Interrupted, Outage, Window
 
 GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
@@ -58,7 +58,7 @@ def run_study(
     study_id : str
         Its full id.
     client_factory : callable
-        Makes a context that gives a client, as `worker.cluster.connect` does; called only to compute blocks.
+        Makes a context that gives a client, as `damperlab.worker.cluster.connect` does; called only to compute blocks.
     on_progress : callable
         Called in this thread as the study starts, about twice a second while it moves, and at its end.
     stop : Event

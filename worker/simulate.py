@@ -7,14 +7,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from studies.variables import ResponseClass, Status
-from worker.lower import rebound_of
-from worker.rk4 import march_rk4
-from worker.solver.march import half_cycle
-from worker.solver.record import empty_log
-from worker.solver.riding import make_loaded
-from worker.solver.sample import HISTORY_COLUMNS, sample_half
-from worker.solver.scene import (
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.lower import rebound_of
+from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.record import empty_log
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.sample import HISTORY_COLUMNS, sample_half
+from damperlab.worker.solver.scene import (
     ARRIVED,
     ATTACHMENTS,
     BUDGET,
@@ -34,13 +34,13 @@ from worker.solver.scene import (
     Particle,
     with_floats,
 )
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.energy import energy_residual, stored_energy
-from worker.steady.linear import linear_response
-from worker.steady.response import Response
-from worker.steady.settle import Settings, at_rest, settle
-from worker.warm import scene_of, warm
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, at_rest, settle
+from damperlab.worker.warm import scene_of, warm
 
 _SEGMENTS_PER_CYCLE = 20_000
 _LOG_SEGMENTS = 100_000

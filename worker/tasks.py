@@ -7,21 +7,21 @@ from functools import lru_cache
 import numpy as np
 from distributed import Worker
 
-from studies.definition import Study, parse_study
-from studies.ground.motion import GroundMotion
-from studies.ground.source import RecordSource
-from studies.ground.survey import Survey
-from studies.kind import AnyStudy
-from studies.plan import Block
-from studies.store.coding import describe_cube
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.reuse import Source, known_points
-from studies.store.shelf import open_shelf
-from studies.variables import Status
-from worker.block import solve_block
-from worker.ground.block import solve_survey_block
-from worker.provenance import require_code
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.source import RecordSource
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.store.coding import describe_cube
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.reuse import Source, known_points
+from damperlab.studies.store.shelf import open_shelf
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.ground.block import solve_survey_block
+from damperlab.worker.provenance import require_code
 
 
 def run_block(

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from studies.definition import Study
-from worker.jit import CACHE_FOLDER
-from worker.lower import wants_energies
-from worker.solver.scene import Particle, Wall
-from worker.steady.settle import Settings, settle
-from worker.steady.start import at_rest
+from damperlab.studies.definition import Study
+from damperlab.worker.jit import CACHE_FOLDER
+from damperlab.worker.lower import wants_energies
+from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest
 
 try:
     import fcntl

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
-from studies.store.record import BlockOutcome
-from studies.store.shelf import ShelfAway
-from worker.provenance import WrongCode
-from worker.tasks import executing_keys
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.shelf import ShelfAway
+from damperlab.worker.provenance import WrongCode
+from damperlab.worker.tasks import executing_keys
 
 BLOCKS_PER_THREAD = 3
 """Blocks at the cluster per worker thread: one runs, one waits at the worker, one at the scheduler.

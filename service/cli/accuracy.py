@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from service.cli.options import AsJson, DataDir
-from service.cli.output import note, number, print_json, print_table, say, working
-from service.cli.store import data_folder
+from damperlab.service.cli.options import AsJson, DataDir
+from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.store import data_folder
 
 
 def accuracy(
@@ -29,12 +29,12 @@ def accuracy(
     as_json: AsJson = False,
 ) -> None:
     """Measure the solver: error against run time on the scenes of the solver, and a table of extreme cases."""
-    from service.documents import plain
-    from service.figures.accuracy import draw_work_precision
-    from service.figures.style import save
-    from service.reports import keep_report
-    from worker.accuracy.extremes import LONG_RUN_CYCLES
-    from worker.accuracy.report import FIGURE, in_markdown, make_report
+    from damperlab.service.documents import plain
+    from damperlab.service.figures.accuracy import draw_work_precision
+    from damperlab.service.figures.style import save
+    from damperlab.service.reports import keep_report
+    from damperlab.worker.accuracy.extremes import LONG_RUN_CYCLES
+    from damperlab.worker.accuracy.report import FIGURE, in_markdown, make_report
 
     if output.exists() and not output.is_dir():
         raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")

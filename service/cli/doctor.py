@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.failures import FAILED
-from service.cli.options import AsJson, DataDir, Scheduler, StoreAddress
-from service.cli.output import print_json, print_table, working
-from service.cli.store import settings_of
+from damperlab.service.cli.failures import FAILED
+from damperlab.service.cli.options import AsJson, DataDir, Scheduler, StoreAddress
+from damperlab.service.cli.output import print_json, print_table, working
+from damperlab.service.cli.store import settings_of
 
 if TYPE_CHECKING:
-    from service.settings import Settings
+    from damperlab.service.settings import Settings
 
 LINEAR_DAMPING_RATIO = 0.0038
 CLOSED_FORM_TOLERANCE = 1e-9
@@ -94,14 +94,14 @@ def _check(name: str, attempt: Callable[[], str]) -> Check:
 
 
 def _versions() -> str:
-    from worker.provenance import provenance
+    from damperlab.worker.provenance import provenance
 
     found = provenance()
     return ", ".join(f"{name} {found[name]}" for name in SHOWN_VERSIONS)
 
 
 def _cores() -> str:
-    from worker.cluster import core_count
+    from damperlab.worker.cluster import core_count
 
     return f"{core_count()} usable, {platform.machine()}"
 
@@ -110,7 +110,7 @@ def _closed_form() -> str:
     """Compare one linear point with the transmissibility at resonance, √(1 + 4ζ²)/(2ζ)."""
     from math import sqrt
 
-    from worker.simulate import Design, simulate
+    from damperlab.worker.simulate import Design, simulate
 
     found = float(simulate(Design(LINEAR_DAMPING_RATIO, 1.0)).metrics["amplitude_ratio"])
     exact = sqrt(1 + (2 * LINEAR_DAMPING_RATIO) ** 2) / (2 * LINEAR_DAMPING_RATIO)
@@ -123,9 +123,9 @@ def _closed_form() -> str:
 
 def _kernels() -> str:
     """Compile or load the hybrid kernel, and check that it keeps the balance of energy."""
-    from worker.jit import CACHE_FOLDER
-    from worker.simulate import Design, simulate
-    from worker.solver.scene import Particle
+    from damperlab.worker.jit import CACHE_FOLDER
+    from damperlab.worker.simulate import Design, simulate
+    from damperlab.worker.solver.scene import Particle
 
     began = time.perf_counter()
     particle = Particle(clearance_ratio=5.0, restitution=0.47, mass_ratio=0.1)
@@ -174,7 +174,7 @@ def _of(limit: int | None, unit: float, name: str) -> str:
 
 
 def _cluster(scheduler: str | None) -> str:
-    from worker.cluster import connect
+    from damperlab.worker.cluster import connect
 
     began = time.perf_counter()
     with connect(scheduler=scheduler) as client:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from service.cli.options import (
+from damperlab.service.cli.options import (
     AsJson,
     DataDir,
     RecordContact,
@@ -14,8 +14,8 @@ from service.cli.options import (
     check_file,
     contact_document,
 )
-from service.cli.output import make_parent, note, number, print_json, print_table, say, working
-from service.cli.store import data_folder
+from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.store import data_folder
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -57,7 +57,7 @@ def records(
     as_json: AsJson = False,
 ) -> None:
     """List the ground-motion records, or keep a new one."""
-    from studies.ground.shelf import Shelf
+    from damperlab.studies.ground.shelf import Shelf
 
     _check_recipe(seed, duration_s, peak_g)
     shelf = Shelf(data_folder(data_dir))
@@ -143,9 +143,9 @@ def earthquake(
     """
     check_file(output)
     _check_recipe(seed, duration_s, peak_g)
-    from service.earthquakes import answer_comparison
-    from studies.ground.question import read_earthquake
-    from studies.ground.shelf import Shelf
+    from damperlab.service.earthquakes import answer_comparison
+    from damperlab.studies.ground.question import read_earthquake
+    from damperlab.studies.ground.shelf import Shelf
 
     shelf = Shelf(data_folder(data_dir))
     given = {
@@ -178,8 +178,8 @@ def earthquake(
         if output.suffix == ".csv":
             _write_csv(answer, output)
         else:
-            from service.figures.earthquake import draw_earthquake
-            from service.figures.style import save
+            from damperlab.service.figures.earthquake import draw_earthquake
+            from damperlab.service.figures.style import save
 
             with working("Drawing"):
                 save(draw_earthquake(asked), make_parent(output))
@@ -192,7 +192,7 @@ def earthquake(
 
 def read_file(file: Path, units: str | None, name: str) -> Any:
     """Read a record from a file; its format is its suffix."""
-    from studies.ground.files import read_record
+    from damperlab.studies.ground.files import read_record
 
     if file.suffix.lower() not in RECORD_SUFFIXES:
         raise typer.BadParameter(
@@ -220,7 +220,7 @@ def _recipe(seed: int | None, duration_s: float | None, peak_g: float | None) ->
 
 
 def _generated(seed: int | None, duration_s: float | None, peak_g: float | None, name: str) -> Any:
-    from studies.ground.kanai_tajimi import read_kanai_tajimi
+    from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
 
     return read_kanai_tajimi(_recipe(seed, duration_s, peak_g) | {"name": name})
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from service.cli.options import DataDir, StudyId
-from service.cli.output import make_parent, note, working
-from service.cli.store import label, open_store
+from damperlab.service.cli.options import DataDir, StudyId
+from damperlab.service.cli.output import make_parent, note, working
+from damperlab.service.cli.store import label, open_store
 
 
 class Format(StrEnum):
@@ -29,8 +29,8 @@ def export(
     data_dir: DataDir = None,
 ) -> None:
     """Write a study's results to a file."""
-    from studies.store.export import csv_lines, write_netcdf
-    from studies.store.parquet import parquet_pieces
+    from damperlab.studies.store.export import csv_lines, write_netcdf
+    from damperlab.studies.store.parquet import parquet_pieces
 
     store = open_store(data_dir)
     record = store.find(study)

@@ -4,8 +4,8 @@ import re
 
 import typer
 
-from service.cli.output import note, print_json
-from studies.faults import Fault, StudyFaults
+from damperlab.service.cli.output import note, print_json
+from damperlab.studies.faults import Fault, StudyFaults
 
 DONE = 0
 FAILED = 1

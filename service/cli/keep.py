@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.options import AsJson, DataDir, StoreAddress
-from service.cli.output import note, print_json, working
-from service.cli.store import open_store
+from damperlab.service.cli.options import AsJson, DataDir, StoreAddress
+from damperlab.service.cli.output import note, print_json, working
+from damperlab.service.cli.store import open_store
 
 if TYPE_CHECKING:
-    from studies.store.store import Store
+    from damperlab.studies.store.store import Store
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
@@ -22,7 +22,7 @@ def backup(
     as_json: AsJson = False,
 ) -> None:
     """Copy every study with what it has so far, also while studies run; the copy is a data directory of its own."""
-    from studies.store.store import Store
+    from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
     _refuse_used(folder)
@@ -40,7 +40,7 @@ def restore(
     as_json: AsJson = False,
 ) -> None:
     """Copy a backup into a data directory without studies, and into the catalogue that the settings name."""
-    from studies.store.store import Store
+    from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
         raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
@@ -56,7 +56,7 @@ def gc(
     as_json: AsJson = False,
 ) -> None:
     """Remove files that no study needs: what killed processes, interrupted deletes and exports have left."""
-    from studies.store.sweep import collect_garbage
+    from damperlab.studies.store.sweep import collect_garbage
 
     seconds = _seconds(older_than)
     store = open_store(data_dir)
@@ -69,7 +69,7 @@ def gc(
 
 
 def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
-    from studies.store.backup import copy_store
+    from damperlab.studies.store.backup import copy_store
 
     try:
         with working("Copying"):

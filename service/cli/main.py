@@ -4,21 +4,21 @@ import sys
 
 import typer
 
-from service.cli.accuracy import accuracy
-from service.cli.doctor import doctor
-from service.cli.earthquake import earthquake, records
-from service.cli.export import export
-from service.cli.failures import DONE, FAILED, report
-from service.cli.keep import backup, gc, restore
-from service.cli.output import note
-from service.cli.queries import map_, optimum, response
-from service.cli.reproduce import reproduce
-from service.cli.run import resume, run
-from service.cli.serve import serve
-from service.cli.simulate import simulate
-from service.cli.studies import cancel, delete, show, studies
-from service.cli.tmd import precision, refine, robust, tmd
-from service.cli.verify import verify
+from damperlab.service.cli.accuracy import accuracy
+from damperlab.service.cli.doctor import doctor
+from damperlab.service.cli.earthquake import earthquake, records
+from damperlab.service.cli.export import export
+from damperlab.service.cli.failures import DONE, FAILED, report
+from damperlab.service.cli.keep import backup, gc, restore
+from damperlab.service.cli.output import note
+from damperlab.service.cli.queries import map_, optimum, response
+from damperlab.service.cli.reproduce import reproduce
+from damperlab.service.cli.run import resume, run
+from damperlab.service.cli.serve import serve
+from damperlab.service.cli.simulate import simulate
+from damperlab.service.cli.studies import cancel, delete, show, studies
+from damperlab.service.cli.tmd import precision, refine, robust, tmd
+from damperlab.service.cli.verify import verify
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from studies.ground.variables import RECORD
-from studies.presets import CONTACT_TIMES
-from studies.registry import EVERY_DIMENSION
-from studies.variables import VARIABLES
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import VARIABLES
 
 DataDir = Annotated[
     Path | None,
@@ -166,7 +166,7 @@ def read_judging(
     max_impact_speed: float | None,
     within: list[str] | None,
 ) -> dict[str, Any]:
-    """Read what every ranking is told into the arguments of `studies.answers`."""
+    """Read what every ranking is told into the arguments of `damperlab.studies.answers`."""
     quantities = tuple(name for name, variable in VARIABLES.items() if variable.flags is None)
     pairs = _pairs("--within", within, (*EVERY_DIMENSION, *quantities))
     return {

@@ -21,7 +21,7 @@ ANSWERS = Console(highlight=False)
 
 def print_json(document: object) -> None:
     """Print one JSON document; floats are spelled so that they read back bit for bit, and NaN is null."""
-    from service.documents import plain
+    from damperlab.service.documents import plain
 
     sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 

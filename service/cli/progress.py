@@ -10,7 +10,7 @@ from rich.progress import (
     TextColumn,
 )
 
-from service.cli.output import NOTES, duration, note
+from damperlab.service.cli.output import NOTES, duration, note
 
 LINE_EVERY_SECONDS = 5.0
 """Between two lines where there is no terminal: a log stays short, and a reader sees that work goes on."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.options import (
+from damperlab.service.cli.options import (
     AsJson,
     At,
     Band,
@@ -21,9 +21,9 @@ from service.cli.options import (
     read_at,
     read_judging,
 )
-from service.cli.output import make_parent, note, print_json, print_table, say, working
-from service.cli.store import label, open_store
-from service.cli.words import (
+from damperlab.service.cli.output import make_parent, note, print_json, print_table, say, working
+from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.words import (
     best_sentences,
     columns_left_out,
     completeness_sentence,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from studies.store.record import Record
+    from damperlab.studies.store.record import Record
 
 Interpolate = Annotated[
     bool,
@@ -73,10 +73,10 @@ def map_(
     check_file(output)
     fixed = read_at(at)
     record, cube = ask(study, data_dir)
-    from service.answers import map_document
-    from studies.answers.resonance_map import resonance_map
-    from studies.answers.selection import main_metric
-    from studies.answers.shown import shown_axes
+    from damperlab.service.answers import map_document
+    from damperlab.studies.answers.resonance_map import resonance_map
+    from damperlab.studies.answers.selection import main_metric
+    from damperlab.studies.answers.shown import shown_axes
 
     metric = metric or main_metric(cube)
     x, y = shown_axes({str(name): size for name, size in cube.sizes.items()}, x, y, {*fixed, over})
@@ -85,7 +85,7 @@ def map_(
         answer = resonance_map(cube, x, y, metric, over, reduce, fixed, interpolate)
 
     def draw() -> "Figure":
-        from service.figures.resonance_map import draw_map
+        from damperlab.service.figures.resonance_map import draw_map
 
         return draw_map(answer, metric)
 
@@ -119,9 +119,9 @@ def response(
         raise typer.BadParameter("found both --interpolate and --with, allowed: one of the two")
     fixed = read_at(at)
     record, cube = ask(study, data_dir, "response")
-    from service.answers import response_document
-    from studies.answers.compared_response import compared_response
-    from studies.answers.frequency_response import frequency_response
+    from damperlab.service.answers import response_document
+    from damperlab.studies.answers.compared_response import compared_response
+    from damperlab.studies.answers.frequency_response import frequency_response
 
     if with_ is None:
         with working("Reading the cube"):
@@ -134,7 +134,7 @@ def response(
         names = (record.name or record.id, other.name or other.id)
 
     def draw() -> "Figure":
-        from service.figures.curves import draw_compared, draw_response
+        from damperlab.service.figures.curves import draw_compared, draw_response
 
         return draw_response(answer, metric) if with_ is None else draw_compared(answer, metric, names)
 
@@ -185,7 +185,7 @@ def optimum(
         raise typer.BadParameter("found both --pareto and --with, allowed: one of the two")
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir)
-    from studies.registry import is_survey
+    from damperlab.studies.registry import is_survey
 
     if is_survey(record.dimensions):
         harmonic = {
@@ -200,11 +200,11 @@ def optimum(
         _worst(record, cube, metric, top, record_, judging["ranges"], output, as_json)
         return
     _refuse({"--metric": metric, "--record": record_}, "these are for surveys; see --objective")
-    from service.answers import designs_document
-    from studies.answers.design_question import MOST
-    from studies.answers.merged import merged_designs
-    from studies.answers.optimal_designs import optimal_designs
-    from studies.answers.pareto import pareto_front, read_respects
+    from damperlab.service.answers import designs_document
+    from damperlab.studies.answers.design_question import MOST
+    from damperlab.studies.answers.merged import merged_designs
+    from damperlab.studies.answers.optimal_designs import optimal_designs
+    from damperlab.studies.answers.pareto import pareto_front, read_respects
 
     with working("Judging the designs"):
         # More than are shown: the sentences count the designs that are as good, and look for one with impacts.
@@ -219,7 +219,7 @@ def optimum(
         answer = ranked.isel(rank=slice(top))
 
     def draw() -> "Figure":
-        from service.figures.curves import draw_ranking
+        from damperlab.service.figures.curves import draw_ranking
 
         return draw_ranking(answer)
 
@@ -251,14 +251,14 @@ def _worst(
     as_json: bool,
 ) -> None:
     """Rank a survey's dampers."""
-    from service.answers import worst_document
-    from studies.answers.survey import worst_case_designs
+    from damperlab.service.answers import worst_document
+    from damperlab.studies.answers.survey import worst_case_designs
 
     with working("Judging the dampers"):
         answer = worst_case_designs(cube, metric, top, records, ranges)
 
     def draw() -> "Figure":
-        from service.figures.curves import draw_ranking
+        from damperlab.service.figures.curves import draw_ranking
 
         return draw_ranking(answer)
 
@@ -273,7 +273,7 @@ def _worst(
 
 def ask(study: str, data_dir: Path | None, harmonic: str = "") -> "tuple[Record, xr.Dataset]":
     """Find a study and open its cube; `harmonic` names a question that no survey answers."""
-    from studies.answers.survey import require_harmonic
+    from damperlab.studies.answers.survey import require_harmonic
 
     store = open_store(data_dir)
     record = store.find(study)
@@ -310,7 +310,7 @@ def hand_out(
             if output.suffix == ".csv" or draw is None:
                 answer.to_dataframe().to_csv(output)
             else:
-                from service.figures.style import save
+                from damperlab.service.figures.style import save
 
                 save(draw(), output)
         note(f"Wrote {output}.")

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.failures import CommandFailed
-from service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
-from service.cli.output import duration, note, number, print_json, print_table, say
-from service.cli.run import compute, find_or_submit
-from service.cli.store import label, open_store, settings_of
+from damperlab.service.cli.failures import CommandFailed
+from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.output import duration, note, number, print_json, print_table, say
+from damperlab.service.cli.run import compute, find_or_submit
+from damperlab.service.cli.store import label, open_store, settings_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from service.reproduction.section import Solve
-    from studies.definition import Study
+    from damperlab.service.reproduction.section import Solve
+    from damperlab.studies.definition import Study
 
 REPORT = "reproduction"
 
@@ -49,9 +49,9 @@ def reproduce(
     if output.exists() and not output.is_dir():
         raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
-    from service.documents import plain
-    from service.figures.style import save
-    from service.reproduction.report import in_markdown, make_report
+    from damperlab.service.documents import plain
+    from damperlab.service.figures.style import save
+    from damperlab.service.reproduction.report import in_markdown, make_report
 
     with _solver(data_dir, workers, scheduler) as solve:
         report, figures = make_report(solve, quick, lambda what: note(f"Reproducing {what} …"))
@@ -74,7 +74,7 @@ def reproduce(
 @contextmanager
 def _solver(data_dir: Path | None, workers: int | None, scheduler: str | None) -> "Iterator[Solve]":
     """Give what computes a study by the ordinary way, all on one cluster that is started for the first that needs it."""
-    from worker.cluster import connect
+    from damperlab.worker.cluster import connect
 
     store = open_store(data_dir)
     reuse = settings_of(data_dir).reuse

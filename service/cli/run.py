@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.failures import FAILED
-from service.cli.options import (
+from damperlab.service.cli.failures import FAILED
+from damperlab.service.cli.options import (
     AsJson,
     DataDir,
     QuotaBytes,
@@ -20,17 +20,17 @@ from service.cli.options import (
     Workers,
     check_cluster,
 )
-from service.cli.output import duration, note, print_json, say, working
-from service.cli.progress import StudyProgress
-from service.cli.store import data_folder, label, open_store, settings_of
-from service.cli.studies import summary
+from damperlab.service.cli.output import duration, note, print_json, say, working
+from damperlab.service.cli.progress import StudyProgress
+from damperlab.service.cli.store import data_folder, label, open_store, settings_of
+from damperlab.service.cli.studies import summary
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from studies.kind import AnyStudy
-    from studies.store.record import Record
-    from studies.store.store import Store
+    from damperlab.studies.kind import AnyStudy
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
 
 BYTES_PER_MEGABYTE = 1e6
 WATCH_SECONDS = 0.5
@@ -60,8 +60,8 @@ def run(
 ) -> None:
     """Compute a study and store it; what is there already is not computed again."""
     check_cluster(workers, scheduler)
-    from studies.ground.shelf import Shelf
-    from studies.reading import read_study
+    from damperlab.studies.ground.shelf import Shelf
+    from damperlab.studies.reading import read_study
 
     asked = read_study(study, Shelf(data_folder(data_dir)))
     if dry_run:
@@ -101,16 +101,16 @@ def find_or_submit(
     more : mapping, optional
         Put beside the provenance of a new study.
     """
-    from studies.store.faults import StudyNotFound
+    from damperlab.studies.store.faults import StudyNotFound
 
     try:
         return store.find(asked.digest[:12])
     except StudyNotFound:
         pass
     # a plan, with the cost model behind it, is needed for a new one alone
-    from studies.plan import make_plan
-    from worker.cost import seconds_per_point
-    from worker.provenance import provenance
+    from damperlab.studies.plan import make_plan
+    from damperlab.worker.cost import seconds_per_point
+    from damperlab.worker.provenance import provenance
 
     with working("Planning"):
         plan = make_plan(asked, seconds_per_point)
@@ -155,7 +155,7 @@ def compute(
     record : Record
         The study.
     workers, scheduler : optional
-        As in `worker.cluster.connect`.
+        As in `damperlab.worker.cluster.connect`.
     client : callable, optional
         Gives a client that several studies share, in place of one made for this study.
 
@@ -164,9 +164,9 @@ def compute(
     Record
         As it ended.
     """
-    from studies.store.faults import StudyBusy
-    from worker.cluster import connect
-    from worker.runner import run_study
+    from damperlab.studies.store.faults import StudyBusy
+    from damperlab.worker.cluster import connect
+    from damperlab.worker.runner import run_study
 
     with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
         while True:
@@ -220,9 +220,9 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 def _print_size(asked: "AnyStudy", as_json: bool) -> None:
     """Print what POST /studies?dry_run=true answers."""
-    from service.answers import estimate_document
-    from studies.plan import make_plan
-    from worker.cost import seconds_per_point
+    from damperlab.service.answers import estimate_document
+    from damperlab.studies.plan import make_plan
+    from damperlab.worker.cost import seconds_per_point
 
     with working("Planning"):
         size = estimate_document(asked, make_plan(asked, seconds_per_point))

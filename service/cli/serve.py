@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from service.cli.failures import CommandFailed
-from service.cli.options import DataDir, QuotaBytes, Scheduler, StoreAddress, Workers, check_cluster
-from service.cli.store import settings_of
+from damperlab.service.cli.failures import CommandFailed
+from damperlab.service.cli.options import DataDir, QuotaBytes, Scheduler, StoreAddress, Workers, check_cluster
+from damperlab.service.cli.store import settings_of
 
 
 def serve(
@@ -25,7 +25,7 @@ def serve(
 ) -> None:
     """Serve studies over HTTP until Ctrl-C."""
     check_cluster(workers, scheduler)
-    from service.app import serve as serve_until_stopped
+    from damperlab.service.app import serve as serve_until_stopped
 
     # What is not given here comes from the environment, DAMPERLAB_…, or the defaults.
     settings = settings_of(

@@ -6,11 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.options import AsJson, Contact, ContactModel, ContactTime, check_file, contact_document
-from service.cli.output import make_parent, note, number, print_json, print_table, say, working
-from service.cli.words import cell
-from studies.faults import counted
-from studies.variables import DIMENSIONS, VARIABLES
+from damperlab.service.cli.options import (
+    AsJson,
+    Contact,
+    ContactModel,
+    ContactTime,
+    check_file,
+    contact_document,
+)
+from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.words import cell
+from damperlab.studies.faults import counted
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -85,7 +92,7 @@ def simulate(
     if cycles is not None:
         document["cycles"] = cycles
     with working("Computing (the first time, kernels are compiled)"):
-        from service.simulation import compute, decimated, read_simulation
+        from damperlab.service.simulation import compute, decimated, read_simulation
 
         asked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         answer = compute(asked, CYCLES_LIMIT)
@@ -123,8 +130,8 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
             columns = (column.tolist() for column in history.values())
             file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*columns, strict=True))
     else:
-        from service.figures.curves import draw_history
-        from service.figures.style import save
+        from damperlab.service.figures.curves import draw_history
+        from damperlab.service.figures.style import save
 
         save(draw_history(history, ratios), output)
     note(f"Wrote {output}.")

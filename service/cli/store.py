@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from service.settings import Settings
-    from studies.store.record import Record
-    from studies.store.store import Store
+    from damperlab.service.settings import Settings
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
 
 
 def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
@@ -21,7 +21,7 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
     """
     from pydantic import ValidationError
 
-    from service.settings import Settings
+    from damperlab.service.settings import Settings
 
     named = {"data_dir": data_dir, **given}
     try:

@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.failures import CommandFailed
-from service.cli.options import AsJson, DataDir, StudyId, check_name
-from service.cli.output import duration, note, print_json, print_table, say, working
-from service.cli.store import label, open_store
+from damperlab.service.cli.failures import CommandFailed
+from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
+from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
+from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
-    from studies.store.record import Record
+    from damperlab.studies.store.record import Record
 
 STATES = ("queued", "running", "done", "cancelled", "failed")
 
@@ -63,7 +63,7 @@ def studies(
 
 
 def _list_named(as_json: bool) -> None:
-    from studies.reading import named_descriptions, named_studies
+    from damperlab.studies.reading import named_descriptions, named_studies
 
     words = named_descriptions()
     rows = [(name, study.points, words[name]) for name, study in named_studies().items()]
@@ -85,7 +85,7 @@ def show(
 ) -> None:
     """Show one study: its state, progress and definition."""
     if accuracy:
-        from service.cli.tmd import precision
+        from damperlab.service.cli.tmd import precision
 
         precision(study, data_dir, as_json)
         return

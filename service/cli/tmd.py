@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.failures import FAILED
-from service.cli.options import (
+from damperlab.service.cli.failures import FAILED
+from damperlab.service.cli.options import (
     AsJson,
     At,
     Band,
@@ -26,18 +26,18 @@ from service.cli.options import (
     read_judging,
     read_range,
 )
-from service.cli.output import note, number, print_json, print_table, say, working
-from service.cli.queries import answered, ask, hand_out, say_if
-from service.cli.store import open_store
-from service.cli.words import completeness_sentence, rows_table
-from studies.variables import DIMENSIONS
+from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.queries import answered, ask, hand_out, say_if
+from damperlab.service.cli.store import open_store
+from damperlab.service.cli.words import completeness_sentence, rows_table
+from damperlab.studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from studies.answers.refine import Refinement
-    from studies.store.record import Record
-    from studies.store.store import Store
+    from damperlab.studies.answers.refine import Refinement
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
 
 
 def tmd(
@@ -65,14 +65,14 @@ def tmd(
     check_file(output)
     fixed = read_at(at)
     record, cube = ask(study, data_dir, "tmd")
-    from service.comparisons import columns_document
-    from studies.answers.tmd_comparison import tmd_comparison
+    from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
         answer = tmd_comparison(cube, criterion, mass_ratio, detuning, damping_detuning, fixed, excitation)
 
     def draw() -> "Figure":
-        from service.figures.comparison import draw_comparison
+        from damperlab.service.figures.comparison import draw_comparison
 
         return draw_comparison(answer)
 
@@ -106,8 +106,8 @@ def robust(
     span = read_range("--amplitudes", amplitudes)
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir, "robust")
-    from service.answers import designs_document
-    from studies.answers.robust import robust_designs
+    from damperlab.service.answers import designs_document
+    from damperlab.studies.answers.robust import robust_designs
 
     with working("Following the rays"):
         answer = robust_designs(cube, span, top=top, **judging)
@@ -122,8 +122,8 @@ def robust(
 def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
     """Show the error of a study's points against their run time."""
     record, cube = ask(study, data_dir, "precision")
-    from service.comparisons import columns_document
-    from studies.answers.work_precision import work_precision
+    from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.work_precision import work_precision
 
     with working("Reading the cube"):
         answer = work_precision(cube)
@@ -166,9 +166,9 @@ def refine(
         )
     store = open_store(data_dir)
     record = store.find(study)
-    from studies.answers.refine import refine_boundary, refine_optimum
-    from studies.answers.survey import require_harmonic
-    from studies.definition import parse_harmonic
+    from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+    from damperlab.studies.answers.survey import require_harmonic
+    from damperlab.studies.definition import parse_harmonic
 
     require_harmonic(record.dimensions, "refine")
     asked = parse_harmonic(record.definition)
@@ -188,7 +188,7 @@ def refine(
             raise typer.Exit(FAILED)
         ids.append(follow_up.id)
     if as_json:
-        from service.comparisons import refinement_document
+        from damperlab.service.comparisons import refinement_document
 
         print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
     else:
@@ -206,7 +206,7 @@ def _compute(
     store: "Store", found: "Refinement", parent: "Record", workers: int | None, scheduler: str | None
 ) -> "Record":
     """Run a follow-up to its end; what is done of it is kept if it stops."""
-    from service.cli.run import compute, find_or_submit
+    from damperlab.service.cli.run import compute, find_or_submit
 
     assert found.study is not None
     record = find_or_submit(store, found.study, True, {"refines": parent.id})

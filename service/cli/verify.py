@@ -4,17 +4,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.cli.failures import FAILED, CommandFailed
-from service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
-from service.cli.output import note, print_json, working
-from service.cli.run import compute
-from service.cli.store import label, open_store
+from damperlab.service.cli.failures import FAILED, CommandFailed
+from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.output import note, print_json, working
+from damperlab.service.cli.run import compute
+from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from studies.store.record import Record
-    from studies.store.store import Store
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
 
 
 def verify(
@@ -44,9 +44,9 @@ def verify(
 def _verify(
     store: "Store", record: "Record", repair: bool, workers: int | None, scheduler: str | None
 ) -> dict[str, Any]:
-    from studies.store.verify import repair as take_back
-    from studies.store.verify import verify as damages_of
-    from worker.provenance import WrongCode, require_solver
+    from damperlab.studies.store.verify import repair as take_back
+    from damperlab.studies.store.verify import verify as damages_of
+    from damperlab.worker.provenance import WrongCode, require_solver
 
     with working(f"Reading {label(record)}"):
         damages = list(damages_of(store, record))

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from service.cli.output import number
-from studies.ground.variables import DAMPER, RECORD
-from studies.registry import EVERY_DIMENSION
-from studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.service.cli.output import number
+from damperlab.studies.ground.variables import DAMPER, RECORD
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +46,7 @@ def map_table(answer: "xr.Dataset", metric: str) -> Table:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.resonance_map`, dimensions (y, x).
+        Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
         Which variable.
     """
@@ -118,7 +118,7 @@ def best_sentences(answer: "xr.Dataset") -> list[str]:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.optimal_designs`, with as many designs as there are.
+        Of `damperlab.studies.answers.optimal_designs`, with as many designs as there are.
     """
     if answer.sizes["rank"] == 0:
         return ["There is no optimum."]

@@ -1,7 +1,7 @@
-"""The Python client of the service: ``from service.client import Client``."""
+"""The Python client of the service: ``from damperlab.service.client import Client``."""
 
-from service.client.client import Client
-from service.client.faults import (
+from damperlab.service.client.client import Client
+from damperlab.service.client.faults import (
     ClientFault,
     Conflict,
     Denied,
@@ -13,8 +13,8 @@ from service.client.faults import (
     Unavailable,
     Unreachable,
 )
-from service.client.results import Accuracy, Estimate, Refinement, Simulation
-from service.client.study import Study
+from damperlab.service.client.results import Accuracy, Estimate, Refinement, Simulation
+from damperlab.service.client.study import Study
 
 __all__ = [
     "Accuracy",

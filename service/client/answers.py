@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from xarray.plot.accessor import DatasetPlotAccessor
 
-from service.client.figure import finished
-from studies.registry import EVERY_DIMENSION
-from studies.variables import ResponseClass
+from damperlab.service.client.figure import finished
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import ResponseClass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ class ResonanceMap(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.resonance_map import draw_map
+        from damperlab.service.figures.resonance_map import draw_map
 
         return draw_map(self, self._metric)
 
@@ -79,7 +79,7 @@ class FrequencyResponse(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.curves import draw_compared, draw_response
+        from damperlab.service.figures.curves import draw_compared, draw_response
 
         if "differs" in self:
             first, second = self.attrs["studies"]
@@ -93,7 +93,7 @@ class Designs(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.curves import draw_ranking
+        from damperlab.service.figures.curves import draw_ranking
 
         return draw_ranking(self)
 
@@ -104,7 +104,7 @@ class TmdComparison(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.comparison import draw_comparison
+        from damperlab.service.figures.comparison import draw_comparison
 
         return draw_comparison(self)
 
@@ -115,7 +115,7 @@ class WorkPrecision(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.curves import draw_precision
+        from damperlab.service.figures.curves import draw_precision
 
         return draw_precision(self)
 
@@ -126,20 +126,20 @@ class DamperComparison(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
-        from service.figures.measures import draw_measures
+        from damperlab.service.figures.measures import draw_measures
 
         return draw_measures(self)
 
 
 def read_map(document: Mapping[str, Any]) -> ResonanceMap:
-    """Rebuild a map, dimensions (y, x); see `studies.answers.resonance_map`."""
+    """Rebuild a map, dimensions (y, x); see `damperlab.studies.answers.resonance_map`."""
     x, y = document["x_dimension"], document["y_dimension"]
     arrays = {**document, document["metric"]: document["values"], x: document["x"], y: document["y"]}
     return ResonanceMap(*_parts(document, arrays, (y, x), ("x_dimension", "y_dimension", "x", "y")))
 
 
 def read_response(document: Mapping[str, Any]) -> FrequencyResponse:
-    """Rebuild a frequency response; see `studies.answers.frequency_response`."""
+    """Rebuild a frequency response; see `damperlab.studies.answers.frequency_response`."""
     arrays = {**document, document["metric"]: document["values"]}
     return FrequencyResponse(*_parts(document, arrays, ("frequency_ratio",)))
 
@@ -158,12 +158,12 @@ def read_designs(document: Mapping[str, Any]) -> Designs:
 
 
 def read_tmd(document: Mapping[str, Any]) -> TmdComparison:
-    """Rebuild a comparison with a tuned mass damper; see `studies.answers.tmd_comparison`."""
+    """Rebuild a comparison with a tuned mass damper; see `damperlab.studies.answers.tmd_comparison`."""
     return TmdComparison(*_parts(document, document, ("frequency_ratio",)))
 
 
 def read_precision(document: Mapping[str, Any]) -> WorkPrecision:
-    """Rebuild error against run time; see `studies.answers.work_precision`."""
+    """Rebuild error against run time; see `damperlab.studies.answers.work_precision`."""
     return WorkPrecision(*_parts(document, document, ("run_time",)))
 
 

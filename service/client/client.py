@@ -6,15 +6,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal
 
-from service.client.faults import refused
-from service.client.results import Accuracy, Estimate, Simulation
-from service.client.study import Study
-from service.client.transport import Transport, body
-from studies.faults import Fault, StudyFaults, describe
+from damperlab.service.client.faults import refused
+from damperlab.service.client.results import Accuracy, Estimate, Simulation
+from damperlab.service.client.study import Study
+from damperlab.service.client.transport import Transport, body
+from damperlab.studies.faults import Fault, StudyFaults, describe
 
 if TYPE_CHECKING:
-    from service.client.answers import DamperComparison
-    from service.client.earthquake import GroundRecord
+    from damperlab.service.client.answers import DamperComparison
+    from damperlab.service.client.earthquake import GroundRecord
 
 State = Literal["queued", "running", "done", "cancelled", "failed"]
 PAGE = 200
@@ -209,7 +209,7 @@ class Client:
         document: dict[str, Any] = {**ratios, "particle": particle, "method": method}
         document |= {name: value for name, value in chosen.items() if value is not None}
         answer = self._transport.ask("POST", "/simulate", **body(document))
-        from service.client.answers import read_history
+        from damperlab.service.client.answers import read_history
 
         names = ("metrics", "status", "response_class", "state", "events", "cycles")
         found = {name: answer[name] for name in names}
@@ -229,7 +229,7 @@ class Client:
 
     def records(self) -> "list[GroundRecord]":
         """List the ground-motion records that the service keeps, those built in first."""
-        from service.client.earthquake import read_ground_record
+        from damperlab.service.client.earthquake import read_ground_record
 
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
 
@@ -252,7 +252,7 @@ class Client:
         Refused
             If the file is not readable as one.
         """
-        from service.client.earthquake import read_ground_record, upload
+        from damperlab.service.client.earthquake import read_ground_record, upload
 
         return read_ground_record(self._transport.ask("POST", "/records", **upload(Path(path), name, units)))
 
@@ -290,7 +290,7 @@ class Client:
         DamperComparison
             Dimension ``case``: peaks and rms of displacement [m] and acceleration [m/s²], impacts, losses [J].
         """
-        from service.client.earthquake import GroundRecord, read_comparison
+        from damperlab.service.client.earthquake import GroundRecord, read_comparison
 
         document: dict[str, Any] = dict(values)
         document["record"] = record.id if isinstance(record, GroundRecord) else record
@@ -318,7 +318,7 @@ def _study(study: Mapping[str, Any] | str | Path) -> dict[str, Any]:
     kind = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}.get(path.suffix.lower())
     if kind is not None and path.is_file():
         return _written(path.read_bytes(), kind)
-    from studies.reading import read_study
+    from damperlab.studies.reading import read_study
 
     try:
         return body(read_study(str(study)).document())

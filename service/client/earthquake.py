@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from service.client.answers import DamperComparison
-from service.client.faults import refused
-from studies.faults import Fault, describe
+from damperlab.service.client.answers import DamperComparison
+from damperlab.service.client.faults import refused
+from damperlab.studies.faults import Fault, describe
 
 KINDS = {".at2": ("text/plain", "at2"), ".csv": ("text/csv", "csv"), ".txt": ("text/csv", "csv")}
 UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from studies.faults import Fault
+from damperlab.studies.faults import Fault
 
 
 class ClientFault(Exception):

@@ -20,12 +20,12 @@ def finished(figure: "Figure", path: str | Path | None) -> "Figure":
     Parameters
     ----------
     figure : Figure
-        Drawn by `service.figures`.
+        Drawn by `damperlab.service.figures`.
     path : path, optional
         The suffix says how it is written: .png, .svg, .pdf.
     """
     if path is not None:
-        from service.figures.style import save
+        from damperlab.service.figures.style import save
 
         save(figure, Path(path))
     if in_notebook():

@@ -6,14 +6,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.client.figure import finished
-from studies.store.record import Record
+from damperlab.service.client.figure import finished
+from damperlab.studies.store.record import Record
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from service.client.study import Study
+    from damperlab.service.client.study import Study
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Simulation:
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw the time history, and write it to `path` (.png, .svg, .pdf) where one is given."""
-        from service.figures.curves import draw_history
+        from damperlab.service.figures.curves import draw_history
 
         columns = {str(name): array.values for name, array in self.history.variables.items()}
         return finished(draw_history(columns, self.ratios), path)
@@ -132,7 +132,7 @@ class Accuracy:
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw error against run time, and write it to `path` (.png, .svg, .pdf) where one is given."""
-        from service.figures.accuracy import draw_work_precision
+        from damperlab.service.figures.accuracy import draw_work_precision
 
         return finished(draw_work_precision(self.document["diagrams"]), path)
 

@@ -5,17 +5,23 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from service.client.faults import Conflict, StillRunning, Stopped, refused
-from service.client.results import Refinement, read_record
-from service.client.transport import Transport
-from studies.answers.shown import shown_axes
-from studies.faults import Fault, describe
-from studies.store.record import Record
+from damperlab.service.client.faults import Conflict, StillRunning, Stopped, refused
+from damperlab.service.client.results import Refinement, read_record
+from damperlab.service.client.transport import Transport
+from damperlab.studies.answers.shown import shown_axes
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.store.record import Record
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from service.client.answers import Designs, FrequencyResponse, ResonanceMap, TmdComparison, WorkPrecision
+    from damperlab.service.client.answers import (
+        Designs,
+        FrequencyResponse,
+        ResonanceMap,
+        TmdComparison,
+        WorkPrecision,
+    )
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 Range = tuple[float, float]
@@ -102,7 +108,7 @@ class Study:
         """
         from contextlib import ExitStack
 
-        from service.client.waiting import follow, shown
+        from damperlab.service.client.waiting import follow, shown
 
         began = time.monotonic()
         first: int | None = None
@@ -205,9 +211,9 @@ class Study:
         Returns
         -------
         ResonanceMap
-            See `studies.answers.resonance_map`.
+            See `damperlab.studies.answers.resonance_map`.
         """
-        from service.client.answers import read_map
+        from damperlab.service.client.answers import read_map
 
         x, y = shown_axes(self._sizes, x, y, {*at, over})
         asked = {"x": x, "y": y, "metric": metric, "over": over, "reduce": reduce, "interpolate": interpolate}
@@ -237,9 +243,9 @@ class Study:
         Returns
         -------
         FrequencyResponse
-            See `studies.answers.frequency_response` and `studies.answers.compared_response`.
+            See `damperlab.studies.answers.frequency_response` and `damperlab.studies.answers.compared_response`.
         """
-        from service.client.answers import read_response
+        from damperlab.service.client.answers import read_response
 
         other = None if with_ is None else _ids([with_])
         asked = {"metric": metric, "interpolate": interpolate, "with": other}
@@ -287,10 +293,9 @@ class Study:
         Returns
         -------
         Designs
-            See `studies.answers.optimal_designs`, `studies.answers.pareto`, `studies.answers.merged` and
-            `studies.answers.survey`.
+            See `optimal_designs`, `pareto`, `merged` and `survey` of `damperlab.studies.answers`.
         """
-        from service.client.answers import read_designs
+        from damperlab.service.client.answers import read_designs
 
         most = {"top": top} if top is not None else {"top": 10_000} if pareto is not None else {}
         asked = {
@@ -329,9 +334,9 @@ class Study:
         Returns
         -------
         Designs
-            See `studies.answers.robust`.
+            See `damperlab.studies.answers.robust`.
         """
-        from service.client.answers import read_designs
+        from damperlab.service.client.answers import read_designs
 
         asked = {
             "amplitudes": amplitudes,
@@ -371,9 +376,9 @@ class Study:
         Returns
         -------
         TmdComparison
-            See `studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
+            See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
         """
-        from service.client.answers import read_tmd
+        from damperlab.service.client.answers import read_tmd
 
         asked = {
             "criterion": criterion,
@@ -390,9 +395,9 @@ class Study:
         Returns
         -------
         WorkPrecision
-            See `studies.answers.work_precision`.
+            See `damperlab.studies.answers.work_precision`.
         """
-        from service.client.answers import read_precision
+        from damperlab.service.client.answers import read_precision
 
         return read_precision(self._question("work-precision", {}, {}))
 

@@ -11,9 +11,9 @@ from typing import Any
 import httpx
 import stamina
 
-from service.client.faults import Problem, Unavailable, Unreachable, problem
-from service.client.faults import refused as refused_here
-from studies.faults import Fault, describe
+from damperlab.service.client.faults import Problem, Unavailable, Unreachable, problem
+from damperlab.service.client.faults import refused as refused_here
+from damperlab.studies.faults import Fault, describe
 
 RETRIED = (429, 502, 503, 504)
 """Statuses that may be another one a moment later; all others are answers."""

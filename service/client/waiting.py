@@ -11,9 +11,9 @@ from typing import Any, Protocol
 
 import httpx
 
-from service.client.faults import NotFound, Unavailable, Unreachable
-from service.client.figure import in_notebook
-from service.client.transport import Transport
+from damperlab.service.client.faults import NotFound, Unavailable, Unreachable
+from damperlab.service.client.figure import in_notebook
+from damperlab.service.client.transport import Transport
 
 ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
@@ -86,7 +86,7 @@ def shown(name: str, points: int) -> AbstractContextManager[Shown]:
     """Choose how to show progress: a bar in a terminal or a notebook, a line now and then elsewhere."""
     if in_notebook():
         return _NotebookBar(name, points)
-    from service.cli.progress import StudyProgress
+    from damperlab.service.cli.progress import StudyProgress
 
     return StudyProgress(name, points)
 

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from service.figures.style import BLUE, GREY, VERMILION, styled
+from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
 
 COLUMNS = 3
 OTHERS = (GREY, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24")
@@ -22,7 +22,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
     Parameters
     ----------
     diagrams : sequence of mapping
-        `diagrams` of a report of `worker.accuracy.report`.
+        `diagrams` of a report of `damperlab.worker.accuracy.report`.
     """
     rows = ceil(len(diagrams) / COLUMNS)
     with styled({"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 10}):

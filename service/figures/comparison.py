@@ -4,7 +4,16 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from service.figures.style import BLUE, GREY, VERMILION, fixed_title, scale, styled, ticks_1_2_5, title_of
+from damperlab.service.figures.style import (
+    BLUE,
+    GREY,
+    VERMILION,
+    fixed_title,
+    scale,
+    styled,
+    ticks_1_2_5,
+    title_of,
+)
 
 
 def draw_comparison(answer: xr.Dataset) -> Figure:
@@ -13,7 +22,7 @@ def draw_comparison(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.tmd_comparison`.
+        Of `damperlab.studies.answers.tmd_comparison`.
     """
     r = answer["frequency_ratio"]
     hybrid = answer["hybrid"].values

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from service.figures.style import (
+from damperlab.service.figures.style import (
     BLUE,
     GREY,
     STYLE,
@@ -23,8 +23,8 @@ from service.figures.style import (
     title_of,
     told,
 )
-from studies.registry import EVERY_DIMENSION
-from studies.variables import Status
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import Status
 
 
 def draw_response(answer: xr.Dataset, metric: str) -> Figure:
@@ -33,7 +33,7 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.frequency_response`.
+        Of `damperlab.studies.answers.frequency_response`.
     metric : str
         Which of its variables.
     """
@@ -80,7 +80,7 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.compared_response`.
+        Of `damperlab.studies.answers.compared_response`.
     metric : str
         Which variable was compared.
     names : (str, str)
@@ -124,7 +124,7 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.optimal_designs`, or of `worst_case_designs`.
+        Of `damperlab.studies.answers.optimal_designs`, or of `worst_case_designs`.
     """
     count = answer.sizes["rank"]
     columns = {name: answer[name].values for name in EVERY_DIMENSION if name in answer.coords}
@@ -158,7 +158,7 @@ def draw_precision(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.work_precision`.
+        Of `damperlab.studies.answers.work_precision`.
     """
     time = answer["run_time"]
     floor = 1e-18
@@ -187,7 +187,7 @@ def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str
     Parameters
     ----------
     history : mapping of ndarray
-        Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `worker.simulate.Simulation.history`.
+        Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `damperlab.worker.simulate.Simulation.history`.
     ratios : mapping of float
         Its design point; without a particle there is no clearance.
     """

@@ -2,13 +2,13 @@
 
 from matplotlib.figure import Figure
 
-from service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
-from studies.ground.motion import STANDARD_GRAVITY
-from studies.ground.paper import CASES
-from studies.ground.question import Earthquake
-from worker.ground.absorber import absorber_history
-from worker.ground.comparison import absorber_of, damper_of, structure_of
-from worker.ground.response import ground_history
+from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
+from damperlab.studies.ground.motion import STANDARD_GRAVITY
+from damperlab.studies.ground.paper import CASES
+from damperlab.studies.ground.question import Earthquake
+from damperlab.worker.ground.absorber import absorber_history
+from damperlab.worker.ground.comparison import absorber_of, damper_of, structure_of
+from damperlab.worker.ground.response import ground_history
 
 
 def draw_earthquake(asked: Earthquake) -> Figure:

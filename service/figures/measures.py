@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
+from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
 
 SHOWN = (("peak_relative_displacement_m", "Peak"), ("rms_relative_displacement_m", "Rms"))
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from service.figures.style import BLUE, GREY, VERMILION, styled, ticks_1_2_5
+from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled, ticks_1_2_5
 
 COLOURS = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24", GREY)
 """Of the Okabe-Ito palette, in the order of the curves."""

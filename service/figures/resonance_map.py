@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from service.figures.style import (
+from damperlab.service.figures.style import (
     COLOURS,
     DARK,
     EMPTY,
@@ -26,7 +26,7 @@ from service.figures.style import (
     ticks_1_2_5,
     title_of,
 )
-from studies.variables import VARIABLES, ResponseClass, Status
+from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 
 SMALLER_IS_BETTER = (
     "amplitude_ratio",
@@ -49,7 +49,7 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `studies.answers.resonance_map`, dimensions (y, x).
+        Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
         Which of its variables; one of codes is drawn with a colour for each code.
     """

@@ -1,9 +1,9 @@
 """Where the paper disagrees with itself: its own numbers, one computed from the others."""
 
-from service.reproduction.section import Row, Section, Solve
-from studies.paper import paper_numbers
-from studies.presets import SLOW_MOTION
-from studies.tmd.tunings import den_hartog
+from damperlab.service.reproduction.section import Row, Section, Solve
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.presets import SLOW_MOTION
+from damperlab.studies.tmd.tunings import den_hartog
 
 
 def disagreements(solve: Solve, quick: bool) -> Section:

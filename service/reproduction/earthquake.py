@@ -3,15 +3,15 @@
 from functools import partial
 from typing import Any
 
-from service.figures.earthquake import draw_earthquake
-from service.reproduction.section import Row, Section, Solve
-from studies.choices import InstantContact
-from studies.ground.builtin import builtin_record
-from studies.ground.paper import CASES, SOURCE_NOTE
-from studies.ground.question import QUANTITIES, Earthquake
-from studies.paper import PaperNumber, paper_numbers
-from worker.ground.comparison import paper_factor
-from worker.ground.comparison import table_a1 as compute
+from damperlab.service.figures.earthquake import draw_earthquake
+from damperlab.service.reproduction.section import Row, Section, Solve
+from damperlab.studies.choices import InstantContact
+from damperlab.studies.ground.builtin import builtin_record
+from damperlab.studies.ground.paper import CASES, SOURCE_NOTE
+from damperlab.studies.ground.question import QUANTITIES, Earthquake
+from damperlab.studies.paper import PaperNumber, paper_numbers
+from damperlab.worker.ground.comparison import paper_factor
+from damperlab.worker.ground.comparison import table_a1 as compute
 
 RECORD = "loma-prieta-000"
 STARTS = 8

@@ -5,11 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from service.figures.reproduction import draw_finite_time, draw_friction_law
-from service.reproduction.readings import FRICTION_RATIOS
-from service.reproduction.section import Row, Section, Solve, at, variant
-from studies.paper import PaperNumber, paper_numbers
-from worker.simulate import Design, simulate
+from damperlab.service.figures.reproduction import draw_finite_time, draw_friction_law
+from damperlab.service.reproduction.readings import FRICTION_RATIOS
+from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
+from damperlab.studies.paper import PaperNumber, paper_numbers
+from damperlab.worker.simulate import Design, simulate
 
 LONGEST = 1000
 """Cycles after which friction alone is steady for the paper's damping: e^(−2πζN) is below 1e-10."""

@@ -6,12 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from service.figures.resonance_map import draw_map
-from service.reproduction.readings import CHOSEN_FRICTION, FRICTION_RATIOS, INSTANT, LABELS, SOFT, clearances
-from service.reproduction.section import Row, Section, Solve, at, variant
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.resonance_map import resonance_map
-from studies.paper import paper_numbers
+from damperlab.service.figures.resonance_map import draw_map
+from damperlab.service.reproduction.readings import (
+    CHOSEN_FRICTION,
+    FRICTION_RATIOS,
+    INSTANT,
+    LABELS,
+    SOFT,
+    clearances,
+)
+from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.paper import paper_numbers
 
 SHOWN_READINGS = 8
 BAND = {"start": 0.85, "stop": 1.15, "num": 61}

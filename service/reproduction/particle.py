@@ -4,15 +4,22 @@ from typing import Any
 
 import numpy as np
 
-from service.figures.reproduction import draw_histories, draw_responses
-from service.reproduction.readings import HARD, INSTANT, PRINTED, SOFT, clearances, contacts_in_words
-from service.reproduction.section import Row, Section, Solve, at, variant
-from studies.answers.frequency_response import frequency_response
-from studies.faults import counted, listing
-from studies.paper import paper_numbers
-from studies.tmd.transfer import without_absorber
-from worker.simulate import Design, simulate
-from worker.solver.scene import Particle
+from damperlab.service.figures.reproduction import draw_histories, draw_responses
+from damperlab.service.reproduction.readings import (
+    HARD,
+    INSTANT,
+    PRINTED,
+    SOFT,
+    clearances,
+    contacts_in_words,
+)
+from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.faults import counted, listing
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.tmd.transfer import without_absorber
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import Particle
 
 CAVITIES = (1, 2, 3)
 SHOWN_CYCLES = 60

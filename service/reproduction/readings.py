@@ -1,8 +1,8 @@
 """What the paper leaves open, and every way in which it is read here: contact times, base amplitude."""
 
-from studies.faults import listing
-from studies.paper import paper_numbers
-from studies.presets import CONTACT_TIMES
+from damperlab.studies.faults import listing
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.presets import CONTACT_TIMES
 
 INSTANT, PRINTED, REAL = "instant", "dwell, 0.411 s", "dwell, 20.55 ms"
 SOFT: dict[str, dict[str, object]] = {

@@ -7,15 +7,15 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from service.reproduction.disagreements import disagreements
-from service.reproduction.earthquake import table_a1
-from service.reproduction.friction import figure_9, figure_10
-from service.reproduction.hybrid import figure_11, table_3
-from service.reproduction.particle import figure_7, figure_8
-from service.reproduction.section import Section, Solve
-from service.reproduction.tuned_mass import figure_14, table_4
-from worker.jit import source_hash
-from worker.provenance import code_version
+from damperlab.service.reproduction.disagreements import disagreements
+from damperlab.service.reproduction.earthquake import table_a1
+from damperlab.service.reproduction.friction import figure_9, figure_10
+from damperlab.service.reproduction.hybrid import figure_11, table_3
+from damperlab.service.reproduction.particle import figure_7, figure_8
+from damperlab.service.reproduction.section import Section, Solve
+from damperlab.service.reproduction.tuned_mass import figure_14, table_4
+from damperlab.worker.jit import source_hash
+from damperlab.worker.provenance import code_version
 
 SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure 7": figure_7,

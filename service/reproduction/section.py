@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from studies.definition import Study, parse_harmonic
-from studies.paper import PaperNumber
-from studies.reading import named_study
+from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.paper import PaperNumber
+from damperlab.studies.reading import named_study
 
 Solve = Callable[[Study], xr.Dataset]
 """Computes a study, or finds it computed, and gives its cube."""

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from service.figures.reproduction import draw_beside_tuned_mass
-from service.reproduction.readings import INSTANT, SOFT
-from service.reproduction.section import Row, Section, Solve, at, variant
-from studies.answers.tmd_comparison import tmd_comparison
-from studies.faults import listing
-from studies.paper import paper_numbers
-from studies.tmd.absorber import Absorber
-from studies.tmd.transfer import amplitude_ratio, highest, without_absorber
-from studies.tmd.tunings import Criterion, tuned
+from damperlab.service.figures.reproduction import draw_beside_tuned_mass
+from damperlab.service.reproduction.readings import INSTANT, SOFT
+from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.faults import listing
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
+from damperlab.studies.tmd.tunings import Criterion, tuned
 
 SHOWN_FRICTION = (0.4, 0.6, 0.69, 0.8)
 """Drawn: the friction ratio of Figure 14 is a spring compression of 4 mm, which nothing printed turns into one."""

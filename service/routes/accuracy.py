@@ -2,10 +2,10 @@
 
 from fastapi import APIRouter
 
-from service.documents import Document
-from service.problems import Problem, documented
-from service.reports import last_report
-from service.state import TheService
+from damperlab.service.documents import Document
+from damperlab.service.problems import Problem, documented
+from damperlab.service.reports import last_report
+from damperlab.service.state import TheService
 
 router = APIRouter(prefix="/api/v1", tags=["accuracy"])
 

@@ -2,11 +2,11 @@
 
 from fastapi import APIRouter
 
-from service.documents import Document
-from service.problems import documented
-from service.routes.queries import router as queries
-from service.state import TheService, TheStudy
-from studies.store.export import dimensions_of
+from damperlab.service.documents import Document
+from damperlab.service.problems import documented
+from damperlab.service.routes.queries import router as queries
+from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.store.export import dimensions_of
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 

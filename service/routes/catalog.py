@@ -4,17 +4,17 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from service.documents import Document
-from studies.answers.design_question import OBJECTIVES
-from studies.answers.pareto import RESPECTS
-from studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
-from studies.ground.variables import VARIABLES as SURVEY_VARIABLES
-from studies.physical import QUANTITIES
-from studies.quantity import DEFAULTS, RATIOS, Quantity
-from studies.reading import named_texts
-from studies.text import load_text
-from studies.tmd.tunings import CRITERIA
-from studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
+from damperlab.service.documents import Document
+from damperlab.studies.answers.design_question import OBJECTIVES
+from damperlab.studies.answers.pareto import RESPECTS
+from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
+from damperlab.studies.ground.variables import VARIABLES as SURVEY_VARIABLES
+from damperlab.studies.physical import QUANTITIES
+from damperlab.studies.quantity import DEFAULTS, RATIOS, Quantity
+from damperlab.studies.reading import named_texts
+from damperlab.studies.text import load_text
+from damperlab.studies.tmd.tunings import CRITERIA
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
 
 router = APIRouter(prefix="/api/v1", tags=["studies"])
 

@@ -7,19 +7,19 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
-from service.body import JSON_TYPES, media_type, read_body
-from service.documents import Document
-from service.earthquakes import answer_comparison
-from service.examples import COMPARISON_BODY, RECORD_BODY
-from service.problems import documented
-from service.state import Service, TheService
-from studies.faults import Fault, StudyFaults, describe, unknown_key
-from studies.ground.files import Layout, read_record
-from studies.ground.kanai_tajimi import read_kanai_tajimi
-from studies.ground.motion import GroundMotion
-from studies.ground.question import read_earthquake
-from studies.ground.shelf import Shelf
-from studies.text import load_text
+from damperlab.service.body import JSON_TYPES, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.earthquakes import answer_comparison
+from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
+from damperlab.service.problems import documented
+from damperlab.service.state import Service, TheService
+from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.ground.files import Layout, read_record
+from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.question import read_earthquake
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.text import load_text
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 

@@ -10,11 +10,11 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import StreamingResponse
 
-from service.problems import documented
-from service.state import Service, TheService, TheStudy
-from studies.store.export import csv_lines, write_netcdf
-from studies.store.parquet import parquet_pieces
-from studies.store.record import Record
+from damperlab.service.problems import documented
+from damperlab.service.state import Service, TheService, TheStudy
+from damperlab.studies.store.export import csv_lines, write_netcdf
+from damperlab.studies.store.parquet import parquet_pieces
+from damperlab.studies.store.record import Record
 
 NETCDF = "application/x-netcdf"
 PARQUET = "application/vnd.apache.parquet"

@@ -2,10 +2,10 @@
 
 from fastapi import APIRouter
 
-from service.documents import Document
-from service.problems import Problem
-from service.state import TheService
-from studies.store.faults import StoreFault
+from damperlab.service.documents import Document
+from damperlab.service.problems import Problem
+from damperlab.service.state import TheService
+from damperlab.studies.store.faults import StoreFault
 
 router = APIRouter(prefix="/health", tags=["health"])
 

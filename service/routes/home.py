@@ -5,7 +5,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.page.files import PageFile, first_page, page_file, page_version
+from damperlab.service.page.files import PageFile, first_page, page_file, page_version
 
 router = APIRouter(include_in_schema=False)
 

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping
 from fastapi import APIRouter, Request
 from fastapi.responses import PlainTextResponse
 
-from service.state import TheService
-from service.traffic import Traffic
-from studies.store.record import STATES
-from worker.jit import source_hash
-from worker.provenance import code_version
+from damperlab.service.state import TheService
+from damperlab.service.traffic import Traffic
+from damperlab.studies.store.record import STATES
+from damperlab.worker.jit import source_hash
+from damperlab.worker.provenance import code_version
 
 FORMAT = "text/plain; version=0.0.4; charset=utf-8"
 """Of the exposition format, https://prometheus.io/docs/instrumenting/exposition_formats."""

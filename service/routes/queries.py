@@ -8,27 +8,27 @@ from fastapi import APIRouter, Depends, Query
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WithJsonSchema, create_model
 from starlette.requests import Request
 
-from service.answers import designs_document, map_document, response_document, worst_document
-from service.documents import Document
-from service.problems import Problem, documented
-from service.state import Service, TheService, TheStudy
-from studies.answers.compared_response import compared_response
-from studies.answers.design_question import MOST
-from studies.answers.faults import QueryFault
-from studies.answers.frequency_response import frequency_response
-from studies.answers.merged import merged_designs
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.pareto import RESPECTS, pareto_front, read_respects
-from studies.answers.resonance_map import resonance_map
-from studies.answers.selection import dimensions_of, main_metric
-from studies.answers.survey import require_harmonic, worst_case_designs
-from studies.answers.window import window
-from studies.faults import Fault, StudyFaults, describe, listing
-from studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
-from studies.ground.variables import RECORD
-from studies.registry import EVERY_DIMENSION, EVERY_VARIABLE, is_survey
-from studies.store.record import Record
-from studies.variables import DIMENSIONS, VARIABLES, Variable
+from damperlab.service.answers import designs_document, map_document, response_document, worst_document
+from damperlab.service.documents import Document
+from damperlab.service.problems import Problem, documented
+from damperlab.service.state import Service, TheService, TheStudy
+from damperlab.studies.answers.compared_response import compared_response
+from damperlab.studies.answers.design_question import MOST
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import RESPECTS, pareto_front, read_respects
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.selection import dimensions_of, main_metric
+from damperlab.studies.answers.survey import require_harmonic, worst_case_designs
+from damperlab.studies.answers.window import window
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing
+from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.registry import EVERY_DIMENSION, EVERY_VARIABLE, is_survey
+from damperlab.studies.store.record import Record
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
 
 ANSWER_POINTS = 4_000_000
 """Most points of one map; a screen has as many, and a larger answer would be built in memory."""
@@ -182,7 +182,7 @@ class RankingQuery(ResultRanges):
     frequency_ratio: Range = Field(None, description="Refused: `band` is the range of frequency ratios.")
 
     def judging(self) -> dict[str, Any]:
-        """Give the arguments that every ranking of `studies.answers` takes."""
+        """Give the arguments that every ranking of `damperlab.studies.answers` takes."""
         names = (*DIMENSIONS, *ResultRanges.model_fields)
         ranges = {name: found for name in names if (found := pair(getattr(self, name, None))) is not None}
         return {

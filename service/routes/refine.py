@@ -5,11 +5,11 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from service.answers import designs_document
-from service.comparisons import refinement_document
-from service.documents import Document
-from service.problems import documented
-from service.routes.queries import (
+from damperlab.service.answers import designs_document
+from damperlab.service.comparisons import refinement_document
+from damperlab.service.documents import Document
+from damperlab.service.problems import documented
+from damperlab.service.routes.queries import (
     ANSWER,
     At,
     Dimension,
@@ -20,16 +20,16 @@ from service.routes.queries import (
     read_range,
     with_follow_ups,
 )
-from service.routes.queries import router as queries
-from service.state import TheService, TheStudy
-from studies.answers.design_question import MOST
-from studies.answers.refine import FINEST, TOLERANCE, Refinement, refine_boundary, refine_optimum
-from studies.answers.robust import robust_designs
-from studies.answers.survey import require_harmonic
-from studies.definition import parse_harmonic
-from studies.plan import make_plan
-from worker.cost import seconds_per_point
-from worker.provenance import provenance
+from damperlab.service.routes.queries import router as queries
+from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.answers.design_question import MOST
+from damperlab.studies.answers.refine import FINEST, TOLERANCE, Refinement, refine_boundary, refine_optimum
+from damperlab.studies.answers.robust import robust_designs
+from damperlab.studies.answers.survey import require_harmonic
+from damperlab.studies.definition import parse_harmonic
+from damperlab.studies.plan import make_plan
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix=queries.prefix, dependencies=queries.dependencies)
 

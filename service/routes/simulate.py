@@ -4,13 +4,13 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter
 from starlette.requests import Request
 
-from service.body import JSON_TYPES, media_type, read_body
-from service.documents import Document
-from service.examples import SIMULATE_BODY
-from service.problems import documented
-from service.simulation import compute, read_simulation
-from service.state import Service, TheService
-from studies.text import load_text
+from damperlab.service.body import JSON_TYPES, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.examples import SIMULATE_BODY
+from damperlab.service.problems import documented
+from damperlab.service.simulation import compute, read_simulation
+from damperlab.service.state import Service, TheService
+from damperlab.studies.text import load_text
 
 router = APIRouter(prefix="/api/v1", tags=["simulate"])
 

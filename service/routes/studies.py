@@ -11,21 +11,21 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.answers import estimate_document
-from service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
-from service.documents import Document
-from service.events import event_id, progress
-from service.examples import RECORD, STUDY_BODY
-from service.problems import Problem, documented
-from service.state import Service, TheExactStudy, TheService, TheStudy
-from studies.faults import StudyFaults
-from studies.ground.shelf import Shelf
-from studies.plan import make_plan
-from studies.reading import parse_study_text
-from studies.store.faults import StoreFault
-from studies.store.record import Record
-from worker.cost import seconds_per_point
-from worker.provenance import provenance
+from damperlab.service.answers import estimate_document
+from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.events import event_id, progress
+from damperlab.service.examples import RECORD, STUDY_BODY
+from damperlab.service.problems import Problem, documented
+from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.plan import make_plan
+from damperlab.studies.reading import parse_study_text
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import Record
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
 

@@ -5,15 +5,15 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.comparisons import columns_document
-from service.documents import Document
-from service.routes.queries import ANSWER, AlongFrequency, answered
-from service.routes.queries import router as queries
-from service.state import TheService, TheStudy
-from studies.answers.survey import require_harmonic
-from studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
-from studies.answers.work_precision import work_precision
-from studies.tmd.tunings import CRITERIA
+from damperlab.service.comparisons import columns_document
+from damperlab.service.documents import Document
+from damperlab.service.routes.queries import ANSWER, AlongFrequency, answered
+from damperlab.service.routes.queries import router as queries
+from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.answers.survey import require_harmonic
+from damperlab.studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
+from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.tmd.tunings import CRITERIA
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 

@@ -16,16 +16,16 @@ from fastapi import Path as InPath
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.problems import Problem, documented
-from service.state import StudyId, TheService
-from studies.store.chunks import Marks, chunk_file, chunk_place, damaged
-from studies.store.coding import Description, describe_cube
-from studies.store.cube import block_grid
-from studies.store.faults import StudyNotFound, cannot_use
-from studies.store.grouped import Group, group_of, grouped_metadata
-from studies.store.record import Record
-from studies.store.shelf import Shelf
-from studies.store.store import Store
+from damperlab.service.problems import Problem, documented
+from damperlab.service.state import StudyId, TheService
+from damperlab.studies.store.chunks import Marks, chunk_file, chunk_place, damaged
+from damperlab.studies.store.coding import Description, describe_cube
+from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.grouped import Group, group_of, grouped_metadata
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.store import Store
 
 CHUNK = "application/octet-stream"
 TRIES = 5

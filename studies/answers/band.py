@@ -5,8 +5,8 @@ from collections.abc import Container
 import numpy as np
 import xarray as xr
 
-from studies.ground.variables import RECORD
-from studies.registry import is_survey
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.registry import is_survey
 
 FREQUENCY = "frequency_ratio"
 

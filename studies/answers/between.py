@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from studies.answers.faults import QueryFault
-from studies.answers.selection import At, as_float, choose, coded, read, require_stored
-from studies.faults import Fault
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.selection import At, as_float, choose, coded, read, require_stored
+from damperlab.studies.faults import Fault
 
 INTERPOLATED = {
     "units": "1",

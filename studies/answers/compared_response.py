@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import runs
-from studies.answers.faults import QueryFault
-from studies.answers.frequency_response import FREQUENCY, frequency_response
-from studies.answers.selection import coded
-from studies.faults import Fault, counted
+from damperlab.studies.answers.band import runs
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
+from damperlab.studies.answers.selection import coded
+from damperlab.studies.faults import Fault, counted
 
 ERRORS = 3.0
 """Of a value's stated errors; two values farther apart than both together are two responses."""

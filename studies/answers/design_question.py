@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import default_objective
-from studies.answers.faults import QueryFault
-from studies.answers.selection import check_dimension, require_stored
-from studies.faults import Fault, counted, describe, listing
-from studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.answers.band import default_objective
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.selection import check_dimension, require_stored
+from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 OBJECTIVES: dict[str, str] = {
     "resonance": "amplitude ratio at the frequency nearest r = 1",

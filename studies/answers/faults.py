@@ -1,6 +1,6 @@
 """A question that the cube cannot answer as it was put."""
 
-from studies.faults import Fault
+from damperlab.studies.faults import Fault
 
 
 class QueryFault(ValueError):

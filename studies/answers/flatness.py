@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.design_question import DESIGN, DesignQuestion
-from studies.answers.judging import judge, new_tally
+from damperlab.studies.answers.design_question import DESIGN, DesignQuestion
+from damperlab.studies.answers.judging import judge, new_tally
 
 LOSS = 0.1
 """A design is as good as the optimum for practical purposes while it loses no more than this share."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from studies.variables import Status
+from damperlab.studies.variables import Status
 
 
 class Extremum:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import xarray as xr
 
-from studies.answers.between import INTERPOLATED, Between
-from studies.answers.faults import QueryFault
-from studies.answers.selection import (
+from damperlab.studies.answers.between import INTERPOLATED, Between
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.selection import (
     COMPANIONS,
     as_float,
     check_metric,
@@ -18,7 +18,7 @@ from studies.answers.selection import (
     say,
     scalars,
 )
-from studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, describe
 
 FREQUENCY = "frequency_ratio"
 

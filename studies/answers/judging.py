@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
-from studies.store.slabs import slabs
-from studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
+from damperlab.studies.store.slabs import slabs
+from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 
 REASONS: dict[str, str] = {
     "incomplete": "not computed yet at every frequency that counts",

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import default_objective
-from studies.answers.design_question import DESIGN
-from studies.answers.faults import QueryFault
-from studies.answers.optimal_designs import optimal_designs
-from studies.faults import Fault, counted
+from damperlab.studies.answers.band import default_objective
+from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.faults import Fault, counted
 
 
 def merged_designs(

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import WHY
-from studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
-from studies.answers.flatness import flatness, say_flatness
-from studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
-from studies.faults import counted
-from studies.store.slabs import BUDGET
+from damperlab.studies.answers.band import WHY
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.flatness import flatness, say_flatness
+from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from damperlab.studies.faults import counted
+from damperlab.studies.store.slabs import BUDGET
 
 
 def optimal_designs(

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from studies.answers.design_question import MOST, DesignQuestion
-from studies.answers.faults import QueryFault
-from studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
-from studies.answers.selection import require_stored
-from studies.faults import Fault, counted, describe, listing, nearest
-from studies.store.slabs import BUDGET
+from damperlab.studies.answers.design_question import MOST, DesignQuestion
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.faults import Fault, counted, describe, listing, nearest
+from damperlab.studies.store.slabs import BUDGET
 
 RESPECTS: dict[str, tuple[str, str]] = {
     "amplitude": ("value", "what the objective judges"),

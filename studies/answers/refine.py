@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
-from studies.answers.faults import QueryFault
-from studies.answers.merged import merged_designs
-from studies.answers.selection import check_dimension, choose, require_stored
-from studies.definition import MAX_NAME, Study, parse_harmonic
-from studies.faults import Fault, counted, describe
-from studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.selection import check_dimension, choose, require_stored
+from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
+from damperlab.studies.faults import Fault, counted, describe
+from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 
 TOLERANCE = 1e-3
 """Step at which a parameter counts as known."""

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import FREQUENCY, endured, say_frequency, say_worst, worst_by_default
-from studies.answers.between import INTERPOLATED, Between
-from studies.answers.faults import QueryFault
-from studies.answers.fold import Extremum, Mean
-from studies.answers.selection import (
+from damperlab.studies.answers.band import FREQUENCY, endured, say_frequency, say_worst, worst_by_default
+from damperlab.studies.answers.between import INTERPOLATED, Between
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.fold import Extremum, Mean
+from damperlab.studies.answers.selection import (
     COMPANIONS,
     At,
     as_float,
@@ -26,9 +26,9 @@ from studies.answers.selection import (
     say,
     scalars,
 )
-from studies.faults import Fault, describe, listing
-from studies.registry import is_survey
-from studies.variables import Status
+from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.registry import is_survey
+from damperlab.studies.variables import Status
 
 BUDGET = 2**20
 """Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""

@@ -12,13 +12,13 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from studies.answers.design_question import FREQUENCY, DesignQuestion
-from studies.answers.faults import QueryFault
-from studies.answers.judging import attributes_of, judge, new_tally
-from studies.answers.selection import require_stored
-from studies.faults import Fault, counted
-from studies.store.slabs import BUDGET
-from studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.judging import attributes_of, judge, new_tally
+from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.faults import Fault, counted
+from damperlab.studies.store.slabs import BUDGET
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 RAY = ("clearance_ratio", "friction_ratio")
 OTHERS = ("damping_ratio", "restitution", "mass_ratio")

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.faults import QueryFault
-from studies.faults import Fault, describe, listing, nearest
-from studies.ground.builtin import whole_id
-from studies.registry import is_survey, variables_of
-from studies.variables import STEPPED, Status
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.ground.builtin import whole_id
+from damperlab.studies.registry import is_survey, variables_of
+from damperlab.studies.variables import STEPPED, Status
 
 At = Mapping[str, float | str]
 """Values of dimensions by name; a record is a text."""

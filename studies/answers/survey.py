@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.faults import QueryFault
-from studies.answers.selection import (
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.selection import (
     check_dimension,
     check_metric,
     coded,
@@ -17,12 +17,12 @@ from studies.answers.selection import (
     dimensions_of,
     main_metric,
 )
-from studies.faults import Fault, counted, describe, listing
-from studies.ground.builtin import whole_id
-from studies.ground.variables import DAMPER, RECORD
-from studies.registry import is_survey
-from studies.store.slabs import BUDGET, slabs
-from studies.variables import Status
+from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.ground.builtin import whole_id
+from damperlab.studies.ground.variables import DAMPER, RECORD
+from damperlab.studies.registry import is_survey
+from damperlab.studies.store.slabs import BUDGET, slabs
+from damperlab.studies.variables import Status
 
 MOST = 10_000
 """Most dampers in one answer."""

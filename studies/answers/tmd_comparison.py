@@ -7,13 +7,13 @@ from typing import Any, get_args
 import numpy as np
 import xarray as xr
 
-from studies.answers.band import FREQUENCY, WHY, runs
-from studies.answers.faults import QueryFault
-from studies.answers.frequency_response import frequency_response
-from studies.answers.selection import require_stored
-from studies.faults import Fault, describe, listing
-from studies.tmd.transfer import Excitation, amplitude_ratio, highest, without_absorber
-from studies.tmd.tunings import CRITERIA, Criterion, tuned
+from damperlab.studies.answers.band import FREQUENCY, WHY, runs
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.tmd.transfer import Excitation, amplitude_ratio, highest, without_absorber
+from damperlab.studies.tmd.tunings import CRITERIA, Criterion, tuned
 
 METRIC = "amplitude_ratio"
 MOST_MASS = 10.0

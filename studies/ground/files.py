@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.faults import describe, listing, printable
-from studies.ground.motion import UNITS, GroundMotion, checked, refused
+from damperlab.studies.faults import describe, listing, printable
+from damperlab.studies.ground.motion import UNITS, GroundMotion, checked, refused
 
 Layout = Literal["at2", "csv"]
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.faults import Fault, StudyFaults, describe, unknown_key
-from studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
-from studies.quantity import Quantity, read_count
+from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
+from damperlab.studies.quantity import Quantity, read_count
 
 _QUANTITIES: dict[str, tuple[Quantity, float]] = {
     name: (Quantity(name, meaning, low, high, advice), default)

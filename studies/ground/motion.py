@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.faults import Fault, StudyFaults
+from damperlab.studies.faults import Fault, StudyFaults
 
 STANDARD_GRAVITY = 9.80665
 """m/s² in one g, by definition."""

@@ -2,7 +2,7 @@
 
 import math
 
-from studies.paper import paper_numbers
+from damperlab.studies.paper import paper_numbers
 
 TABLE_A1: dict[str, tuple[float, float]] = {
     case: (

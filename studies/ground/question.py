@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
-from studies.choices import CompliantContact, Contact, InstantContact
-from studies.contact import parse_contact
-from studies.faults import Fault, StudyFaults, describe, listing, unknown_key
-from studies.ground.kanai_tajimi import read_kanai_tajimi
-from studies.ground.motion import GroundMotion
-from studies.ground.paper import BASE_AMPLITUDES_M, CASES, friction_force_n
-from studies.ground.shelf import RecordNotFound, Shelf
-from studies.guard import guard
-from studies.quantity import Quantity, read_count
-from studies.tmd.tunings import CRITERIA, Criterion
+from damperlab.studies.choices import CompliantContact, Contact, InstantContact
+from damperlab.studies.contact import parse_contact
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.paper import BASE_AMPLITUDES_M, CASES, friction_force_n
+from damperlab.studies.ground.shelf import RecordNotFound, Shelf
+from damperlab.studies.guard import guard
+from damperlab.studies.quantity import Quantity, read_count
+from damperlab.studies.tmd.tunings import CRITERIA, Criterion
 
 PAPER_STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038}
 _STIFFNESS = 1.605 * (2.0 * 3.141592653589793 * 2.5) ** 2

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from studies.axes import axis_schema
-from studies.ground.question import MOST_STARTS, QUANTITIES
-from studies.ground.survey import AXES, NUMBERS
-from studies.ground.survey_reading import MOST_NAME, MOST_RECORDS
-from studies.ground.variables import VARIABLES
+from damperlab.studies.axes import axis_schema
+from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES
+from damperlab.studies.ground.survey import AXES, NUMBERS
+from damperlab.studies.ground.survey_reading import MOST_NAME, MOST_RECORDS
+from damperlab.studies.ground.variables import VARIABLES
 
 
 def survey_json_schema() -> dict[str, Any]:

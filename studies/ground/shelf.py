@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from studies.faults import Fault, describe, listing, nearest
-from studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
-from studies.ground.motion import GroundMotion
-from studies.store.durable import sync_path
-from studies.store.faults import StoreFault
+from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.store.durable import sync_path
+from damperlab.studies.store.faults import StoreFault
 
 MOST_RECORDS = 1000
 """Uploaded records that one data directory keeps."""

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from studies.faults import Fault, StudyFaults, describe, unknown_key
-from studies.ground.kanai_tajimi import read_kanai_tajimi
-from studies.ground.motion import GroundMotion
-from studies.ground.question import read_record_reference
-from studies.ground.shelf import Shelf
+from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.question import read_record_reference
+from damperlab.studies.ground.shelf import Shelf
 
 _KEYS = ("id", "sha256", "step_s", "samples", "kanai_tajimi")
 

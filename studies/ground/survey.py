@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.axes import AxisSpec, Range, axis_count, axis_values
-from studies.choices import Contact
-from studies.digest import feed
-from studies.faults import Fault, StudyFaults
-from studies.ground.motion import GroundMotion
-from studies.ground.source import RecordSource
-from studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
-from studies.variables import Variable
+from damperlab.studies.axes import AxisSpec, Range, axis_count, axis_values
+from damperlab.studies.choices import Contact
+from damperlab.studies.digest import feed
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.source import RecordSource
+from damperlab.studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
+from damperlab.studies.variables import Variable
 
 AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
 """What a survey varies besides its records."""

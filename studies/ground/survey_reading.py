@@ -4,19 +4,19 @@ import math
 from collections.abc import Callable
 from typing import TypeVar
 
-from studies.axes import AxisSpec, axis_count, axis_values, read_axis
-from studies.choices import Contact, InstantContact
-from studies.contact import parse_contact
-from studies.faults import Fault, StudyFaults, counted, describe, unknown_key
-from studies.ground.motion import GroundMotion
-from studies.ground.question import MOST_STARTS, QUANTITIES, march_contact
-from studies.ground.shelf import Shelf
-from studies.ground.source import RecordSource, read_source
-from studies.ground.survey import AXES, NUMBERS, Survey, windows_of
-from studies.ground.variables import available_variables
-from studies.guard import guard
-from studies.metrics import read_metrics
-from studies.quantity import read_count
+from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
+from damperlab.studies.choices import Contact, InstantContact
+from damperlab.studies.contact import parse_contact
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES, march_contact
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.source import RecordSource, read_source
+from damperlab.studies.ground.survey import AXES, NUMBERS, Survey, windows_of
+from damperlab.studies.ground.variables import available_variables
+from damperlab.studies.guard import guard
+from damperlab.studies.metrics import read_metrics
+from damperlab.studies.quantity import read_count
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ def read_survey(document: object, shelf: Shelf | None = None) -> Survey:
         ``records``, and in ``axes`` any of `AXES` as a number, a list, or ``{start, stop, num, spacing}``; what is left
         out is the paper's prototype.
     shelf : Shelf, optional
-        Where records are; see `studies.ground.source.read_source`.
+        Where records are; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------

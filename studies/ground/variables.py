@@ -1,6 +1,6 @@
-"""The dimensions and result variables of a survey: the registry beside that of `studies.variables`."""
+"""The dimensions and result variables of a survey: the registry beside that of `damperlab.studies.variables`."""
 
-from studies.variables import Status, Variable
+from damperlab.studies.variables import Status, Variable
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "record": ("1", "ground-motion record"),

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Row, func, insert, select, text
 
-from studies.definition import parse_study
-from studies.faults import Fault
-from studies.store.chunks import chunk_file, chunk_key, damaged
-from studies.store.coding import coordinate_key, describe_cube
-from studies.store.cube import block_grid
-from studies.store.faults import StoreFault, StudyNotFound, cannot_use
-from studies.store.rows import ALIVE, record_of
-from studies.store.shelf import Shelf
-from studies.store.store import Store
-from studies.store.tables import done_blocks, events, keys, studies
+from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
+from damperlab.studies.store.coding import coordinate_key, describe_cube
+from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.rows import ALIVE, record_of
+from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import done_blocks, events, keys, studies
 
 _AT_ONCE = 1000  # rows in one statement
 _TRIES = 5  # at a study whose blocks are taken back while it is copied

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from sqlalchemy import Connection
 
-from studies.store.catalogue import Catalogue
-from studies.store.chunks import Marks
-from studies.store.quota import Quota
-from studies.store.rows import study_row
-from studies.store.shelf import Shelf
+from damperlab.studies.store.catalogue import Catalogue
+from damperlab.studies.store.chunks import Marks
+from damperlab.studies.store.quota import Quota
+from damperlab.studies.store.rows import study_row
+from damperlab.studies.store.shelf import Shelf
 
 
 class StoreBase:

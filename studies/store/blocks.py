@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from sqlalchemy import delete, func, insert, select, update
 
-from studies.store.base import StoreBase
-from studies.store.claims import require_free
-from studies.store.record import BlockOutcome, Record
-from studies.store.rows import log_event, marks_of, record_of, study_row
-from studies.store.tables import done_blocks, studies
+from damperlab.studies.store.base import StoreBase
+from damperlab.studies.store.claims import require_free
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.rows import log_event, marks_of, record_of, study_row
+from damperlab.studies.store.tables import done_blocks, studies
 
 _AT_ONCE = 500  # values in one statement
 

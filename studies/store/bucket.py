@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import Any
 from urllib.parse import urlsplit
 
-from studies.faults import Fault, describe
-from studies.store.faults import StoreFault
-from studies.store.shelf import AT_ONCE, Entry, Shelf, ShelfAway
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf, ShelfAway
 
 CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20

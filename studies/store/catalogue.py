@@ -16,10 +16,10 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
 from sqlalchemy.exc import ArgumentError, DatabaseError, InterfaceError, NoSuchModuleError
 
-from studies.faults import Fault
-from studies.store.durable import sync_path
-from studies.store.faults import StoreFault
-from studies.store.migrations import HEAD
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.durable import sync_path
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.migrations import HEAD
 
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from studies.faults import Fault
-from studies.store.faults import StoreFault
-from studies.store.shelf import Shelf
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.shelf import Shelf
 
 Marks = Mapping[int, str]
 """The generation of every done block, by the block's index."""

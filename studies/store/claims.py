@@ -5,11 +5,11 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, update
 
-from studies.faults import Fault
-from studies.store.base import StoreBase
-from studies.store.faults import StudyBusy
-from studies.store.rows import alive_row, claim_owner
-from studies.store.tables import studies
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.base import StoreBase
+from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.rows import alive_row, claim_owner
+from damperlab.studies.store.tables import studies
 
 CLAIM_SECONDS = 60.0
 """How long a claim holds without being renewed [s]."""

@@ -26,16 +26,16 @@ from xarray.core.indexing import (
 from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.storage import MemoryStore
 
-from studies.kind import AnyStudy
-from studies.plan import Block
-from studies.registry import variables_of
-from studies.store.checksum import checksum
-from studies.store.chunks import Marks, chunk_file, chunk_key, damaged
-from studies.store.coding import StoredArray, coordinate_key, decode_coordinate, describe_cube
-from studies.store.decoded import KEPT, DecodedChunks, read_outer
-from studies.store.faults import cannot_use
-from studies.store.shelf import Shelf, open_shelf
-from studies.variables import Variable
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.registry import variables_of
+from damperlab.studies.store.checksum import checksum
+from damperlab.studies.store.chunks import Marks, chunk_file, chunk_key, damaged
+from damperlab.studies.store.coding import StoredArray, coordinate_key, decode_coordinate, describe_cube
+from damperlab.studies.store.decoded import KEPT, DecodedChunks, read_outer
+from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.shelf import Shelf, open_shelf
+from damperlab.studies.variables import Variable
 
 
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:

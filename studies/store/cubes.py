@@ -5,14 +5,14 @@ import shutil
 
 import xarray as xr
 
-from studies.faults import Fault
-from studies.store.base import StoreBase
-from studies.store.chunks import Marks
-from studies.store.cube import open_cube
-from studies.store.faults import RevisionGone, cannot_use
-from studies.store.quota import Taken, taken
-from studies.store.rows import marks_of, study_row
-from studies.store.shelf import Shelf
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.base import StoreBase
+from damperlab.studies.store.chunks import Marks
+from damperlab.studies.store.cube import open_cube
+from damperlab.studies.store.faults import RevisionGone, cannot_use
+from damperlab.studies.store.quota import Taken, taken
+from damperlab.studies.store.rows import marks_of, study_row
+from damperlab.studies.store.shelf import Shelf
 
 RESERVE_BYTES = 16 * 2**20
 """Room on the disk that no block is begun without."""

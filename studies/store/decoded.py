@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.store.coding import StoredArray
-from studies.store.shelf import Shelf
+from damperlab.studies.store.coding import StoredArray
+from damperlab.studies.store.shelf import Shelf
 
 KEPT_BYTES = 64 * 2**20
 """Decoded chunks that a process keeps, whatever the size of its cubes."""

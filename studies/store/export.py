@@ -10,7 +10,7 @@ import h5py  # type: ignore[import-untyped]
 import numpy as np
 import xarray as xr
 
-from studies.store.slabs import BUDGET, rows, slabs
+from damperlab.studies.store.slabs import BUDGET, rows, slabs
 
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from studies.store.durable import sync_path
-from studies.store.shelf import Entry, Shelf
+from damperlab.studies.store.durable import sync_path
+from damperlab.studies.store.shelf import Entry, Shelf
 
 
 class Folder(Shelf):

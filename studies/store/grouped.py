@@ -15,10 +15,10 @@ from math import prod
 
 import numpy as np
 
-from studies.store.chunks import Marks
-from studies.store.coding import Description, StoredArray
-from studies.store.cube import block_grid, read_region
-from studies.store.shelf import Shelf
+from damperlab.studies.store.chunks import Marks
+from damperlab.studies.store.coding import Description, StoredArray
+from damperlab.studies.store.cube import block_grid, read_region
+from damperlab.studies.store.shelf import Shelf
 
 POINTS = 2**16
 """Most points of such a chunk: half a megabyte of doubles before compression."""

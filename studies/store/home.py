@@ -10,13 +10,13 @@ from pathlib import Path
 
 from sqlalchemy import Connection, delete, insert, select
 
-from studies.faults import Fault
-from studies.store.catalogue import Catalogue
-from studies.store.faults import StoreFault, cannot_use
-from studies.store.folder import Folder
-from studies.store.rows import ALIVE
-from studies.store.shelf import Shelf
-from studies.store.tables import facts, studies
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue import Catalogue
+from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.rows import ALIVE
+from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.tables import facts, studies
 
 MARKER = "damperlab.json"
 """The object that says whose cubes a bucket holds."""
@@ -48,7 +48,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     if address is None and known is None:
         return Folder(data_dir / CUBES)
     # here, for it needs a library that not every installation has
-    from studies.store.bucket import Bucket, open_bucket
+    from damperlab.studies.store.bucket import Bucket, open_bucket
 
     bucket: Bucket = open_bucket(address or known or "")
     if bucket.address == known:
@@ -73,7 +73,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 def _take(bucket: "Shelf", mine: str, elsewhere: str | None) -> None:
     """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
-    from studies.store.bucket import Bucket
+    from damperlab.studies.store.bucket import Bucket
 
     assert isinstance(bucket, Bucket)
     try:

@@ -5,11 +5,11 @@ from typing import Any
 
 from sqlalchemy import func, select, update
 
-from studies.faults import Fault, describe, listing
-from studies.store.base import StoreBase
-from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import STATES, Page, Record, Totals
-from studies.store.rows import (
+from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.store.base import StoreBase
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import STATES, Page, Record, Totals
+from damperlab.studies.store.rows import (
     ALIVE,
     alive_row,
     cursor_of,
@@ -19,7 +19,7 @@ from studies.store.rows import (
     study_row,
     unknown_study,
 )
-from studies.store.tables import events, studies
+from damperlab.studies.store.tables import events, studies
 
 PAGE_LIMIT = 1000
 """Most records on one page."""

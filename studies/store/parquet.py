@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from studies.store.export import columns, dimensions_of
+from damperlab.studies.store.export import columns, dimensions_of
 
 
 class _Pieces:

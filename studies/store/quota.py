@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from sqlalchemy import Connection, func, select
 
-from studies.faults import Fault
-from studies.store.faults import QuotaReached
-from studies.store.tables import studies
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import QuotaReached
+from damperlab.studies.store.tables import studies
 
 _ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewer points or metrics, or raise the quota"
 

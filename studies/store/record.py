@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from studies.registry import dimensions_of_definition
+from damperlab.studies.registry import dimensions_of_definition
 
 STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
 """Every state of a study; the last three are ends."""
@@ -42,7 +42,7 @@ class BlockOutcome:
     message : str, optional
         Why the block failed, where it did.
     generation, checksum : str
-        Which files are the block's, and what they hold; see `studies.store.cube.write_region`.
+        Which files are the block's, and what they hold; see `damperlab.studies.store.cube.write_region`.
     reused : int
         Points that were taken from earlier studies.
     """

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy import select
 
-from studies.definition import parse_study
-from studies.kind import AnyStudy
-from studies.plan import Block
-from studies.store.cube import block_grid, open_cube, stored_variables
-from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import Record
-from studies.store.rows import ALIVE, record_of
-from studies.store.shelf import open_shelf
-from studies.store.store import Store
-from studies.store.tables import studies
-from studies.variables import Status
+from damperlab.studies.definition import parse_study
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.store.cube import block_grid, open_cube, stored_variables
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.rows import ALIVE, record_of
+from damperlab.studies.store.shelf import open_shelf
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import studies
+from damperlab.studies.variables import Status
 
 STUDIES_AT_MOST = 8
 """Earlier studies that are looked at, the newest first: each costs a look for every block."""

@@ -8,10 +8,10 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, insert, select
 
-from studies.faults import Fault, describe
-from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import Record, utc
-from studies.store.tables import done_blocks, events, studies
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import Record, utc
+from damperlab.studies.store.tables import done_blocks, events, studies
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""

@@ -122,9 +122,9 @@ def open_shelf(address: str) -> Shelf:
     """Give the shelf at an address: `s3://bucket/prefix`, or a folder."""
     if address.startswith("s3://"):
         # only for who asks for it: not every installation has the library
-        from studies.store.bucket import open_bucket
+        from damperlab.studies.store.bucket import open_bucket
 
         return open_bucket(address)
-    from studies.store.folder import Folder
+    from damperlab.studies.store.folder import Folder
 
     return Folder(address)

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from studies.store.blocks import Blocks
-from studies.store.catalogue import BUSY_SECONDS, open_catalogue
-from studies.store.claims import Claims
-from studies.store.cubes import Cubes
-from studies.store.home import shelf_of
-from studies.store.lookup import Lookup
-from studies.store.quota import Quota
-from studies.store.submissions import Submissions
+from damperlab.studies.store.blocks import Blocks
+from damperlab.studies.store.catalogue import BUSY_SECONDS, open_catalogue
+from damperlab.studies.store.claims import Claims
+from damperlab.studies.store.cubes import Cubes
+from damperlab.studies.store.home import shelf_of
+from damperlab.studies.store.lookup import Lookup
+from damperlab.studies.store.quota import Quota
+from damperlab.studies.store.submissions import Submissions
 
 
 class Store(Submissions, Lookup, Blocks, Claims, Cubes):

@@ -7,17 +7,17 @@ from contextlib import suppress
 
 from sqlalchemy import Connection, delete, func, insert, select, update
 
-from studies.digest import family_digest
-from studies.faults import Fault, describe
-from studies.kind import AnyStudy
-from studies.plan import Plan
-from studies.store.base import StoreBase
-from studies.store.claims import require_free
-from studies.store.cube import block_grid, bytes_per_point, create_cube
-from studies.store.faults import KeyTaken, cannot_use
-from studies.store.record import Record
-from studies.store.rows import alive_row, log_event, record_of, study_row
-from studies.store.tables import done_blocks, keys, studies
+from damperlab.studies.digest import family_digest
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Plan
+from damperlab.studies.store.base import StoreBase
+from damperlab.studies.store.claims import require_free
+from damperlab.studies.store.cube import block_grid, bytes_per_point, create_cube
+from damperlab.studies.store.faults import KeyTaken, cannot_use
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.rows import alive_row, log_event, record_of, study_row
+from damperlab.studies.store.tables import done_blocks, keys, studies
 
 
 class Submissions(StoreBase):
@@ -39,7 +39,7 @@ class Submissions(StoreBase):
         study, plan : AnyStudy, Plan
             What is asked, and how its grid is cut.
         provenance : dict of str
-            See `studies.store.provenance.provenance`.
+            See `damperlab.studies.store.provenance.provenance`.
         reuse : bool
             Whether points that earlier studies hold may be taken from them.
         key : str, optional

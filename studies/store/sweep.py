@@ -10,15 +10,15 @@ from pathlib import Path
 
 from sqlalchemy import select
 
-from studies.registry import EVERY_VARIABLE
-from studies.store.chunks import Marks, chunk_place
-from studies.store.cube import block_grid
-from studies.store.faults import StudyNotFound, cannot_use
-from studies.store.folder import Folder
-from studies.store.rows import ALIVE
-from studies.store.shelf import Entry, Shelf
-from studies.store.store import Store
-from studies.store.tables import studies
+from damperlab.studies.registry import EVERY_VARIABLE
+from damperlab.studies.store.chunks import Marks, chunk_place
+from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.rows import ALIVE
+from damperlab.studies.store.shelf import Entry, Shelf
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import studies
 
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""

@@ -1,4 +1,4 @@
-"""The tables of the catalogue, as its newest migration leaves them; see `studies.store.migrations`."""
+"""The tables of the catalogue, as its newest migration leaves them; see `damperlab.studies.store.migrations`."""
 
 from sqlalchemy import (
     BigInteger,

@@ -7,18 +7,18 @@ import numpy as np
 import xarray as xr
 from sqlalchemy import select
 
-from studies.definition import parse_study
-from studies.ground.shelf import Shelf as Records
-from studies.plan import Block, plan_with_chunk
-from studies.store.checksum import checksum
-from studies.store.chunks import BlockDamaged
-from studies.store.cube import lost_attachments, open_cube, restore_metadata
-from studies.store.decoded import DecodedChunks
-from studies.store.faults import StoreAway, StoreFault, cannot_use
-from studies.store.record import Record
-from studies.store.shelf import Shelf, ShelfAway
-from studies.store.store import Store
-from studies.store.tables import done_blocks
+from damperlab.studies.definition import parse_study
+from damperlab.studies.ground.shelf import Shelf as Records
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.checksum import checksum
+from damperlab.studies.store.chunks import BlockDamaged
+from damperlab.studies.store.cube import lost_attachments, open_cube, restore_metadata
+from damperlab.studies.store.decoded import DecodedChunks
+from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.shelf import Shelf, ShelfAway
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import done_blocks
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.tmd.absorber import Absorber
-from studies.tmd.transfer import Excitation, amplitude_ratio, highest, peaks
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.transfer import Excitation, amplitude_ratio, highest, peaks
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _TUNINGS = np.linspace(0.3, 1.3, 21)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
-from studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.absorber import Absorber
 
 Excitation = Literal["base", "force"]
 """base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""

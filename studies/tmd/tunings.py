@@ -3,9 +3,9 @@
 import math
 from typing import Literal
 
-from studies.tmd.absorber import Absorber
-from studies.tmd.minimax import minimax
-from studies.tmd.transfer import Excitation
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.tmd.transfer import Excitation
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 

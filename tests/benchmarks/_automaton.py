@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from math import cos, pi, sin
 from typing import NamedTuple
 
-from worker.accuracy.scenes import State
-from worker.simulate import Design
+from damperlab.worker.accuracy.scenes import State
+from damperlab.worker.simulate import Design
 
 Vector = tuple[float, float, float, float]
 """v, v', p, p'."""

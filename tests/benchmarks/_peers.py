@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
-
 from tests.benchmarks._automaton import Mode, Model, Vector, march
-from worker.accuracy.methods import Method
-from worker.accuracy.scenes import State
-from worker.simulate import Design
+
+from damperlab.worker.accuracy.methods import Method
+from damperlab.worker.accuracy.scenes import State
+from damperlab.worker.simulate import Design
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STIFF_TOLERANCES = (1e-4, 1e-6)

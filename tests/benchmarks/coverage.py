@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from studies.variables import ResponseClass
 from tests.worker.designs_drawn import SETTINGS, Point, drawn_points
 from tests.worker.plain_march import march_plainly
-from worker.solver.scene import ARRIVED
-from worker.steady.response import Response
+
+from damperlab.studies.variables import ResponseClass
+from damperlab.worker.solver.scene import ARRIVED
+from damperlab.worker.steady.response import Response
 
 HALF_WIDTH = 1.96
 """Stated errors on either side of a 95 % interval."""

@@ -17,15 +17,15 @@ from typing import Any
 
 from distributed import Client
 
-from studies.definition import parse_study
-from studies.plan import make_plan
-from studies.store.record import Record
-from studies.store.store import Store
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import make_plan
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 
 def study_document(clearances: int, frictions: int, frequencies: int) -> dict[str, Any]:

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.rk4 import march_rk4
-from worker.solver.march import half_cycle
-from worker.solver.riding import make_loaded
-from worker.solver.scene import (
+from damperlab.worker.jit import kernel
+from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import (
     ARRIVED,
     ATTACHMENTS,
     BUDGET,
@@ -26,9 +26,9 @@ from worker.solver.scene import (
     Meter,
     Particle,
 )
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.settle import at_rest
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.settle import at_rest
 
 TRANSIENT = 300
 """Cycles from rest before a time is taken."""

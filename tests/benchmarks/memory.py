@@ -13,14 +13,14 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from studies.definition import parse_study
-from studies.plan import make_plan
-from studies.store.store import Store
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import make_plan
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 SIZES = (10_000, 100_000, 1_000_000, 10_000_000)
 BLOCKS = 4

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.refine import refine_optimum
-from studies.definition import Study, parse_study
-from studies.plan import Block
-from studies.variables import DIMENSIONS
-from worker.block import solve_block
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.refine import refine_optimum
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import DIMENSIONS
+from damperlab.worker.block import solve_block
 
 COARSE = 4
 FINER = 10

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from studies.definition import parse_study
-from studies.plan import Block, make_plan
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from worker.cost import seconds_per_point
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block, make_plan
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.worker.cost import seconds_per_point
 
 LARGE = {
     "restitution": 4,
@@ -102,7 +102,7 @@ def _values(study: Any, block: Block) -> dict[str, np.ndarray]:
 
 def ask(data_dir: str, study_id: str) -> dict[str, float]:
     """Ask every question of a cube: the first time, and again; this is the child process."""
-    from studies.answers.resonance_map import resonance_map
+    from damperlab.studies.answers.resonance_map import resonance_map
 
     figures: dict[str, float] = {"megabytes before": _resident()}
     began = time.perf_counter()

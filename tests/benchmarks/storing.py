@@ -15,12 +15,12 @@ from typing import Any
 
 import httpx
 import numpy as np
-
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import stored_variables, write_region
-from studies.store.store import Store
 from tests.benchmarks.slice import LARGE, build
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.store import Store
 
 BLOCK = (1, 1, 1, 200, 200, 1)
 """40,000 points: more than any block of a study has whose points take longer than 50 microseconds."""

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.choices import CompliantContact, Contact, DwellContact
-from studies.consistency import LEAST_COMPLIANT
-from studies.variables import DIMENSIONS, VARIABLES, Status
-from worker.lower import contact_time_of, rebound_of, wall_of
-from worker.solver.scene import Particle, Wall
-from worker.steady.linear import linear_response
-from worker.steady.settle import Settings, at_rest, settle
+from damperlab.studies.choices import CompliantContact, Contact, DwellContact
+from damperlab.studies.consistency import LEAST_COMPLIANT
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
+from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
+from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.settle import Settings, at_rest, settle
 
 POINTS = 1_000_000
 CYCLES = 60

@@ -9,13 +9,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from service.figures.accuracy import draw_work_precision
-from service.figures.style import save
 from tests.benchmarks._peers import peers
-from worker.accuracy.diagram import draw_diagrams
-from worker.accuracy.methods import METHODS
-from worker.accuracy.report import advantages
-from worker.accuracy.scenes import SCENES
+
+from damperlab.service.figures.accuracy import draw_work_precision
+from damperlab.service.figures.style import save
+from damperlab.worker.accuracy.diagram import draw_diagrams
+from damperlab.worker.accuracy.methods import METHODS
+from damperlab.worker.accuracy.report import advantages
+from damperlab.worker.accuracy.scenes import SCENES
 
 
 def run() -> dict[str, Any]:

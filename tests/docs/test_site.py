@@ -8,9 +8,9 @@ import nbformat
 import pytest
 import yaml
 
-from service.app import create_app
-from service.settings import Settings
-from studies.reading import read_study
+from damperlab.service.app import create_app
+from damperlab.service.settings import Settings
+from damperlab.studies.reading import read_study
 
 ROOT = Path(__file__).parents[2]
 

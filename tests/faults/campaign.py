@@ -22,17 +22,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from studies.definition import Study, parse_study
-from studies.plan import Block
-from studies.store.faults import StoreFault, StudyNotFound
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage
 from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.compare import compare, run_again, unexpected_files
 from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm, free_port
 from tests.faults.report import Report
-from worker.block import solve_block
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.worker.block import solve_block
 
 VICTIMS = {"worker": 5, "service": 3, "scheduler": 1, "all": 1, "database": 1, "store": 1}
 """How often each is killed, relative to the others; a lost scheduler costs the service a longer wait."""
@@ -111,7 +112,7 @@ class Campaign:
                     folder / "service.log",
                     sys.executable,
                     "-m",
-                    "service.cli.main",
+                    "damperlab.service.cli.main",
                     "serve",
                     **settings,
                     **secrets,

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 from sqlalchemy import select
-
-from studies.definition import Study
-from studies.plan import Block
-from studies.store.home import MARKER
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.store.tables import done_blocks
-from studies.store.verify import verify
-from studies.variables import DIMENSIONS
 from tests.faults.attempts import Attempt
 from tests.faults.report import Report
-from worker.block import solve_block
+
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
+from damperlab.studies.store.home import MARKER
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import done_blocks
+from damperlab.studies.store.verify import verify
+from damperlab.studies.variables import DIMENSIONS
+from damperlab.worker.block import solve_block
 
 
 def compare(store: Store, record: Record, study: Study, report: Report) -> None:

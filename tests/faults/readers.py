@@ -22,14 +22,14 @@ import numpy as np
 import xarray as xr
 from aiohttp import ClientError
 from numcodecs.blosc import decompress
-
-from studies.store.chunks import BlockDamaged
-from studies.store.cube import block_grid, open_cube
-from studies.store.faults import StudyNotFound
-from studies.store.store import Store
-from studies.variables import DIMENSIONS
-from studies.variables import VARIABLES as REGISTRY
 from tests.faults.tokens import METRICS, PLAN, STUDY, token
+
+from damperlab.studies.store.chunks import BlockDamaged
+from damperlab.studies.store.cube import block_grid, open_cube
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import VARIABLES as REGISTRY
 
 VARIABLES = (*METRICS, "status")
 HONEST = {404: "no study", 409: "unfinished", 410: "gone", 503: "damaged"}

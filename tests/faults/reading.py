@@ -20,15 +20,15 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-
-from studies.store.faults import StudyBusy
-from studies.store.store import Store
-from studies.store.verify import repair, verify
 from tests.faults.processes import ROOT, Process, dask, end_on_sigterm, free_port
 from tests.faults.readers import READERS
 from tests.faults.tokens import PLAN, STUDY
-from worker.block import solve_block
-from worker.provenance import provenance
+
+from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import repair, verify
+from damperlab.worker.block import solve_block
+from damperlab.worker.provenance import provenance
 
 URL = "/api/v1/studies"
 
@@ -175,7 +175,9 @@ def run_reading(reads: int, seed: int, patience: float) -> Reading:
     processes = [
         dask(folder / "scheduler.log", "scheduler", "--port", str(scheduler)),
         dask(folder / "worker.log", "worker", address, "--no-nanny", "--nthreads", "1", *preload),
-        Process(folder / "service.log", sys.executable, "-m", "service.cli.main", "serve", **settings),
+        Process(
+            folder / "service.log", sys.executable, "-m", "damperlab.service.cli.main", "serve", **settings
+        ),
     ]
     result = Reading(seed)
     # compiled before anybody waits for it

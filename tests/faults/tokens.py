@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
 
 METRICS = ("amplitude_ratio", "cycles", "run_time")
 """The variables that carry the token; the fourth is the status."""
@@ -36,9 +36,9 @@ def token(generation: str) -> float:
 
 def dask_setup(worker: object) -> None:
     """Dask's hook as a worker starts: what it writes is the token instead of the solver's values."""
-    import worker.tasks
+    import damperlab.worker.tasks
 
-    write_region = worker.tasks.write_region
+    write_region = damperlab.worker.tasks.write_region
 
     def tell(cube_path: str, block: Any, values: Mapping[str, np.ndarray], generation: str) -> str:
         told = {
@@ -47,4 +47,4 @@ def dask_setup(worker: object) -> None:
         }
         return write_region(cube_path, block, told, generation)
 
-    worker.tasks.write_region = tell
+    damperlab.worker.tasks.write_region = tell

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq  # type: ignore[import-untyped]
-
 from tests.oracles.extrema import largest_magnitude, zeros
 
 

@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
 from tests.oracles.extrema import largest_magnitude
 from tests.oracles.transmissibility import absolute_amplitude
 

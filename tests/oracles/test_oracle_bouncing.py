@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-
 from tests.oracles import bouncing_ball, impact_pair, shaken_box
 from tests.reference.simulator import simulate
 from tests.reference.state import State

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-
 from tests.oracles import forced_friction, free_decay, transmissibility
 from tests.oracles.forced_friction import FrictionResponse
 from tests.reference.march import Simulation

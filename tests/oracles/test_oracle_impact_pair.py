@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from tests.oracles.impact_pair import ImpactPair, two_impacts_per_cycle
 from tests.reference.march import Simulation
 from tests.reference.numbers import ExtendedNumbers

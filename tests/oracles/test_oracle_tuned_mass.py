@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-
 from tests.oracles import transmissibility, tuned_mass
 
 

@@ -2,9 +2,9 @@
 
 from hypothesis import strategies as st
 
-from worker.physics.contact import wall_constants
-from worker.simulate import Design
-from worker.solver.scene import Particle, Wall
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.simulate import Design
+from damperlab.worker.solver.scene import Particle, Wall
 
 CYCLES = 8
 

@@ -3,18 +3,18 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from studies.definition import parse_study
-from studies.plan import Block
 from tests.properties.designs import CYCLES, any_design
-from worker.block import solve_block
-from worker.simulate import Design, simulate
-from worker.solver.march import half_cycle
-from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, State
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.settle import at_rest
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.worker.block import solve_block
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, State
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.settle import at_rest
 
 FEW = settings(max_examples=30, deadline=None)
 

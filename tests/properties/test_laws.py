@@ -7,8 +7,6 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-
-from studies.variables import ResponseClass, Status
 from tests.properties.designs import (
     CYCLES,
     alone,
@@ -20,8 +18,10 @@ from tests.properties.designs import (
     rubbing,
     with_particle,
 )
-from worker.simulate import Design, simulate
-from worker.solver.scene import Particle
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import Particle
 
 FEW = settings(max_examples=40, deadline=None)
 ROUNDING = 1e-12

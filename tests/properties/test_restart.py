@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
-
 from tests.properties.designs import (
     compliant,
     damping_ratios,
@@ -18,17 +17,18 @@ from tests.properties.designs import (
     friction_ratios,
     particles,
 )
-from worker.simulate import Design
-from worker.solver.forms import base_forms
-from worker.solver.march import half_cycle
-from worker.solver.record import DURATION, EVENT, START, empty_log
-from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
-from worker.solver.shaking import mirrored
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.orbit import coordinates, state_at
-from worker.steady.start import at_rest
+
+from damperlab.worker.simulate import Design
+from damperlab.worker.solver.forms import base_forms
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.record import DURATION, EVENT, START, empty_log
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
+from damperlab.worker.solver.shaking import mirrored
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.orbit import coordinates, state_at
+from damperlab.worker.steady.start import at_rest
 
 HALVES = 6
 STEP = 1e-8

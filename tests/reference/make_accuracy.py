@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import mpmath
-
-import worker.accuracy
 from tests.oracles.compliant_wall import Numbers, end_state
 from tests.oracles.compliant_wall import Scene as Walls
 from tests.reference.make import DIGITS, STATES, inputs, key, measure
 from tests.reference.points import Point
-from worker.accuracy.scenes import SCENES, Scene
+
+import damperlab.worker.accuracy
+from damperlab.worker.accuracy.scenes import SCENES, Scene
 
 _SHIFT = "1e-12"
-TARGET = Path(worker.accuracy.__file__).with_name("references.json")
+TARGET = Path(damperlab.worker.accuracy.__file__).with_name("references.json")
 HOW = (
     f"End states from rest after whole excitation cycles, {DIGITS} decimal digits, closed form between events; made by "
     "python -m tests.reference.make_accuracy with tests/reference/simulator.py, and between compliant walls with "

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
 from tests.reference.simulator import simulate
 
 Scene = tuple[float, float, float, tuple[float, float, float]]

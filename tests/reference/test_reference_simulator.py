@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
-
 from tests.reference.make import COUNTS, NAMES
 from tests.reference.motion import Motion
 from tests.reference.numbers import ExtendedNumbers

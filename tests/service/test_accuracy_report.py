@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx
 
-from service.reports import keep_report, last_report
+from damperlab.service.reports import keep_report, last_report
 
 
 def test_the_last_report_is_served(own_service: Callable[..., Any], tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-
 from tests.oracles import transmissibility, tuned_mass
 
 STUDIES = "/api/v1/studies"

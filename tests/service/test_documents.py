@@ -5,7 +5,7 @@ from math import inf, nan
 
 import numpy as np
 
-from service.documents import Document, plain
+from damperlab.service.documents import Document, plain
 
 
 def test_what_is_not_finite_becomes_null_at_any_depth() -> None:

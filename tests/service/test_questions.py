@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.variables import DIMENSIONS
+from damperlab.studies.variables import DIMENSIONS
 
 STUDIES = "/api/v1/studies"
 

@@ -8,10 +8,10 @@ from typing import Any
 import httpx
 import pytest
 
-from studies.plan import make_plan
-from studies.reading import parse_study_text
-from studies.store.store import Store
-from worker.cost import seconds_per_point
+from damperlab.studies.plan import make_plan
+from damperlab.studies.reading import parse_study_text
+from damperlab.studies.store.store import Store
+from damperlab.worker.cost import seconds_per_point
 
 STUDIES = "/api/v1/studies"
 

@@ -7,10 +7,10 @@ from typing import Any
 import httpx
 import pytest
 import xarray as xr
-
-from studies.store.store import Store
-from studies.store.verify import verify
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
 
 STUDIES = "/api/v1/studies"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from service.settings import Settings, default_data_dir
+from damperlab.service.settings import Settings, default_data_dir
 
 
 @pytest.fixture(autouse=True)

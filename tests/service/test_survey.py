@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.ground.builtin import builtin_record
-from worker.ground.design import Damper, Structure
-from worker.ground.response import ground_response
+from damperlab.studies.ground.builtin import builtin_record
+from damperlab.worker.ground.design import Damper, Structure
+from damperlab.worker.ground.response import ground_response
 
 STUDIES = "/api/v1/studies"
 COLUMNS = "time (s), acceleration (g)\n" + "".join(f"{0.02 * i:.2f}, {(-1) ** i * 0.1}\n" for i in range(60))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.definition import Study, parse_study
-from studies.plan import Plan, plan_with_chunk
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Plan, plan_with_chunk
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 
 STUDIES = "/api/v1/studies"
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studies.axes import Range, axis_count, axis_values, read_axis
-from studies.faults import StudyFaults
-from studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO
+from damperlab.studies.axes import Range, axis_count, axis_values, read_axis
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO
 
 
 def fields(raw: object) -> list[str]:

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studies.definition import EXAMPLES, KEYS, Study, parse_study
-from studies.faults import MAX_FAULTS, Fault, StudyFaults
-from studies.guard import MAX_DEPTH, MAX_VALUES
-from studies.reading import named_studies
-from studies.schema import study_json_schema
-from studies.variables import DIMENSIONS, STANDARD
+from damperlab.studies.definition import EXAMPLES, KEYS, Study, parse_study
+from damperlab.studies.faults import MAX_FAULTS, Fault, StudyFaults
+from damperlab.studies.guard import MAX_DEPTH, MAX_VALUES
+from damperlab.studies.reading import named_studies
+from damperlab.studies.schema import study_json_schema
+from damperlab.studies.variables import DIMENSIONS, STANDARD
 
 MINIMAL: dict[str, Any] = {"axes": {"clearance_ratio": 10, "frequency_ratio": 1}}
 

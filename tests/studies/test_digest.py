@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.definition import parse_study
-from studies.reading import parse_study_text
-from studies.variables import STANDARD
+from damperlab.studies.definition import parse_study
+from damperlab.studies.reading import parse_study_text
+from damperlab.studies.variables import STANDARD
 
 BASE: dict[str, Any] = {
     "name": "a",

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.definition import parse_study
-from studies.faults import StudyFaults
+from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import StudyFaults
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 1.5e-3}
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from studies.definition import Study, parse_study
-from studies.plan import (
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import (
     BALANCED_BLOCKS,
     MAX_BLOCK_POINTS,
     MAX_BLOCKS,

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from studies.faults import Fault, StudyFaults
-from studies.guard import MAX_VALUES
-from studies.reading import named_descriptions, named_studies, parse_study_text, read_study
-from studies.text import MAX_BYTES, Format
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.guard import MAX_VALUES
+from damperlab.studies.reading import named_descriptions, named_studies, parse_study_text, read_study
+from damperlab.studies.text import MAX_BYTES, Format
 
 JSON = '{"axes": {"clearance_ratio": [5, 10], "frequency_ratio": 1e0}}'
 YAML = """

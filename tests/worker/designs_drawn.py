@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.solver.scene import Particle, State
-from worker.steady.response import Response
-from worker.steady.settle import Settings, settle
-from worker.steady.start import at_rest
+from damperlab.worker.solver.scene import Particle, State
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest
 
 SETTINGS = Settings(4000, 1e-4, 1e-9)
 """The defaults of a study."""

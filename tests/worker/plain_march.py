@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.march import half_cycle
-from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
 
 
 @kernel
@@ -17,7 +17,7 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
     Parameters
     ----------
     damping_ratio, frequency_ratio, friction, particle
-        As in `worker.steady.settle.settle`.
+        As in `damperlab.worker.steady.settle.settle`.
     state : State
         Where to start.
     silent : int

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -12,10 +13,10 @@ from pathlib import Path
 
 import psutil
 import pytest
-
 from tests.worker.dask_processes import dask_process, scheduler_process
-from worker.cluster import ClusterUnusable, connect, core_count
-from worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
+
+from damperlab.worker.cluster import ClusterUnusable, connect, core_count
+from damperlab.worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
 
 ROOT = Path(__file__).parents[2]
 
@@ -73,7 +74,7 @@ def test_no_process_is_left_after_an_exception() -> None:
 # A shell ignores Ctrl-C for what it starts in the background, and its children inherit that.
 _HOLD = """
 import signal, sys, time
-from worker.cluster import connect
+from damperlab.worker.cluster import connect
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with connect(workers=2) as client:
@@ -121,12 +122,8 @@ def test_scheduler_and_its_workers_are_used_and_left_alone() -> None:
 
 
 def test_worker_with_other_sources_is_named(tmp_path: Path) -> None:
-    for package in ("worker", "studies"):
-        for source in (ROOT / package).rglob("*.py"):
-            copy = tmp_path / source.relative_to(ROOT)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_bytes(source.read_bytes())
-    (tmp_path / "studies" / "extra.py").write_text("")
+    shutil.copytree(ROOT / "src" / "damperlab", tmp_path / "damperlab")
+    (tmp_path / "damperlab" / "studies" / "extra.py").write_text("")
     with scheduler_process() as (address, _):
         odd = dask_process("worker", address, "--nthreads", "1", "--no-dashboard", cwd=tmp_path)
         with odd, pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
@@ -140,7 +137,7 @@ def test_worker_with_other_sources_is_named(tmp_path: Path) -> None:
 
 
 def test_scheduler_without_workers_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
+    monkeypatch.setattr("damperlab.worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
     with (
         scheduler_process() as (address, _),
         pytest.raises(ClusterUnusable, match="has no workers"),
@@ -153,7 +150,7 @@ def test_scheduler_without_workers_is_refused(monkeypatch: pytest.MonkeyPatch) -
 def test_what_is_no_scheduler_is_refused_and_leaves_no_thread(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
+    monkeypatch.setattr("damperlab.worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
     before = threading.active_count()
     with socket.create_server(("127.0.0.1", 0)) as mute:
         if address == "mute":

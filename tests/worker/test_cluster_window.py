@@ -10,10 +10,10 @@ import psutil
 import pytest
 from distributed import Client, Future
 
-from studies.store.record import BlockOutcome
-from worker.cluster import connect
-from worker.provenance import require_code
-from worker.window import BLOCKS_PER_THREAD, RETRIES, Failure, Interrupted, Window
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.worker.cluster import connect
+from damperlab.worker.provenance import require_code
+from damperlab.worker.window import BLOCKS_PER_THREAD, RETRIES, Failure, Interrupted, Window
 
 
 def _outcome(index: int) -> BlockOutcome:

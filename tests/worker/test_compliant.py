@@ -6,17 +6,17 @@ from math import inf, pi
 import mpmath
 import numpy as np
 import pytest
-
-from studies.definition import parse_study
-from studies.faults import StudyFaults
-from studies.plan import Block
-from studies.presets import CONTACT_TIMES
-from studies.variables import Status
 from tests.oracles.compliant_wall import Scene, end_state
-from worker.block import solve_block
-from worker.physics.contact import calibrate, contact_time_of_stiffness, wall_constants, wall_force
-from worker.simulate import Design, simulate
-from worker.solver.scene import Particle, Wall
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.plan import Block
+from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.physics.contact import calibrate, contact_time_of_stiffness, wall_constants, wall_force
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import Particle, Wall
 
 
 def particle_of(

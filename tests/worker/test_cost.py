@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from studies.definition import Study, parse_study
-from studies.plan import plan_with_chunk
-from worker.block import solve_block
-from worker.cost import HYBRID_CYCLE_SECONDS, LINEAR_SECONDS, MOST_RIDING, seconds_per_point
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import HYBRID_CYCLE_SECONDS, LINEAR_SECONDS, MOST_RIDING, seconds_per_point
 
 
 def scene(particle: bool, max_cycles: int = 500, damping: object = 0.0038, friction: object = 0.4) -> Study:

@@ -4,16 +4,16 @@ from dataclasses import replace
 from math import pi
 
 import pytest
-
-from studies.definition import parse_study
-from studies.plan import Block
-from studies.presets import CONTACT_TIMES
-from studies.variables import Status
 from tests.oracles.dwelling import Scene, end_state
-from worker.block import solve_block
-from worker.physics.impact import impact_loss, kept_energy, part, rebound
-from worker.simulate import Design, simulate
-from worker.solver.scene import Particle
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import Particle
 
 
 def design_of(scene: Scene) -> Design:

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from distributed import Client
 
-import studies.store.cubes
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.faults import StoreFault
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.store.verify import verify
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+import damperlab.studies.store.cubes
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 STUDY = parse_study(
     {
@@ -57,7 +57,7 @@ def fill(disk: Path, leave: int) -> Path:
     """Leave so many bytes free."""
     ballast = disk / "ballast"
     with ballast.open("wb") as file:
-        free = studies.store.cubes.shutil.disk_usage(disk).free
+        free = damperlab.studies.store.cubes.shutil.disk_usage(disk).free
         file.write(bytes(max(0, free - leave)))
     return ballast
 
@@ -66,7 +66,7 @@ def fill(disk: Path, leave: int) -> Path:
 def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
     disk: Path, client: Client, monkeypatch: pytest.MonkeyPatch, reserve: int
 ) -> None:
-    monkeypatch.setattr(studies.store.cubes, "RESERVE_BYTES", reserve)
+    monkeypatch.setattr(damperlab.studies.store.cubes, "RESERVE_BYTES", reserve)
     store = Store.open(disk / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from tests.benchmarks.coverage import compared
-from worker.steady.statistics import mean_and_error
+
+from damperlab.worker.steady.statistics import mean_and_error
 
 POINTS, SEED, TIMES = 40, 3, 15
 

@@ -5,15 +5,15 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from studies.choices import CompliantContact
-from studies.definition import parse_study
-from studies.plan import Block
-from studies.variables import STANDARD
-from worker.accuracy.march import march_from_rest
-from worker.block import solve_block
-from worker.lower import wall_of
-from worker.solver.march import half_cycle
-from worker.solver.scene import (
+from damperlab.studies.choices import CompliantContact
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import STANDARD
+from damperlab.worker.accuracy.march import march_from_rest
+from damperlab.worker.block import solve_block
+from damperlab.worker.lower import wall_of
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.scene import (
     BUDGET,
     COUNTS,
     METERS,
@@ -28,9 +28,9 @@ from worker.solver.scene import (
     Particle,
     State,
 )
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.response import INTEGRATED
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.response import INTEGRATED
 
 
 @pytest.mark.parametrize("frequency_ratio", [1e-3, 0.1, 0.9, 1.0, 3.0, 30.0, 1e3, 1e4])

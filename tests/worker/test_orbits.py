@@ -4,17 +4,17 @@ from itertools import islice
 
 import numpy as np
 import pytest
-
-from studies.variables import ResponseClass
 from tests.oracles.impact_pair import two_impacts_per_cycle
 from tests.worker.designs_drawn import Point, drawn_points
 from tests.worker.plain_march import march_plainly
-from worker.solver.march import half_cycle
-from worker.solver.record import EVENT, RIDING, empty_log
-from worker.solver.scene import ARRIVED, TURN, Particle, State
-from worker.steady.orbit import around, coordinates, state_at
-from worker.steady.response import Response
-from worker.steady.run import make_scene
+
+from damperlab.studies.variables import ResponseClass
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.record import EVENT, RIDING, empty_log
+from damperlab.worker.solver.scene import ARRIVED, TURN, Particle, State
+from damperlab.worker.steady.orbit import around, coordinates, state_at
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.run import make_scene
 
 PLAIN_CYCLES = 4000
 DRAWN = 60

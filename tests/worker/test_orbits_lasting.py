@@ -5,15 +5,15 @@ from itertools import islice
 
 import numpy as np
 import pytest
-
-from studies.variables import ResponseClass
 from tests.oracles import compliant_wall, dwelling
 from tests.worker.designs_drawn import Point, drawn_points
-from worker.physics.contact import wall_constants
-from worker.solver.scene import ARRIVED, Particle, State, Wall
-from worker.steady.orbit import coordinates, state_at
-from worker.steady.response import Response
-from worker.steady.run import advance, make_notes, make_scene
+
+from damperlab.studies.variables import ResponseClass
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.solver.scene import ARRIVED, Particle, State, Wall
+from damperlab.worker.steady.orbit import coordinates, state_at
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.run import advance, make_notes, make_scene
 
 MODELS = ("dwell", "compliant")
 DRAWN = 24

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.store import Store
-from worker.provenance import provenance
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.worker.provenance import provenance
 
 STUDY = parse_study(
     {

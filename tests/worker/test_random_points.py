@@ -1,7 +1,8 @@
 """Random design points over the legal ranges: every one ends, and says truly how."""
 
-from studies.variables import Status
 from tests.benchmarks.sweep import sweep
+
+from damperlab.studies.variables import Status
 
 POINTS = 2000
 

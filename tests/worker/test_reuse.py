@@ -11,17 +11,17 @@ import pytest
 import xarray as xr
 from distributed import Client
 
-from studies.definition import Study, parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import write_region
-from studies.store.record import BlockOutcome, Record
-from studies.store.reuse import Overlaps
-from studies.store.store import Store
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.provenance import provenance
-from worker.runner import run_study
-from worker.tasks import failed_values
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
+from damperlab.worker.tasks import failed_values
 
 
 def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **changes: Any) -> Study:

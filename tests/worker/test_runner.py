@@ -18,19 +18,19 @@ import pytest
 import xarray as xr
 from distributed import Client
 
-from studies.definition import Study, parse_study
-from studies.plan import plan_with_chunk
-from studies.store.faults import StudyBusy, StudyNotFound
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.variables import Status
-from worker.block import solve_block
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.lease import hold
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.faults import StudyBusy, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.lease import hold
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 ROOT = Path(__file__).parents[2]
 CHUNK = (1, 1, 1, 1, 1, 4)
@@ -86,13 +86,13 @@ def slow(client: Client, seconds: float) -> Iterator[None]:
     """Make every block of the workers that are alive take longer, so that a test can act while it runs."""
 
     def slow_down() -> None:
-        import worker.tasks
+        import damperlab.worker.tasks
 
         def late(study: object, block: object, known: object = None) -> object:
             time.sleep(seconds)
             return solve_block(study, block, known)  # type: ignore[arg-type]
 
-        worker.tasks.solve_block = late
+        damperlab.worker.tasks.solve_block = late
 
     client.run(slow_down)
     try:
@@ -102,10 +102,10 @@ def slow(client: Client, seconds: float) -> Iterator[None]:
 
 
 def heal() -> None:
-    import worker.block
-    import worker.tasks
+    import damperlab.worker.block
+    import damperlab.worker.tasks
 
-    worker.tasks.solve_block = worker.block.solve_block
+    damperlab.worker.tasks.solve_block = damperlab.worker.block.solve_block
 
 
 @contextmanager
@@ -113,14 +113,14 @@ def broken(client: Client, start: int | None) -> Iterator[None]:
     """Make the workers fail on blocks that begin at a friction index, or on all."""
 
     def damage() -> None:
-        import worker.tasks
+        import damperlab.worker.tasks
 
         def fail(study: object, block: object, known: object = None) -> object:
             if start is None or block.start[4] == start:  # type: ignore[attr-defined]
                 raise ZeroDivisionError("broken on purpose")
             return solve_block(study, block, known)  # type: ignore[arg-type]
 
-        worker.tasks.solve_block = fail
+        damperlab.worker.tasks.solve_block = fail
 
     client.run(damage)
     try:
@@ -261,7 +261,7 @@ def test_lost_cube_interrupts_and_says_so(client: Client, store: Store, submitte
 def test_cancel_by_another_process_is_noticed(
     client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("worker.lease.RENEW_SECONDS", 0.1)
+    monkeypatch.setattr("damperlab.worker.lease.RENEW_SECONDS", 0.1)
 
     def cancel(progress: Progress) -> None:
         if progress.blocks_done:
@@ -278,7 +278,7 @@ def test_cancel_by_another_process_is_noticed(
 def test_study_that_is_deleted_while_it_runs_is_left(
     client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("worker.lease.RENEW_SECONDS", 0.1)
+    monkeypatch.setattr("damperlab.worker.lease.RENEW_SECONDS", 0.1)
 
     def delete(progress: Progress) -> None:
         if progress.blocks_done and not deleted:
@@ -300,8 +300,8 @@ def test_study_that_another_runs_is_busy(client: Client, store: Store, submitted
 _CLAIM = """
 import sys, time
 from pathlib import Path
-from studies.store.store import Store
-from worker.lease import hold
+from damperlab.studies.store.store import Store
+from damperlab.worker.lease import hold
 with hold(Store.open(Path(sys.argv[1])), sys.argv[2]):
     print("held", flush=True)
     time.sleep(60)

@@ -3,15 +3,16 @@
 import threading
 from pathlib import Path
 
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.store import Store
 from tests.worker.dask_processes import dask_process, scheduler_process
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 
 def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:

@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import studies.store.claims
-import worker.lease
-from studies.definition import parse_study
-from studies.plan import Block, plan_with_chunk
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage
-from studies.store.verify import verify
-from worker.block import solve_block
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.progress import Progress
-from worker.provenance import provenance
-from worker.runner import run_study
+import damperlab.studies.store.claims
+import damperlab.worker.lease
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.verify import verify
+from damperlab.worker.block import solve_block
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.progress import Progress
+from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
 
 STUDY = parse_study(
     {
@@ -40,12 +40,12 @@ STUDY = parse_study(
 _RUN = """
 import sys, threading
 from pathlib import Path
-import studies.store.claims, worker.lease
-studies.store.claims.CLAIM_SECONDS = 2.0
-worker.lease.RENEW_SECONDS = 0.3
-from studies.store.store import Store
-from worker.cluster import connect
-from worker.runner import run_study
+import damperlab.studies.store.claims, damperlab.worker.lease
+damperlab.studies.store.claims.CLAIM_SECONDS = 2.0
+damperlab.worker.lease.RENEW_SECONDS = 0.3
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
+from damperlab.worker.runner import run_study
 
 def tell(progress):
     print(progress.blocks_done, flush=True)
@@ -62,8 +62,8 @@ if __name__ == "__main__":
 def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(studies.store.claims, "CLAIM_SECONDS", 2.0)
-    monkeypatch.setattr(worker.lease, "RENEW_SECONDS", 0.3)
+    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 2.0)
+    monkeypatch.setattr(damperlab.worker.lease, "RENEW_SECONDS", 0.3)
     store = Store.open(tmp_path / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 2), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id

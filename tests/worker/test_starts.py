@@ -5,17 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.choices import Ensemble
-from studies.definition import Study, parse_study
-from studies.faults import StudyFaults
-from studies.plan import Block, make_plan, plan_with_chunk
-from studies.variables import STANDARD, VARIABLES, ResponseClass
-from worker.block import solve_block
-from worker.cost import seconds_per_point
-from worker.solver.scene import Particle
-from worker.steady.ensemble import HIGHEST, attractors, drawn_starts, ensemble_values
-from worker.steady.response import Response
-from worker.steady.settle import Settings, settle
+from damperlab.studies.choices import Ensemble
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.plan import Block, make_plan, plan_with_chunk
+from damperlab.studies.variables import STANDARD, VARIABLES, ResponseClass
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.solver.scene import Particle
+from damperlab.worker.steady.ensemble import HIGHEST, attractors, drawn_starts, ensemble_values
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
 
 ENSEMBLE = {"kind": "ensemble", "n": 40, "seed": 7}
 SYMMETRIC_AMPLITUDE, TWIN_AMPLITUDE = 1.67530417, 2.09540163

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-
-from studies.definition import parse_study
-from studies.plan import Block
-from studies.variables import ResponseClass, Status
 from tests.oracles.forced_friction import non_stop, one_stop
 from tests.oracles.impact_pair import two_impacts_per_cycle
 from tests.oracles.transmissibility import absolute_amplitude, relative_amplitude
-from worker.block import solve_block
-from worker.simulate import Design, simulate
-from worker.solver.scene import Particle
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import Particle
 
 ROUNDING = 1e-11
 """Relative, of a response that is periodic to the last digit; the oracles' root finding leaves less."""

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.choices import Rk4Solver
-from studies.definition import Study, parse_study
-from studies.faults import StudyFaults
-from studies.plan import plan_with_chunk
-from studies.variables import STEPPED, Status
-from worker.block import solve_block
-from worker.cost import seconds_per_point
+from damperlab.studies.choices import Rk4Solver
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.variables import STEPPED, Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
 
 
 def study_of(steps: int | None, **changes: Any) -> Study:

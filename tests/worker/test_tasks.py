@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.definition import Study, parse_study
-from studies.plan import plan_with_chunk
-from studies.store.store import Store
-from studies.variables import VARIABLES, Status
-from worker.block import solve_block
-from worker.cost import seconds_per_point
-from worker.provenance import WrongCode, code_hash, provenance
-from worker.tasks import failed_values, run_block
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import VARIABLES, Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.provenance import WrongCode, code_hash, provenance
+from damperlab.worker.tasks import failed_values, run_block
 
 CHUNK = (1, 1, 1, 1, 1, 50)
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.alone import march_alone
-from worker.solver.march import half_cycle
-from worker.solver.metering import energies_of
-from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.energy import energy_residual, stored_energy
-from worker.steady.settle import at_rest
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.alone import march_alone
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.metering import energies_of
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.steady.settle import at_rest
 
 _SEGMENTS_PER_CYCLE = 20_000
 
@@ -38,7 +38,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     state : tuple of float
         u, u', p, p' at the end; p = p' = 0 without a particle.
     outcome : int
-        As of `worker.solver.march.half_cycle`.
+        As of `damperlab.worker.solver.march.half_cycle`.
     counts : int64 array, shape (COUNTS,)
         Events on the way.
     measures : tuple of float

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from worker.accuracy.march import march_from_rest
-from worker.accuracy.scenes import State
-from worker.rk4 import march_rk4, march_rk4_wall
-from worker.simulate import Design
-from worker.solver.scene import ARRIVED, COUNTS, METERS, Meter
+from damperlab.worker.accuracy.march import march_from_rest
+from damperlab.worker.accuracy.scenes import State
+from damperlab.worker.rk4 import march_rk4, march_rk4_wall
+from damperlab.worker.simulate import Design
+from damperlab.worker.solver.scene import ARRIVED, COUNTS, METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
 """From a design, excitation cycles and the value of a setting to the end state; None where the method gives up."""
@@ -61,7 +61,7 @@ def _event_all(design: Design, cycles: int, _: float) -> State | None:
 
 
 def paper_march(design: Design, cycles: int, steps: float) -> State | None:
-    """March by the paper's fixed-step method (`worker.rk4`); None where its state is not finite any more."""
+    """March by the paper's fixed-step method (`damperlab.worker.rk4`); None where its state is not finite any more."""
     start = (
         design.damping_ratio,
         design.frequency_ratio,

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from worker.accuracy.diagram import Diagram, draw_diagrams
-from worker.accuracy.extremes import LONG_RUN_CYCLES, extreme_cases
-from worker.accuracy.methods import METHODS, Method
-from worker.accuracy.scenes import SCENES
-from worker.accuracy.stability import STEPS, stability_table
-from worker.jit import source_hash
-from worker.provenance import code_version
+from damperlab.worker.accuracy.diagram import Diagram, draw_diagrams
+from damperlab.worker.accuracy.extremes import LONG_RUN_CYCLES, extreme_cases
+from damperlab.worker.accuracy.methods import METHODS, Method
+from damperlab.worker.accuracy.scenes import SCENES
+from damperlab.worker.accuracy.stability import STEPS, stability_table
+from damperlab.worker.jit import source_hash
+from damperlab.worker.provenance import code_version
 
 FIGURE = "work-precision.png"
 

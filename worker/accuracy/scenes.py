@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from worker.physics.contact import wall_constants
-from worker.simulate import Design
-from worker.solver.scene import Particle, Wall
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.simulate import Design
+from damperlab.worker.solver.scene import Particle, Wall
 
 State = tuple[float, float, float, float]
 """u, u', p, p' in absolute coordinates, over Z and Z·ω_n; p = p' = 0 without a particle."""
@@ -80,7 +80,9 @@ class Reference:
 @cache
 def references() -> dict[str, Reference]:
     """References by the name of their scene, from `references.json` (whose `how` says how it was made)."""
-    document = json.loads((files("worker.accuracy") / "references.json").read_text(encoding="utf-8"))
+    document = json.loads(
+        (files("damperlab.worker.accuracy") / "references.json").read_text(encoding="utf-8")
+    )
     return {
         name: Reference(tuple(float(digits) for digits in one["state"].values()), one["amplification"])  # type: ignore[arg-type]
         for name, one in document["scenes"].items()

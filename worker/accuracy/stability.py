@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from studies.variables import Status
-from worker.accuracy.extremes import Extreme
-from worker.accuracy.march import march_from_rest
-from worker.accuracy.methods import paper_march
-from worker.simulate import Design, simulate
-from worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
+from damperlab.studies.variables import Status
+from damperlab.worker.accuracy.extremes import Extreme
+from damperlab.worker.accuracy.march import march_from_rest
+from damperlab.worker.accuracy.methods import paper_march
+from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
 
 STEPS = 400
 """Of the paper's method per cycle."""

@@ -5,15 +5,15 @@ from functools import cache
 
 import numpy as np
 
-from studies.ground.motion import GroundMotion
-from studies.ground.source import RecordSource
-from studies.ground.survey import Survey
-from studies.ground.variables import SPREAD, STATISTICS, VARIABLES, measure_name, spread_name
-from studies.plan import Block
-from worker.ground.comparison import spread
-from worker.ground.design import Damper, Structure, contact_time_s
-from worker.ground.response import Ready, ground_response, made_ready
-from worker.warm import alone
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.source import RecordSource
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.variables import SPREAD, STATISTICS, VARIABLES, measure_name, spread_name
+from damperlab.studies.plan import Block
+from damperlab.worker.ground.comparison import spread
+from damperlab.worker.ground.design import Damper, Structure, contact_time_s
+from damperlab.worker.ground.response import Ready, ground_response, made_ready
+from damperlab.worker.warm import alone
 
 
 def solve_survey_block(

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.ground.motion import GroundMotion
-from studies.ground.paper import (
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.paper import (
     BASE_AMPLITUDES_M,
     CASES,
     CLEARANCES_M,
@@ -15,12 +15,12 @@ from studies.ground.paper import (
     TABLE_A1,
     friction_force_n,
 )
-from studies.ground.question import Earthquake
-from studies.tmd.absorber import Absorber
-from studies.tmd.tunings import Criterion, tuned
-from worker.ground.absorber import absorber_response
-from worker.ground.design import Damper, Structure, contact_time_s, scale_of
-from worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
+from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.tunings import Criterion, tuned
+from damperlab.worker.ground.absorber import absorber_response
+from damperlab.worker.ground.design import Damper, Structure, contact_time_s, scale_of
+from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
 
 SPREAD = (
     "peak_relative_displacement_m",

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from math import pi
 
-from studies.choices import Contact, DwellContact
-from studies.ground.motion import GroundMotion
-from worker.solver.scene import Particle
+from damperlab.studies.choices import Contact, DwellContact
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.worker.solver.scene import Particle
 
 
 @dataclass(frozen=True)

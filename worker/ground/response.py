@@ -7,19 +7,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.ground.motion import GroundMotion
-from studies.variables import Status
-from worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
-from worker.solver.ground import make_record_base, start_on
-from worker.solver.march import march_record
-from worker.solver.metering import (
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.variables import Status
+from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
+from damperlab.worker.solver.ground import make_record_base, start_on
+from damperlab.worker.solver.march import march_record
+from damperlab.worker.solver.metering import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     RECORD_METERS,
     RELATIVE_SQUARE,
 )
-from worker.solver.record import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
-from worker.solver.scene import (
+from damperlab.worker.solver.record import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
+from damperlab.worker.solver.scene import (
     ARRIVED,
     BUDGET,
     COUNTS,
@@ -37,10 +37,10 @@ from worker.solver.scene import (
     Particle,
     State,
 )
-from worker.solver.shaking import RecordBase
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_medium
-from worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.solver.shaking import RecordBase
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_medium
+from damperlab.worker.steady.energy import energy_residual, stored_energy
 
 _SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve
 
@@ -82,7 +82,7 @@ class GroundResponse:
     end_relative_displacement_m, end_relative_velocity_m_s : float
         State at the end.
     status : int
-        `studies.variables.Status`; 0 where the march arrived.
+        `damperlab.studies.variables.Status`; 0 where the march arrived.
     """
 
     peak_relative_displacement_m: float

@@ -8,7 +8,7 @@ ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hype
 
 from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
-from worker.jit import kernel
+from damperlab.worker.jit import kernel
 
 _BISECTIONS = 200  # at most; ends when the interval is two neighbouring numbers
 

@@ -1,6 +1,6 @@
 """Coulomb friction between the primary mass and the base: set-valued at rest, Sgn(0) = [−1, 1] in equation (1)."""
 
-from worker.jit import inlined
+from damperlab.worker.jit import inlined
 
 
 @inlined

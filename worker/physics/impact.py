@@ -1,6 +1,6 @@
 """Impact between the primary mass and the particle: equations (5) to (8), at once or joined for a time and parted."""
 
-from worker.jit import inlined
+from damperlab.worker.jit import inlined
 
 
 @inlined

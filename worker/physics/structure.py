@@ -2,7 +2,7 @@
 
 from math import hypot, inf
 
-from worker.jit import inlined
+from damperlab.worker.jit import inlined
 
 
 @inlined

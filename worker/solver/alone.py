@@ -1,7 +1,7 @@
 """The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
 
-from worker.jit import kernel
-from worker.solver.scene import State
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import State
 
 
 @kernel

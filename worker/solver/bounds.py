@@ -1,7 +1,7 @@
 """Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
 
-from worker.jit import inlined
-from worker.solver.shaking import base_bend
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.shaking import base_bend
 
 
 @inlined

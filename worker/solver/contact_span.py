@@ -2,12 +2,12 @@
 
 from math import inf
 
-from worker.jit import kernel
-from worker.physics.friction import breakaway
-from worker.solver.crossing import first_crossing
-from worker.solver.press_measure import measure_contact, raise_peaks
-from worker.solver.pressed import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
-from worker.solver.scene import (
+from damperlab.worker.jit import kernel
+from damperlab.worker.physics.friction import breakaway
+from damperlab.worker.solver.crossing import first_crossing
+from damperlab.worker.solver.press_measure import measure_contact, raise_peaks
+from damperlab.worker.solver.pressed import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
+from damperlab.worker.solver.scene import (
     NOTHING,
     RELEASE,
     SLIP_ONSET,
@@ -16,11 +16,11 @@ from worker.solver.scene import (
     Dwell,
     State,
 )
-from worker.solver.shaking import (
+from damperlab.worker.solver.shaking import (
     acceleration_scale,
     push_into,
 )
-from worker.solver.taylor import (
+from damperlab.worker.solver.taylor import (
     TERMS,
     change,
     curvature_bound,

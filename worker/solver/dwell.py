@@ -2,8 +2,8 @@
 
 from numba import types
 
-from worker.jit import by_type, inlined
-from worker.solver.scene import Dwell, Particle
+from damperlab.worker.jit import by_type, inlined
+from damperlab.worker.solver.scene import Dwell, Particle
 
 
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:

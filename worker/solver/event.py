@@ -2,14 +2,14 @@
 
 from math import inf
 
-from worker.jit import inlined
-from worker.physics.friction import breakaway
-from worker.solver.bounds import u_bend, w_bend
-from worker.solver.crossing import first_crossing
-from worker.solver.dwell import is_dwelling, time_left
-from worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
-from worker.solver.shaking import acceleration_scale, base_bend, push_into
-from worker.solver.taylor import TERMS, acceleration_into, rate_into
+from damperlab.worker.jit import inlined
+from damperlab.worker.physics.friction import breakaway
+from damperlab.worker.solver.bounds import u_bend, w_bend
+from damperlab.worker.solver.crossing import first_crossing
+from damperlab.worker.solver.dwell import is_dwelling, time_left
+from damperlab.worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
+from damperlab.worker.solver.shaking import acceleration_scale, base_bend, push_into
+from damperlab.worker.solver.taylor import TERMS, acceleration_into, rate_into
 
 # Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
 _DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)

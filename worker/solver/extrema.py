@@ -2,9 +2,9 @@
 
 from math import inf
 
-from worker.jit import kernel
-from worker.solver.crossing import first_crossing
-from worker.solver.taylor import value
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.crossing import first_crossing
+from damperlab.worker.solver.taylor import value
 
 _MOST = 8  # of one segment, whose length is less than a tenth of a period
 

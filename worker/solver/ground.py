@@ -5,12 +5,12 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.physics.friction import breakaway, hold_force, slip_direction
-from worker.solver.dwell import dwell_at_rest
-from worker.solver.scene import Particle, State
-from worker.solver.shaking import RecordBase
-from worker.solver.taylor import TERMS
-from worker.solver.windows import LARGEST_WINDOW
+from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
+from damperlab.worker.solver.dwell import dwell_at_rest
+from damperlab.worker.solver.scene import Particle, State
+from damperlab.worker.solver.shaking import RecordBase
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import LARGEST_WINDOW
 
 
 def make_record_base(

@@ -2,9 +2,9 @@
 
 from math import sqrt
 
-from worker.jit import kernel
-from worker.solver.press_measure import TAME, measure_contact, measure_leap
-from worker.solver.scene import (
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.press_measure import TAME, measure_contact, measure_leap
+from damperlab.worker.solver.scene import (
     NOTHING,
     PEAK,
     RELATIVE_PEAK,
@@ -12,11 +12,11 @@ from worker.solver.scene import (
     Dwell,
     State,
 )
-from worker.solver.shaking import (
+from damperlab.worker.solver.shaking import (
     push_into,
 )
-from worker.solver.slow_fast import DIM, fast_later
-from worker.solver.taylor import (
+from damperlab.worker.solver.slow_fast import DIM, fast_later
+from damperlab.worker.solver.taylor import (
     TERMS,
     change,
     curvature_bound,

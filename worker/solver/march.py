@@ -5,18 +5,18 @@ without `particle` no gap, no impact, no riding; without `meter` no peaks, and w
 `log` no history.
 """
 
-from worker.jit import inlined, kernel
-from worker.solver.dwell import dwell_on
-from worker.solver.event import next_event
-from worker.solver.measure import Curves, Segment
-from worker.solver.memory import address
-from worker.solver.metering import energies_of, measure, measure_quiet
-from worker.solver.passing import pass_event
-from worker.solver.press import in_wall, through_wall
-from worker.solver.quiet import is_quiet, most_motion, was_quiet
-from worker.solver.record import record
-from worker.solver.riding import medium_of, point_loaded
-from worker.solver.scene import (
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.dwell import dwell_on
+from damperlab.worker.solver.event import next_event
+from damperlab.worker.solver.measure import Curves, Segment
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.metering import energies_of, measure, measure_quiet
+from damperlab.worker.solver.passing import pass_event
+from damperlab.worker.solver.press import in_wall, through_wall
+from damperlab.worker.solver.quiet import is_quiet, most_motion, was_quiet
+from damperlab.worker.solver.record import record
+from damperlab.worker.solver.riding import medium_of, point_loaded
+from damperlab.worker.solver.scene import (
     ARRIVED,
     BUDGET,
     IDLE,
@@ -27,7 +27,7 @@ from worker.solver.scene import (
     Meter,
     State,
 )
-from worker.solver.shaking import (
+from damperlab.worker.solver.shaking import (
     carry,
     expand_base,
     mirrored,
@@ -37,8 +37,8 @@ from worker.solver.shaking import (
     point_at,
     travel,
 )
-from worker.solver.taylor import TERMS, bend, change, combine, slope, stand
-from worker.solver.windows import point_medium
+from damperlab.worker.solver.taylor import TERMS, bend, change, combine, slope, stand
+from damperlab.worker.solver.windows import point_medium
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 

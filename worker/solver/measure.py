@@ -3,13 +3,21 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
-from worker.jit import inlined
-from worker.solver.bounds import u_bend, w_bend
-from worker.solver.extrema import raised
-from worker.solver.forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
-from worker.solver.scene import FRICTION_LOSS, PEAK, RELATIVE_PEAK, SQUARE, STUCK, VISCOUS_LOSS, WORK_IN
-from worker.solver.shaking import base_bend
-from worker.solver.taylor import curvature, rate_into, slope, value
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.bounds import u_bend, w_bend
+from damperlab.worker.solver.extrema import raised
+from damperlab.worker.solver.forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
+from damperlab.worker.solver.scene import (
+    FRICTION_LOSS,
+    PEAK,
+    RELATIVE_PEAK,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+)
+from damperlab.worker.solver.shaking import base_bend
+from damperlab.worker.solver.taylor import curvature, rate_into, slope, value
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)

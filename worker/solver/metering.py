@@ -4,11 +4,18 @@ from typing import Any
 
 from numba import types
 
-from worker.jit import by_type, inlined, kernel
-from worker.solver.bounds import u_bend, w_bend
-from worker.solver.extrema import raised
-from worker.solver.measure import Curves, Segment, find_peaks, measure_part, measure_window, peaks_at_ends
-from worker.solver.scene import (
+from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.solver.bounds import u_bend, w_bend
+from damperlab.worker.solver.extrema import raised
+from damperlab.worker.solver.measure import (
+    Curves,
+    Segment,
+    find_peaks,
+    measure_part,
+    measure_window,
+    peaks_at_ends,
+)
+from damperlab.worker.solver.scene import (
     FRICTION_LOSS,
     METERS,
     PEAK,
@@ -19,9 +26,9 @@ from worker.solver.scene import (
     WORK_IN,
     Meter,
 )
-from worker.solver.shaking import base_bend, expand_base, is_record
-from worker.solver.taylor import ORDER, rate_into, slope, value
-from worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.shaking import base_bend, expand_base, is_record
+from damperlab.worker.solver.taylor import ORDER, rate_into, slope, value
+from damperlab.worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 # What the meter of a record has besides.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ

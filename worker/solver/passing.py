@@ -1,12 +1,12 @@
 """What an event changes: slip, contact and velocities just after it, decided together so that they are consistent."""
 
-from worker.jit import inlined
-from worker.physics.friction import breakaway, hold_force, slip_direction
-from worker.physics.impact import impact_loss, part, rebound
-from worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from worker.solver.press import is_compliant, strike
-from worker.solver.releasing import release
-from worker.solver.scene import (
+from damperlab.worker.jit import inlined
+from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
+from damperlab.worker.physics.impact import impact_loss, part, rebound
+from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
+from damperlab.worker.solver.press import is_compliant, strike
+from damperlab.worker.solver.releasing import release
+from damperlab.worker.solver.scene import (
     ATTACHMENTS,
     FAR_WALL,
     IMPACT_LOSS,
@@ -21,7 +21,7 @@ from worker.solver.scene import (
     Dwell,
     State,
 )
-from worker.solver.shaking import acceleration_scale
+from damperlab.worker.solver.shaking import acceleration_scale
 
 # A chatter is cut short when what is left of it takes less than this share of a window. Joining the bodies then conserves
 # momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.

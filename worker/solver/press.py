@@ -9,14 +9,14 @@ The wall lets go where its force falls to zero, with some of the spring's energy
 wall: it flies until it is clear of it, or until spring and dashpot would push again.
 """
 
-from worker.jit import inlined, kernel
-from worker.physics.contact import spring_energy
-from worker.physics.friction import breakaway, slip_direction
-from worker.solver.contact_span import expand, to_event
-from worker.solver.leap import FEWEST_STEPS, leap, leapt, set_out, vibration
-from worker.solver.record import record
-from worker.solver.releasing import release
-from worker.solver.scene import (
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.physics.contact import spring_energy
+from damperlab.worker.physics.friction import breakaway, slip_direction
+from damperlab.worker.solver.contact_span import expand, to_event
+from damperlab.worker.solver.leap import FEWEST_STEPS, leap, leapt, set_out, vibration
+from damperlab.worker.solver.record import record
+from damperlab.worker.solver.releasing import release
+from damperlab.worker.solver.scene import (
     ARRIVED,
     BUDGET,
     CLEARANCE,
@@ -35,16 +35,16 @@ from worker.solver.scene import (
     Dwell,
     State,
 )
-from worker.solver.scene import PUSH as PUSHED
-from worker.solver.shaking import (
+from damperlab.worker.solver.scene import PUSH as PUSHED
+from damperlab.worker.solver.shaking import (
     acceleration_scale,
     expand_base,
     phase_after,
     phase_at,
     phase_until,
 )
-from worker.solver.slow_fast import DIM
-from worker.solver.unpressed import set_free
+from damperlab.worker.solver.slow_fast import DIM
+from damperlab.worker.solver.unpressed import set_free
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding

@@ -24,12 +24,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.jit import kernel
-from worker.physics.contact import reduced_mass
-from worker.solver.memory import address
-from worker.solver.slow_fast import DIM, contact_rates, split
-from worker.solver.taylor import TERMS
-from worker.solver.windows import LARGEST_WINDOW
+from damperlab.worker.jit import kernel
+from damperlab.worker.physics.contact import reduced_mass
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.slow_fast import DIM, contact_rates, split
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import LARGEST_WINDOW
 
 RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
 """Sets of rows: x, x + s, y, F."""

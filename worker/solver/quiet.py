@@ -1,10 +1,10 @@
 """Proofs that nothing happens in a span: no function whose zeros are events can have one there."""
 
-from worker.jit import inlined
-from worker.physics.friction import hold_force
-from worker.solver.bounds import motion_bounds, u_bend, w_bend
-from worker.solver.dwell import is_dwelling, time_left
-from worker.solver.shaking import base_bend
+from damperlab.worker.jit import inlined
+from damperlab.worker.physics.friction import hold_force
+from damperlab.worker.solver.bounds import motion_bounds, u_bend, w_bend
+from damperlab.worker.solver.dwell import is_dwelling, time_left
+from damperlab.worker.solver.shaking import base_bend
 
 
 @inlined

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.dwell import approach_speed
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.dwell import approach_speed
 
 COLUMNS = (
     "start",

@@ -1,8 +1,8 @@
 """A wall that stops pushing."""
 
-from worker.jit import inlined
-from worker.solver.scene import State
-from worker.solver.shaking import acceleration_scale
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.scene import State
+from damperlab.worker.solver.shaking import acceleration_scale
 
 
 @inlined

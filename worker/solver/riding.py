@@ -4,10 +4,10 @@ from typing import Any
 
 from numba import types
 
-from worker.jit import by_type, inlined, kernel
-from worker.solver.pressed import Contact, make_contact, point_contact
-from worker.solver.scene import Particle, Wall
-from worker.solver.windows import Medium, make_medium, point_medium
+from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.solver.pressed import Contact, make_contact, point_contact
+from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.solver.windows import Medium, make_medium, point_medium
 
 
 @kernel

@@ -6,12 +6,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.solver.pressed import DEPTH, RELATIVE, Pressed, combine_rows
-from worker.solver.record import APPROACH, DURATION, EVENT, GAP, P_RATE, RIDING, SLIP, START, WALL, Log, V, W
-from worker.solver.scene import FAR_WALL, NEAR_WALL, Particle
-from worker.solver.shaking import expand_base, phase_of_sine
-from worker.solver.slow_fast import DIM, fast_later
-from worker.solver.taylor import TERMS, combine, slope, stand, value
+from damperlab.worker.solver.pressed import DEPTH, RELATIVE, Pressed, combine_rows
+from damperlab.worker.solver.record import (
+    APPROACH,
+    DURATION,
+    EVENT,
+    GAP,
+    P_RATE,
+    RIDING,
+    SLIP,
+    START,
+    WALL,
+    Log,
+    V,
+    W,
+)
+from damperlab.worker.solver.scene import FAR_WALL, NEAR_WALL, Particle
+from damperlab.worker.solver.shaking import expand_base, phase_of_sine
+from damperlab.worker.solver.slow_fast import DIM, fast_later
+from damperlab.worker.solver.taylor import TERMS, combine, slope, stand, value
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""

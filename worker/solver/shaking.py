@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 from numba import types
 from numpy.typing import NDArray
 
-from worker.jit import by_type, inlined
-from worker.solver.memory import address
-from worker.solver.scene import State
-from worker.solver.taylor import TERMS, slope, value
-from worker.solver.windows import Base, point_base
+from damperlab.worker.jit import by_type, inlined
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.scene import State
+from damperlab.worker.solver.taylor import TERMS, slope, value
+from damperlab.worker.solver.windows import Base, point_base
 
 
 class RecordBase(NamedTuple):

@@ -4,7 +4,7 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 
-from worker.jit import kernel
+from damperlab.worker.jit import kernel
 
 DIM = 6
 """Coordinates X, X', sin φ, cos φ, y, y' of a contact (`pressed.py`)."""

@@ -11,7 +11,7 @@ four; a segment's coefficients are then a sum of four constant rows, which the p
 
 import numpy as np
 
-from worker.jit import inlined, kernel
+from damperlab.worker.jit import inlined, kernel
 
 ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""

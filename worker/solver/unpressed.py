@@ -2,24 +2,24 @@
 
 from math import inf
 
-from worker.jit import kernel
-from worker.physics.contact import spring_energy
-from worker.solver.contact_span import friction_event
-from worker.solver.crossing import first_crossing
-from worker.solver.press_measure import measure_contact, raise_peaks
-from worker.solver.scene import (
+from damperlab.worker.jit import kernel
+from damperlab.worker.physics.contact import spring_energy
+from damperlab.worker.solver.contact_span import friction_event
+from damperlab.worker.solver.crossing import first_crossing
+from damperlab.worker.solver.press_measure import measure_contact, raise_peaks
+from damperlab.worker.solver.scene import (
     CLEARANCE,
     IMPACT_LOSS,
     STUCK,
     Dwell,
     State,
 )
-from worker.solver.scene import PUSH as PUSHED
-from worker.solver.shaking import (
+from damperlab.worker.solver.scene import PUSH as PUSHED
+from damperlab.worker.solver.shaking import (
     carry,
     expand_base,
 )
-from worker.solver.taylor import (
+from damperlab.worker.solver.taylor import (
     TERMS,
     change,
     combine,

@@ -11,10 +11,10 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from worker.jit import by_type, inlined, kernel
-from worker.solver.forms import base_forms, medium_forms
-from worker.solver.memory import address
-from worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
+from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.solver.forms import base_forms, medium_forms
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
 
 LARGEST_WINDOW = 0.4
 """Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the Taylor remainder below rounding."""

@@ -1,9 +1,16 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
-from worker.jit import kernel
-from worker.physics.contact import spring_energy
-from worker.physics.impact import kept_energy
-from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, PEAK, RELATIVE_PEAK, VISCOUS_LOSS, WORK_IN
+from damperlab.worker.jit import kernel
+from damperlab.worker.physics.contact import spring_energy
+from damperlab.worker.physics.impact import kept_energy
+from damperlab.worker.solver.scene import (
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    PEAK,
+    RELATIVE_PEAK,
+    VISCOUS_LOSS,
+    WORK_IN,
+)
 
 
 @kernel

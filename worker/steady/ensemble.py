@@ -6,10 +6,10 @@ from math import cos, hypot, log, pi, sin
 
 import numpy as np
 
-from studies.variables import ResponseClass, Status
-from worker.solver.scene import Particle, State
-from worker.steady.response import Response
-from worker.steady.start import at_rest, moving
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.solver.scene import Particle, State
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0
 """Largest amplitude drawn, over Z: the structure alone has no bound without damping at resonance."""

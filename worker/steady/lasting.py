@@ -7,14 +7,14 @@ the speed at which it came, with the sign of the wall, so that they change sign 
 
 from math import cos, sin
 
-from worker.jit import inlined, kernel
-from worker.solver.pressed import DEPTH, RELATIVE, combine_rows
-from worker.solver.record import APPROACH, DURATION, EVENT, GAP, RIDING, SLIP, START, WALL, V, W
-from worker.solver.riding import medium_of, point_loaded
-from worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN
-from worker.solver.slow_fast import DIM, fast_later
-from worker.solver.taylor import TERMS, bend, change, combine, slope, value
-from worker.steady.field import relative_acceleration
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.pressed import DEPTH, RELATIVE, combine_rows
+from damperlab.worker.solver.record import APPROACH, DURATION, EVENT, GAP, RIDING, SLIP, START, WALL, V, W
+from damperlab.worker.solver.riding import medium_of, point_loaded
+from damperlab.worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN
+from damperlab.worker.solver.slow_fast import DIM, fast_later
+from damperlab.worker.solver.taylor import TERMS, bend, change, combine, slope, value
+from damperlab.worker.steady.field import relative_acceleration
 
 # Flights of a chatter shorter than this [1/ω_n] are left out: their length, of speeds near rounding, has few digits. What
 # they change is in proportion to it.

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.variables import ResponseClass, Status
+from damperlab.studies.variables import ResponseClass, Status
 
 Values = NDArray[np.float64]
 

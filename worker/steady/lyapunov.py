@@ -4,10 +4,10 @@ from math import inf, log, sqrt
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.march import half_cycle
-from worker.solver.scene import ARRIVED
-from worker.steady.tangent import SIZE, propagate
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.scene import ARRIVED
+from damperlab.worker.steady.tangent import SIZE, propagate
 
 _BATCHES = 16
 

@@ -4,11 +4,11 @@ from math import ceil, inf, sqrt
 
 import numpy as np
 
-from worker.jit import inlined, kernel
-from worker.solver.march import half_cycle
-from worker.solver.scene import ARRIVED, IMPACTS, Dwell, State
-from worker.steady.lasting import is_contact
-from worker.steady.tangent import SIZE, propagate, spectral_radius
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.scene import ARRIVED, IMPACTS, Dwell, State
+from damperlab.worker.steady.lasting import is_contact
+from damperlab.worker.steady.tangent import SIZE, propagate, spectral_radius
 
 _ITERATIONS = 10
 _CLOSED = 1e-13  # relative distance from closure that counts as rounding

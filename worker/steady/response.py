@@ -3,10 +3,10 @@
 from math import nan, pi, sqrt
 from typing import NamedTuple
 
-from studies.variables import ResponseClass
-from worker.jit import kernel
-from worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, SPEED, SQUARE, STUCK, VISCOUS_LOSS
-from worker.steady.energy import energy_residual
+from damperlab.studies.variables import ResponseClass
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, SPEED, SQUARE, STUCK, VISCOUS_LOSS
+from damperlab.worker.steady.energy import energy_residual
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
@@ -31,7 +31,7 @@ FEWEST_STUCK = 1.0 - 1e-6
 
 
 class Response(NamedTuple):
-    """The measures of one design point, named as in `studies.variables`."""
+    """The measures of one design point, named as in `damperlab.studies.variables`."""
 
     amplitude_ratio: float
     amplitude_ratio_max: float

@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.jit import kernel
-from worker.solver.march import half_cycle
-from worker.solver.record import Log, empty_log
-from worker.solver.riding import make_loaded
-from worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
-from worker.solver.taylor import TERMS
-from worker.solver.windows import make_base, make_medium
-from worker.steady.orbit import coordinates
-from worker.steady.section import LONGEST, RING
-from worker.steady.tangent import SIZE
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.record import Log, empty_log
+from damperlab.worker.solver.riding import make_loaded
+from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.taylor import TERMS
+from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.steady.orbit import coordinates
+from damperlab.worker.steady.section import LONGEST, RING
+from damperlab.worker.steady.tangent import SIZE
 
 _SEGMENTS_PER_CYCLE = 2000  # budget: beyond it impacts follow each other too fast to resolve
 _LOG_ROWS = 4096

@@ -5,14 +5,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
-from worker.steady.energy import stored_energy
-from worker.steady.orbit import APPROACHES, LEAVES, active_size, around, coordinates, find_orbit, follows
-from worker.steady.run import advance, metered_cycle
-from worker.steady.section import LONGEST, RING, extent, near_period, recurrence, settled_period
-from worker.steady.statistics import mean_and_error
-from worker.steady.tangent import SIZE, spectral_radius
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
+from damperlab.worker.steady.energy import stored_energy
+from damperlab.worker.steady.orbit import (
+    APPROACHES,
+    LEAVES,
+    active_size,
+    around,
+    coordinates,
+    find_orbit,
+    follows,
+)
+from damperlab.worker.steady.run import advance, metered_cycle
+from damperlab.worker.steady.section import LONGEST, RING, extent, near_period, recurrence, settled_period
+from damperlab.worker.steady.statistics import mean_and_error
+from damperlab.worker.steady.tangent import SIZE, spectral_radius
 
 _CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
 _BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic

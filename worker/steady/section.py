@@ -2,8 +2,8 @@
 
 from math import inf, sqrt
 
-from worker.jit import kernel
-from worker.steady.tangent import SIZE
+from damperlab.worker.jit import kernel
+from damperlab.worker.steady.tangent import SIZE
 
 RING = 128
 """Half cycles remembered, as section coordinates v, w, p, p'."""

@@ -4,20 +4,20 @@ from math import nan
 
 import numpy as np
 
-from studies.variables import ResponseClass, Status
-from worker.jit import kernel
-from worker.solver.march import half_cycle
-from worker.solver.scene import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
-from worker.steady.energy import stored_energy
-from worker.steady.lyapunov import is_chaotic
-from worker.steady.orbit import around, coordinates, orbit_multiplier
-from worker.steady.response import failed, measured_response
-from worker.steady.run import make_notes, make_scene, metered_cycle
-from worker.steady.search import Settings, search
-from worker.steady.section import SAME
-from worker.steady.start import at_rest
-from worker.steady.statistics import mean_and_error
-from worker.steady.tangent import SIZE
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.march import half_cycle
+from damperlab.worker.solver.scene import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
+from damperlab.worker.steady.energy import stored_energy
+from damperlab.worker.steady.lyapunov import is_chaotic
+from damperlab.worker.steady.orbit import around, coordinates, orbit_multiplier
+from damperlab.worker.steady.response import failed, measured_response
+from damperlab.worker.steady.run import make_notes, make_scene, metered_cycle
+from damperlab.worker.steady.search import Settings, search
+from damperlab.worker.steady.section import SAME
+from damperlab.worker.steady.start import at_rest
+from damperlab.worker.steady.statistics import mean_and_error
+from damperlab.worker.steady.tangent import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
 

@@ -1,8 +1,8 @@
 """States at phase 0 that a run may start from."""
 
-from worker.jit import kernel
-from worker.solver.dwell import dwell_at_rest
-from worker.solver.scene import State
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.dwell import dwell_at_rest
+from damperlab.worker.solver.scene import State
 
 
 @kernel

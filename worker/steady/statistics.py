@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from worker.jit import kernel
+from damperlab.worker.jit import kernel
 
 # Odd and without a common factor: batches of a whole number of periods would see no spread at all.
 _BATCHES = (9, 19, 37)

@@ -4,12 +4,12 @@ from math import isfinite, nan
 
 import numpy as np
 
-from studies.variables import ResponseClass, Status
-from worker.jit import kernel
-from worker.rk4 import Stepped, step_rk4
-from worker.solver.scene import COUNTS, IMPACTS
-from worker.steady.response import Response, failed
-from worker.steady.statistics import mean_and_error
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.jit import kernel
+from damperlab.worker.rk4 import Stepped, step_rk4
+from damperlab.worker.solver.scene import COUNTS, IMPACTS
+from damperlab.worker.steady.response import Response, failed
+from damperlab.worker.steady.statistics import mean_and_error
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)

@@ -11,14 +11,14 @@ from math import log as natural_log
 
 import numpy as np
 
-from worker.jit import kernel
-from worker.solver.dwell import dwell_at_rest
-from worker.solver.record import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
-from worker.solver.riding import medium_of
-from worker.solver.scene import FAR_WALL, NEAR_WALL, TURN
-from worker.solver.taylor import TERMS, combine, slope, value
-from worker.steady.field import relative_acceleration
-from worker.steady.lasting import propagate_lasting
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.dwell import dwell_at_rest
+from damperlab.worker.solver.record import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
+from damperlab.worker.solver.riding import medium_of
+from damperlab.worker.solver.scene import FAR_WALL, NEAR_WALL, TURN
+from damperlab.worker.solver.taylor import TERMS, combine, slope, value
+from damperlab.worker.steady.field import relative_acceleration
+from damperlab.worker.steady.lasting import propagate_lasting
 
 SIZE = 4
 """Components of a tangent vector."""

@@ -1,4 +1,4 @@
-"""Changes of the catalogue's schema, in order; run by `studies.store.catalogue` as it opens an older one."""
+"""Changes of the catalogue's schema, in order; run by `damperlab.studies.store.catalogue` as it opens an older one."""
 
 HEAD = "0003"
-"""The newest revision, which `studies.store.tables` describes."""
+"""The newest revision, which `damperlab.studies.store.tables` describes."""

@@ -20,7 +20,7 @@ LINEAR: dict[str, Any] = {
 
 
 def command(*arguments: str | Path) -> list[str]:
-    return [sys.executable, "-m", "service.cli.main", *map(str, arguments)]
+    return [sys.executable, "-m", "damperlab.service.cli.main", *map(str, arguments)]
 
 
 def environment() -> dict[str, str]:

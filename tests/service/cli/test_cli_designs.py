@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from studies.store.store import Store
 from tests.oracles import forced_friction, transmissibility, tuned_mass
 from tests.service.cli.commands import run
+
+from damperlab.studies.store.store import Store
 
 PNG = b"\x89PNG\r\n\x1a\n"
 DAMPING = 0.02

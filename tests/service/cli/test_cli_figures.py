@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from service.figures.comparison import draw_comparison
-from service.figures.resonance_map import draw_map
-from service.figures.style import is_logarithmic, save
-from studies.answers.resonance_map import resonance_map
-from studies.answers.tmd_comparison import tmd_comparison
-from studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.service.figures.comparison import draw_comparison
+from damperlab.service.figures.resonance_map import draw_map
+from damperlab.service.figures.style import is_logarithmic, save
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 

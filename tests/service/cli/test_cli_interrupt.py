@@ -10,9 +10,10 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
-from studies.store.record import Record
-from studies.store.store import Store
 from tests.service.cli.commands import END_SECONDS, LINEAR, run, start
+
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 
 
 def slow_study(name: str, frictions: int) -> dict[str, Any]:

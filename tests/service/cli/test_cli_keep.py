@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from studies.store.store import Store
-from studies.store.verify import verify
 from tests.service.cli.commands import run
+
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
 from tests.service.cli.commands import END_SECONDS, LINEAR, command, environment, run
 
 # Root may write where permissions say no; without two of its capabilities it is held to them like everybody else.

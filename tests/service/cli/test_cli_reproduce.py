@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from studies.paper import paper_numbers
 from tests.oracles import forced_friction, transmissibility, tuned_mass
 from tests.service.cli.commands import END_SECONDS, run
+
+from damperlab.studies.paper import paper_numbers
 
 PNG = b"\x89PNG\r\n\x1a\n"
 DAMPING = 0.0038

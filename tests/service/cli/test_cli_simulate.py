@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 
 import pytest
-
 from tests.service.cli.commands import run
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -21,7 +20,7 @@ def test_the_bare_structure_has_no_particle_and_the_closed_form_amplitude() -> N
 
 
 def test_a_number_of_cycles_ends_exactly_there_and_every_digit_is_printed(tmp_path: Path) -> None:
-    from service.simulation import compute, read_simulation
+    from damperlab.service.simulation import compute, read_simulation
 
     point = {"clearance_ratio": 5.0, "friction_ratio": 0.3, "restitution": 0.5, "frequency_ratio": 1.1}
     flags = [part for name, value in point.items() for part in (f"--{name.replace('_', '-')}", str(value))]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-
-from studies.store.store import Store
-from studies.variables import DIMENSIONS, STANDARD
 from tests.service.cli.commands import run
+
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import DIMENSIONS, STANDARD
 
 Stored = tuple[Path, dict[str, Any]]
 PNG = b"\x89PNG\r\n\x1a\n"

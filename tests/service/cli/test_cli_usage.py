@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from tests.service.cli.commands import run
 
 HEAVY = (
@@ -22,7 +21,9 @@ HEAVY = (
 
 
 def test_help_loads_none_of_the_heavy_libraries() -> None:
-    program = f"import sys, service.cli.main; print([name for name in {HEAVY!r} if name in sys.modules])"
+    program = (
+        f"import sys, damperlab.service.cli.main; print([name for name in {HEAVY!r} if name in sys.modules])"
+    )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "[]"
 

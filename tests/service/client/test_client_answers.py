@@ -1,4 +1,4 @@
-"""Every answer that the client gives is the Dataset that `studies.answers` makes of the same cube."""
+"""Every answer that the client gives is the Dataset that `damperlab.studies.answers` makes of the same cube."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.client import Client, Study
-from studies.answers.compared_response import compared_response
-from studies.answers.frequency_response import frequency_response
-from studies.answers.merged import merged_designs
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.pareto import pareto_front
-from studies.answers.refine import refine_boundary, refine_optimum
-from studies.answers.resonance_map import resonance_map
-from studies.answers.robust import robust_designs
-from studies.answers.tmd_comparison import tmd_comparison
-from studies.answers.work_precision import work_precision
-from studies.definition import parse_study
-from studies.store.store import Store
+from damperlab.service.client import Client, Study
+from damperlab.studies.answers.compared_response import compared_response
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.robust import robust_designs
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.definition import parse_study
+from damperlab.studies.store.store import Store
 
 # Friction alone: one kernel, and classes from locked to sliding. With the particle there is a mass to compare.
 FRICTION: dict[str, Any] = {
@@ -276,8 +276,8 @@ def test_simulation_is_that_of_the_solver(remote: Client, tmp_path: Path) -> Non
 
 
 def test_simulation_for_a_number_of_cycles_ends_where_the_solver_does(remote: Client) -> None:
-    from worker.simulate import Design, simulate
-    from worker.solver.scene import Particle
+    from damperlab.worker.simulate import Design, simulate
+    from damperlab.worker.solver.scene import Particle
 
     found = remote.simulate(0.9, clearance_ratio=8.0, friction_ratio=0.3, cycles=5, history=0)
     local = simulate(Design(0.0038, 0.9, 0.3, Particle(8.0, 0.47, 0.1)), 5)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.client import Client, Refused
+from damperlab.service.client import Client, Refused
 
 # one second at 5 Hz, in g
 STEP_S, SAMPLES = 0.01, 101

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.client import Client
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
+from damperlab.service.client import Client
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 
 SIDE, STEP = 1000, 100
 

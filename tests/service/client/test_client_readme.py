@@ -10,13 +10,13 @@ from typing import Any
 import httpx
 import pytest
 
-import service.client as package
-from service.client import Client, Study
-from studies.answers.design_question import OBJECTIVES
-from studies.answers.pareto import RESPECTS
-from studies.answers.resonance_map import REDUCTIONS
-from studies.tmd.tunings import CRITERIA
-from studies.variables import DIMENSIONS
+import damperlab.service.client as package
+from damperlab.service.client import Client, Study
+from damperlab.studies.answers.design_question import OBJECTIVES
+from damperlab.studies.answers.pareto import RESPECTS
+from damperlab.studies.answers.resonance_map import REDUCTIONS
+from damperlab.studies.tmd.tunings import CRITERIA
+from damperlab.studies.variables import DIMENSIONS
 
 README = (Path(__file__).parents[3] / "README.md").read_text()
 SECTION = README[README.index("## From Python") :].partition("\n## ")[0]

@@ -9,7 +9,16 @@ from typing import Any
 
 import pytest
 
-from service.client import Client, Denied, NotFound, Problem, Refused, Unavailable, Unreachable, transport
+from damperlab.service.client import (
+    Client,
+    Denied,
+    NotFound,
+    Problem,
+    Refused,
+    Unavailable,
+    Unreachable,
+    transport,
+)
 
 
 def test_refused_study_names_every_fault(service: Any) -> None:

@@ -12,13 +12,13 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from service.reports import keep_report
-from worker.accuracy.diagram import draw_diagrams
-from worker.accuracy.extremes import Extreme
-from worker.accuracy.methods import METHODS
-from worker.accuracy.scenes import SCENES
-from worker.accuracy.stability import stability_table
-from worker.simulate import Design
+from damperlab.service.reports import keep_report
+from damperlab.worker.accuracy.diagram import draw_diagrams
+from damperlab.worker.accuracy.extremes import Extreme
+from damperlab.worker.accuracy.methods import METHODS
+from damperlab.worker.accuracy.scenes import SCENES
+from damperlab.worker.accuracy.stability import stability_table
+from damperlab.worker.simulate import Design
 
 FIRST_VIEW_BYTES = 1_500_000
 KNOWN_POINTS = """() => {

@@ -11,7 +11,7 @@ import httpx
 import numpy as np
 import pytest
 
-from service.page.files import PLOTLY, page_names, page_version
+from damperlab.service.page.files import PLOTLY, page_names, page_version
 
 FOLDER = Path(__file__).parents[3] / "service" / "page"
 FIRST_VIEW_BYTES = 1_500_000

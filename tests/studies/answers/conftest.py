@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from studies.variables import ResponseClass, Status
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import ResponseClass, Status
 
 AXES = {
     "clearance_ratio": [1.0, 2.0, 5.0, 10.0, 20.0],

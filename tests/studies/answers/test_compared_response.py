@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.answers.compared_response import compared_response
-from studies.answers.faults import QueryFault
-from studies.definition import parse_study
-from studies.plan import Block
-from studies.variables import DIMENSIONS, VARIABLES
-from worker.block import solve_block
+from damperlab.studies.answers.compared_response import compared_response
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.worker.block import solve_block
 
 FREQUENCIES = [1.05, 1.07, 1.09, 1.095, 1.1, 1.105, 1.11, 1.115, 1.12, 1.15]
 

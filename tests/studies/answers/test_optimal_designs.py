@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-import studies.answers.optimal_designs
-from studies.answers.design_question import DESIGN
-from studies.answers.faults import QueryFault
-from studies.answers.optimal_designs import optimal_designs
+import damperlab.studies.answers.optimal_designs
+from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.optimal_designs import optimal_designs
 
 
 def _by_hand(whole, objective, low=0.0, high=9.0, locked=True, speed=np.inf, ranges=None):
@@ -60,7 +60,7 @@ QUESTIONS = [
 @pytest.mark.parametrize("question", range(len(QUESTIONS)))
 @pytest.mark.parametrize("objective", ["resonance", "peak", "band_mean", "band_rms"])
 def test_the_ranking_is_that_of_the_whole_cube(cube, whole, monkeypatch, objective, question, budget):
-    monkeypatch.setattr(studies.answers.optimal_designs, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.answers.optimal_designs, "BUDGET", budget)
     asked, by_hand = QUESTIONS[question]
     band = {} if objective == "resonance" else {"band": (0.8, 1.0)}
     limits = {} if objective == "resonance" else {"low": 0.8, "high": 1.0}

@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 import xarray as xr
-
-from studies.answers.flatness import LOSS
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.refine import refine_optimum
-from studies.definition import parse_study
 from tests.benchmarks.optimum import drawn, finer, solved
+
+from damperlab.studies.answers.flatness import LOSS
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.refine import refine_optimum
+from damperlab.studies.definition import parse_study
 
 PARAMETERS = ("clearance_ratio", "friction_ratio")
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.answers.faults import QueryFault
-from studies.answers.merged import merged_designs
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.refine import refine_boundary, refine_optimum
-from studies.definition import Study, parse_study
-from studies.plan import make_plan
-from studies.store.cube import write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from worker.block import solve_block
-from worker.cost import seconds_per_point
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import make_plan
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
 
 FRICTION = {
     "name": "friction alone",

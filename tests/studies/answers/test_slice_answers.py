@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import studies.answers.resonance_map
-from studies.answers.faults import QueryFault
-from studies.answers.frequency_response import frequency_response
-from studies.answers.resonance_map import resonance_map
+import damperlab.studies.answers.resonance_map
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.resonance_map import resonance_map
 
 
 def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
@@ -90,7 +90,7 @@ def test_any_two_dimensions_make_a_map(cube, whole):
 @pytest.mark.parametrize("budget", [1, 45, 10**6])
 @pytest.mark.parametrize("reduce", ["max", "min"])
 def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch, budget, reduce):
-    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
     answer = resonance_map(
         cube,
         "clearance_ratio",
@@ -118,7 +118,7 @@ def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch,
 
 @pytest.mark.parametrize("budget", [1, 10**6])
 def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, budget):
-    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
     answer = resonance_map(
         cube,
         "clearance_ratio",
@@ -142,7 +142,7 @@ def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, b
 @pytest.mark.parametrize("budget", [1, 45, 10**6])
 @pytest.mark.parametrize("reduce", ["max", "min", "mean"])
 def test_a_reduction_is_that_of_the_worst_frequency(cube, whole, monkeypatch, budget, reduce):
-    monkeypatch.setattr(studies.answers.resonance_map, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
     answer = resonance_map(cube, "clearance_ratio", "friction_ratio", over="restitution", reduce=reduce)
     part = whole.isel(damping_ratio=0, mass_ratio=0)
     worst = part["amplitude_ratio"].max("frequency_ratio")

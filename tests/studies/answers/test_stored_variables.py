@@ -5,16 +5,16 @@ import math
 
 import pytest
 
-from studies.answers.faults import QueryFault
-from studies.answers.frequency_response import frequency_response
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.pareto import pareto_front
-from studies.answers.refine import refine_boundary, refine_optimum
-from studies.answers.resonance_map import resonance_map
-from studies.answers.robust import robust_designs
-from studies.answers.tmd_comparison import tmd_comparison
-from studies.answers.work_precision import work_precision
-from studies.definition import parse_study
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.robust import robust_designs
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.definition import parse_study
 
 PLANE = ("clearance_ratio", "friction_ratio")
 

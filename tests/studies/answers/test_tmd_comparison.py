@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-
-from studies.answers.faults import QueryFault
-from studies.answers.tmd_comparison import tmd_comparison
 from tests.oracles import transmissibility, tuned_mass
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
 
 def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.answers.design_question import DESIGN
-from studies.answers.faults import QueryFault
-from studies.answers.flatness import LOSS
-from studies.answers.optimal_designs import optimal_designs
-from studies.answers.pareto import pareto_front
-from studies.answers.robust import robust_designs
-from studies.answers.work_precision import work_precision
-from studies.variables import DIMENSIONS
+from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.flatness import LOSS
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.robust import robust_designs
+from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.variables import DIMENSIONS
 
 
 def _rows(whole, band):
@@ -44,7 +44,7 @@ def _rows(whole, band):
     ],
 )
 def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, respects, columns):
-    monkeypatch.setattr("studies.answers.pareto.BUDGET", budget)
+    monkeypatch.setattr("damperlab.studies.answers.pareto.BUDGET", budget)
     rows = _rows(whole, (0.8, 1.2))
     points = np.array([[row[c] for c in columns] for row in rows])
     beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]

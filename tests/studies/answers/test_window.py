@@ -8,8 +8,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studies.answers.faults import QueryFault
-from studies.answers.window import window
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.window import window
 
 
 def _map(rows: int, columns: int) -> xr.Dataset:

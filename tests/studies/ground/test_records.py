@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studies.faults import StudyFaults
-from studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
-from studies.ground.files import read_record
-from studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajimi, spectrum
-from studies.ground.motion import STANDARD_GRAVITY, GroundMotion
-from studies.ground.question import read_earthquake
-from studies.ground.shelf import RecordNotFound, Shelf
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
+from damperlab.studies.ground.files import read_record
+from damperlab.studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajimi, spectrum
+from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
+from damperlab.studies.ground.question import read_earthquake
+from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
 A quake, 1/1/2000, A station, 90

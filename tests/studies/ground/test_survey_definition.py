@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.definition import Study, parse_study
-from studies.digest import family_digest
-from studies.faults import StudyFaults
-from studies.ground.motion import GroundMotion
-from studies.ground.shelf import Shelf
-from studies.ground.survey import Survey
-from studies.ground.variables import VARIABLES
-from studies.plan import make_plan
-from worker.cost import seconds_per_point
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.digest import family_digest
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.variables import VARIABLES
+from damperlab.studies.plan import make_plan
+from damperlab.worker.cost import seconds_per_point
 
 ASKED: dict[str, Any] = {
     "records": ["northridge", "el-centro"],

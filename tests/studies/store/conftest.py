@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.definition import Study, parse_study
-from studies.plan import Block, Plan, plan_with_chunk
-from studies.store.cube import stored_variables
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block, Plan, plan_with_chunk
+from damperlab.studies.store.cube import stored_variables
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 
 CHUNK = (1, 1, 1, 2, 2, 3)
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from studies.store.backup import copy_store
-from studies.store.chunks import BlockDamaged
-from studies.store.cube import write_region
-from studies.store.faults import StoreFault
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage
-from studies.store.verify import verify
+from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.chunks import BlockDamaged
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.verify import verify
 
 METRICS = ["amplitude_ratio", "period"]
 

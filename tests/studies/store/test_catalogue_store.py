@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
-from studies.store.store import Store
+from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.store import Store
 
 
 def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, make_plan_of):

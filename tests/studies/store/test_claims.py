@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-import studies.store.claims
-from studies.store.cube import write_region
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage
-from studies.store.verify import verify
+import damperlab.studies.store.claims
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.verify import verify
 
 _OTHER_CLOCK = """
 import sys, time
 from pathlib import Path
 real, ahead = time.time, float(sys.argv[4])
 time.time = lambda: real() + ahead
-from studies.store.store import Store
+from damperlab.studies.store.store import Store
 store = Store.open(Path(sys.argv[1]))
 print(store.claim(sys.argv[2], sys.argv[3]), flush=True)
 """
@@ -42,7 +42,7 @@ def study_id(store: Store, make_study, make_plan_of) -> str:
 def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
     store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(studies.store.claims, "CLAIM_SECONDS", 1.0)
+    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 1.0)
     # an owner elsewhere died; then the clock was set back by a day, so that its claim ends tomorrow
     assert claim_by_another_clock(store, study_id, "elsewhere:1:0123abcd", 86400.0)
     assert store.find(study_id).owner == "elsewhere:1:0123abcd"
@@ -57,7 +57,7 @@ def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
 def test_a_living_owner_keeps_its_claim_whatever_the_clock_says(
     store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(studies.store.claims, "CLAIM_SECONDS", 1.0)
+    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 1.0)
     assert claim_by_another_clock(store, study_id, "living", 86400.0)
     for _ in range(4):
         time.sleep(0.4)

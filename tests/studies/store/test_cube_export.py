@@ -11,12 +11,12 @@ import pyarrow.parquet
 import pytest
 import xarray as xr
 
-import studies.store.export
-from studies.store.cube import write_region
-from studies.store.export import csv_lines, write_netcdf
-from studies.store.parquet import parquet_pieces
-from studies.store.slabs import rows, slabs
-from studies.variables import DIMENSIONS
+import damperlab.studies.store.export
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.export import csv_lines, write_netcdf
+from damperlab.studies.store.parquet import parquet_pieces
+from damperlab.studies.store.slabs import rows, slabs
+from damperlab.studies.variables import DIMENSIONS
 
 SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 1, 1, 40)]
 
@@ -56,7 +56,7 @@ def test_slabs_and_rows_hold_every_point_once(shape, budget):
 
 @pytest.mark.parametrize("budget", [1, 16, 2**18])
 def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
-    monkeypatch.setattr(studies.store.export, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", budget)
     table = list(csv.reader("".join(csv_lines(cube)).splitlines()))
     names = [*DIMENSIONS, *cube.data_vars]
     assert table[0] == names
@@ -71,7 +71,7 @@ def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
 
 @pytest.mark.parametrize("budget", [1, 2**18])
 def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
-    monkeypatch.setattr(studies.store.export, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", budget)
     path = tmp_path / "cube.nc"
     write_netcdf(cube, path)
     with xr.open_dataset(path, engine="h5netcdf") as back:
@@ -95,8 +95,8 @@ def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
 
 
 def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan_of, tmp_path, monkeypatch):
-    monkeypatch.setattr(studies.store.export, "BUDGET", 4000)
-    monkeypatch.setattr(studies.store.export, "ROWS_AT_ONCE", 500)
+    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", 4000)
+    monkeypatch.setattr(damperlab.studies.store.export, "ROWS_AT_ONCE", 500)
     axes = {
         "clearance_ratio": {"start": 1, "stop": 25, "num": 40},
         "friction_ratio": {"start": 0, "stop": 1, "num": 20},
@@ -120,7 +120,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan
 
 
 def test_parquet_brings_every_bit_back_in_many_pieces(cube, monkeypatch):
-    monkeypatch.setattr(studies.store.export, "BUDGET", 7)
+    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", 7)
     pieces = list(parquet_pieces(cube))
     assert len(pieces) > 5
     file = pyarrow.parquet.ParquetFile(io.BytesIO(b"".join(pieces)))

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.store.checksum import checksum
-from studies.store.chunks import BlockDamaged
-from studies.store.cube import write_region
-from studies.store.faults import StudyBusy
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage, sweep
-from studies.store.verify import repair, verify
+from damperlab.studies.store.checksum import checksum
+from damperlab.studies.store.chunks import BlockDamaged
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage, sweep
+from damperlab.studies.store.verify import repair, verify
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
 

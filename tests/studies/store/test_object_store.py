@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-
-from studies.store.backup import copy_store
-from studies.store.bucket import Bucket, open_bucket
-from studies.store.cube import write_region
-from studies.store.faults import StoreAway, StoreFault
-from studies.store.record import BlockOutcome, Record
-from studies.store.shelf import ShelfAway
-from studies.store.store import Store
-from studies.store.sweep import collect_garbage, sweep
-from studies.store.verify import repair, verify
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+
+from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.bucket import Bucket, open_bucket
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreAway, StoreFault
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage, sweep
+from damperlab.studies.store.verify import repair, verify
 
 METRICS = ["amplitude_ratio", "response_class", "period"]
 _prefixes = itertools.count()
@@ -249,7 +249,7 @@ def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(
     server, opened, filled, monkeypatch, mode
 ):
     # as few tries as still tell a short trouble from a long one
-    monkeypatch.setattr("studies.store.bucket.RETRIES", 2)
+    monkeypatch.setattr("damperlab.studies.store.bucket.RETRIES", 2)
     record = filled(opened())
     with proxy_before(server.address) as proxy:
         monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])

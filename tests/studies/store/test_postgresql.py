@@ -14,12 +14,12 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import URL, create_engine, inspect, text
 
-import studies.store.migrations
-from studies.store.cube import write_region
-from studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
-from studies.store.tables import metadata
+import damperlab.studies.store.migrations
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import metadata
 
 SECONDS = 60
 
@@ -92,10 +92,10 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 import numpy as np
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio=[0.9, 1.0, 1.1])
 study = parse_study({"damping_ratio": 0.0038, "particle": False, "axes": axes})
 plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 1), lambda _, at: np.ones(len(at["mass_ratio"])))
@@ -167,7 +167,7 @@ def _older(url: str | URL, stamped: bool) -> None:
     """Make a catalogue as the first version left it, with one finished study in it."""
     engine = create_engine(url)
     config = Config()
-    config.set_main_option("script_location", str(Path(studies.store.migrations.__file__).parent))
+    config.set_main_option("script_location", str(Path(damperlab.studies.store.migrations.__file__).parent))
     with engine.begin() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "0001")

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from studies.store.cube import bytes_per_point
-from studies.store.faults import QuotaReached
-from studies.store.quota import Quota, Taken
-from studies.store.store import Store
+from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.faults import QuotaReached
+from damperlab.studies.store.quota import Quota, Taken
+from damperlab.studies.store.store import Store
 
 
 def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.store.store import Store
-from studies.variables import STANDARD, VARIABLES
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import STANDARD, VARIABLES
 
 SECONDS = 60
 """No process of these tests may live longer."""
@@ -23,11 +23,11 @@ PREAMBLE = """
 import sys
 from pathlib import Path
 import numpy as np
-from studies.definition import parse_study
-from studies.plan import plan_with_chunk
-from studies.store.cube import stored_variables, write_region
-from studies.store.record import BlockOutcome
-from studies.store.store import Store
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 
 axes = dict(clearance_ratio={"start": 1, "stop": 9, "num": 9}, friction_ratio={"start": 0, "stop": 0.8, "num": 9},
             restitution=0.5, mass_ratio=0.1, frequency_ratio=[0.9, 1.0, 1.1])

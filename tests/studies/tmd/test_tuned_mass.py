@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-
-from studies.tmd.absorber import Absorber
-from studies.tmd.minimax import minimax
-from studies.tmd.transfer import amplitude_ratio, highest, peaks, without_absorber
-from studies.tmd.tunings import CRITERIA, den_hartog, den_hartog_table4, exact_hinf, h2, tuned
 from tests.oracles import transmissibility, tuned_mass
+
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest, peaks, without_absorber
+from damperlab.studies.tmd.tunings import CRITERIA, den_hartog, den_hartog_table4, exact_hinf, h2, tuned
 
 MASSES = [0.01, 0.05, 0.1, 0.2, 1.0]
 

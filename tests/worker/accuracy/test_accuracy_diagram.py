@@ -5,15 +5,15 @@ from math import pi
 from pathlib import Path
 
 import pytest
-
 from tests.reference.make_accuracy import point_of
 from tests.reference.simulator import simulate as simulate_in_digits
-from worker.accuracy.diagram import Measurement, measure_method, observed_order
-from worker.accuracy.extremes import extreme_cases
-from worker.accuracy.methods import METHODS, Method
-from worker.accuracy.report import advantages, in_markdown, make_report
-from worker.accuracy.scenes import SCENES, references
-from worker.accuracy.stability import run_case
+
+from damperlab.worker.accuracy.diagram import Measurement, measure_method, observed_order
+from damperlab.worker.accuracy.extremes import extreme_cases
+from damperlab.worker.accuracy.methods import METHODS, Method
+from damperlab.worker.accuracy.report import advantages, in_markdown, make_report
+from damperlab.worker.accuracy.scenes import SCENES, references
+from damperlab.worker.accuracy.stability import run_case
 
 NAMES = ("u", "u_rate", "p", "p_rate")
 BY_NAME = {scene.name: scene for scene in SCENES}
@@ -103,7 +103,7 @@ def test_residual_above_its_limit_fails_a_case() -> None:
 
 
 def test_advantage_is_over_the_slower_of_ours_and_only_where_ours_is_no_worse() -> None:
-    from worker.accuracy.diagram import Curve, Diagram
+    from damperlab.worker.accuracy.diagram import Curve, Diagram
 
     ours = (
         Curve("a", "", (Measurement(0, 1e-14, 1.0),), None),

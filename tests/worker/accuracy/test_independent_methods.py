@@ -1,10 +1,10 @@
 """A general-purpose integrator with events, on the model written a second time, comes to the same states."""
 
 import pytest
-
 from tests.benchmarks._peers import scipy_method
-from worker.accuracy.methods import METHODS
-from worker.accuracy.scenes import SCENES, Scene, references
+
+from damperlab.worker.accuracy.methods import METHODS
+from damperlab.worker.accuracy.scenes import SCENES, Scene, references
 
 TOLERANCE = 1e-10
 EVENT = METHODS[0]

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-
-from studies.ground.builtin import builtin_record
-from studies.ground.motion import GroundMotion
-from studies.tmd.tunings import den_hartog, exact_hinf
 from tests.oracles.shaken_ground import Shaken, linear_end
-from worker.ground.absorber import absorber_history, absorber_response
-from worker.ground.design import Damper, Structure
-from worker.ground.response import HISTORY_COLUMNS, ground_history, ground_response
+
+from damperlab.studies.ground.builtin import builtin_record
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.tmd.tunings import den_hartog, exact_hinf
+from damperlab.worker.ground.absorber import absorber_history, absorber_response
+from damperlab.worker.ground.design import Damper, Structure
+from damperlab.worker.ground.response import HISTORY_COLUMNS, ground_history, ground_response
 
 PAPER = Structure()
 MASS = 0.1605

@@ -9,27 +9,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.answers.survey import worst_case_designs
-from studies.definition import parse_study
-from studies.ground.builtin import builtin_record
-from studies.ground.motion import GroundMotion
-from studies.ground.shelf import Shelf
-from studies.ground.survey import Survey
-from studies.plan import Block, plan_with_chunk
-from studies.store.backup import copy_store
-from studies.store.record import Record
-from studies.store.store import Store
-from studies.store.verify import repair, verify
-from studies.variables import Status
-from worker.cluster import connect
-from worker.cost import seconds_per_point
-from worker.ground.block import draw_of, solve_survey_block
-from worker.ground.comparison import CHAOTIC, spread, table_a1
-from worker.ground.design import Damper, Structure
-from worker.ground.response import ground_response
-from worker.provenance import code_hash, provenance
-from worker.runner import run_study
-from worker.tasks import run_block
+from damperlab.studies.answers.survey import worst_case_designs
+from damperlab.studies.definition import parse_study
+from damperlab.studies.ground.builtin import builtin_record
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import repair, verify
+from damperlab.studies.variables import Status
+from damperlab.worker.cluster import connect
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.ground.block import draw_of, solve_survey_block
+from damperlab.worker.ground.comparison import CHAOTIC, spread, table_a1
+from damperlab.worker.ground.design import Damper, Structure
+from damperlab.worker.ground.response import ground_response
+from damperlab.worker.provenance import code_hash, provenance
+from damperlab.worker.runner import run_study
+from damperlab.worker.tasks import run_block
 
 ASKED: dict[str, Any] = {
     "records": ["northridge", "northridge-360"],
@@ -176,7 +176,7 @@ def test_a_survey_goes_on_from_half_without_the_folder_of_records(
         ("record", "scale", "natural_frequency_hz", "damping_ratio")
     )
     np.testing.assert_array_equal(ranked["value"], np.sort(worst.values, axis=None)[:3])
-    monkeypatch.setattr("studies.answers.survey.BUDGET", 16)
+    monkeypatch.setattr("damperlab.studies.answers.survey.BUDGET", 16)
     assert worst_case_designs(cube, top=3).identical(ranked)
     best = ranked.isel(rank=0)
     where = {name: best[name].item() for name in cube["status"].dims}

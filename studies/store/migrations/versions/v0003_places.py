@@ -6,7 +6,7 @@ import numpy as np
 import sqlalchemy as sa
 from alembic import op
 
-from studies.variables import VARIABLES
+from damperlab.studies.variables import VARIABLES
 
 revision = "0003"
 down_revision = "0002"

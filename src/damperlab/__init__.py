@@ -1,0 +1,1 @@
+"""Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction."""
