@@ -160,6 +160,12 @@ RECORD: dict[str, Any] = {
                     "id": {"type": "string", "description": "first 12 hex digits of the digest"},
                     "name": {"type": "string"},
                     "state": {"enum": ["queued", "running", "done", "cancelled", "failed"]},
+                    "phase": {
+                        "enum": ["queued", "starting", "compiling", "running", "done", "cancelled", "failed"],
+                        "description": "the state, or what a running study does before its blocks",
+                    },
+                    "phase_done": {"type": ["integer", "null"], "description": "kernels compiled"},
+                    "phase_total": {"type": ["integer", "null"], "description": "kernels to compile"},
                     "points_total": {"type": "integer"},
                     "points_done": {"type": "integer"},
                     "points_failed": {"type": "integer"},

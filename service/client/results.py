@@ -139,6 +139,8 @@ class Accuracy:
 
 def read_record(document: Mapping[str, Any]) -> Record:
     """Read a study's record; what a newer service says beyond it is passed over."""
+    # a service of before has no phases
+    document = {"phase": document["state"], "phase_done": None, "phase_total": None, **document}
     values = {field.name: document[field.name] for field in fields(Record)}
     for name in ("created", "started", "finished"):
         values[name] = None if values[name] is None else datetime.fromisoformat(values[name])

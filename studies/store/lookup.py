@@ -8,7 +8,7 @@ from sqlalchemy import func, select, update
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.record import STATES, Page, Record, Totals
+from damperlab.studies.store.record import PREPARATIONS, STATES, Page, Record, Totals
 from damperlab.studies.store.rows import (
     ALIVE,
     alive_row,
@@ -149,7 +149,7 @@ class Lookup(StoreBase):
             row = study_row(connection, study_id)
             if row.state not in only_from or owner not in (None, row.claim_owner):
                 return record_of(row)
-            change: dict[str, Any] = {"state": state}
+            change: dict[str, Any] = {"state": state} | _phase(None)
             if message is not None:
                 change["message"] = message or None
             if state == "running":
@@ -166,11 +166,46 @@ class Lookup(StoreBase):
                 )
             return record_of(study_row(connection, study_id))
 
+    def set_phase(
+        self,
+        study_id: str,
+        phase: str | None,
+        done: int | None = None,
+        total: int | None = None,
+        *,
+        owner: str,
+    ) -> None:
+        """Say what a running study does before its blocks; nothing changes where the claim is somebody else's.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        phase : str or None
+            One of `PREPARATIONS`; None once its blocks are computed: the pace of the study is taken from then on.
+        done, total : int, optional
+            How much of the phase is over, where that can be counted.
+        owner : str
+            Who works on the study.
+        """
+        if phase not in (None, *PREPARATIONS):
+            raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
+        change = _phase(phase, done, total)
+        if phase is None:
+            change["run_began"] = time.time()
+        ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
+        with self.catalogue.writing() as connection:
+            connection.execute(update(studies).where(*ours).values(change))
+
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Give what has happened to a study, oldest first: seconds since 1970, and what."""
         query = select(events.c.at, events.c.what).where(events.c.study == study_id).order_by(events.c.number)
         with self.catalogue.reading() as connection:
             return [(at, what) for at, what in connection.execute(query)]
+
+
+def _phase(phase: str | None, done: int | None = None, total: int | None = None) -> dict[str, Any]:
+    return {"phase": phase, "phase_done": done, "phase_total": total}
 
 
 def _sayable(text: str) -> str:

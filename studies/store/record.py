@@ -8,6 +8,8 @@ from damperlab.studies.registry import dimensions_of_definition
 
 STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
 """Every state of a study; the last three are ends."""
+PREPARATIONS: tuple[str, ...] = ("starting", "compiling")
+"""Phases of a running study before its blocks: its workers start, and kernels that they lack are compiled."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,10 @@ class Record:
     ----------
     id, name, state : str
         The first 12 hex digits of the digest; the study's free text; one of `STATES`.
+    phase : str
+        One of `PREPARATIONS` while a running study prepares its blocks, else its state.
+    phase_done, phase_total : int, optional
+        Kernels compiled, of how many, while the phase is compiling; None in every other.
     points_total, points_done, points_failed, blocks_total, blocks_done : int
         Progress; failed points count as done.
     created, started, finished : datetime
@@ -100,6 +106,9 @@ class Record:
     id: str
     name: str
     state: str
+    phase: str
+    phase_done: int | None
+    phase_total: int | None
     points_total: int
     points_done: int
     points_failed: int

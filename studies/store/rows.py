@@ -76,10 +76,14 @@ def record_of(row: Row[Any]) -> Record:
     """Give a study's row as a record."""
     created = utc(row.created)
     assert created is not None
+    prepares = row.state == "running" and row.phase is not None
     return Record(
         id=row.id,
         name=row.name,
         state=row.state,
+        phase=row.phase if prepares else row.state,
+        phase_done=row.phase_done if prepares else None,
+        phase_total=row.phase_total if prepares else None,
         points_total=row.points_total,
         points_done=row.points_done,
         points_failed=row.points_failed,

@@ -55,6 +55,10 @@ studies = Table(
     Column("run_began", Float),
     Column("run_points", BigInteger),
     Column("last_mark", Float),
+    # what a running study does before its blocks: null while it computes them, and in every other state
+    Column("phase", String),
+    Column("phase_done", Integer),
+    Column("phase_total", Integer),
     Column("claim_owner", String),
     Column("claim_expires", Float),
     Column("deleted", Float),
