@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo test lint docs bench faults lock clean
+.PHONY: help install install-dev install-bench demo test lint docs bench faults dist lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -59,12 +59,16 @@ faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many
 	$(BIN)/python -m tests.faults.reading --reads 10000
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
+dist: install ## the wheel and the source archive, in dist/
+	rm -rf build dist
+	$(BIN)/python -c "from setuptools import build_meta as b; b.build_sdist('dist'); b.build_wheel('dist')" >/dev/null
+
 lock: ## renew the lock files (needs uv); names and hashes only
-	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes \
+	uv pip compile pyproject.toml --extra build --extra service --universal --python-version 3.11 --generate-hashes \
 	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
-	uv pip compile pyproject.toml --extra build --extra postgresql --extra s3 --extra docs --extra dev -c requirements.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra build --extra service --extra postgresql --extra s3 --extra docs --extra dev -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
-	uv pip compile pyproject.toml --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra service --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
 
 clean: ## what the commands above made, and nothing else

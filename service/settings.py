@@ -1,28 +1,15 @@
 """What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from damperlab.studies.store.opening import default_data_dir
+
 if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
-
-
-def default_data_dir() -> Path:
-    """Where studies are kept by default: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
-
-    Returns
-    -------
-    Path
-        An absolute path, not created. As the XDG base directory specification asks, a relative
-        ``XDG_DATA_HOME`` is ignored.
-    """
-    base = os.environ.get("XDG_DATA_HOME", "")
-    root = Path(base) if Path(base).is_absolute() else Path.home() / ".local" / "share"
-    return root / "damperlab"
 
 
 class Settings(BaseSettings):

@@ -87,7 +87,8 @@ class Axes(Choice):
 class Study(Choice):
     """A study: a grid of design points, how each is computed, and what is stored.
 
-    Made by `parse_study`; an instance is always valid. A ratio that is None is made of the physical block, or
+    ``Study(name=…, axes={…})`` checks everything and raises `StudyFaults` with every fault, as `parse_study` does; an
+    instance is always valid. A ratio that is None is made of the physical block, or
     belongs to a particle that is not there; `coordinates` has the values of every dimension.
     """
 
@@ -131,6 +132,13 @@ class Study(Choice):
     solver: Solver = EventSolver()
     start: Start = "rest"
     physical: Physical | None = None
+
+    def __init__(self, **document: Any) -> None:
+        """Check a definition given by keywords."""
+        try:
+            super().__init__(**document)
+        except ValidationError as error:
+            raise StudyFaults(faults_of(error, KEYS)) from None
 
     @model_validator(mode="wrap")
     @classmethod

@@ -1,6 +1,7 @@
 """Entry point of `damperlab`: the commands by name, and the exit status of whatever happens in them."""
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -10,7 +11,7 @@ from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
 from damperlab.service.cli.keep import backup, gc, restore
-from damperlab.service.cli.output import note
+from damperlab.service.cli.output import note, say
 from damperlab.service.cli.queries import map_, optimum, response
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
@@ -23,14 +24,33 @@ from damperlab.service.cli.verify import verify
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
 
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        import damperlab
+
+        say(f"damperlab {damperlab.__version__}")
+        raise typer.Exit
+
+
 app = typer.Typer(
     name="damperlab",
-    help="Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction.",
     epilog="Exit status: 0 done, 1 failed, 2 bad usage or bad study.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+@app.callback()
+def _before(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True),
+    ] = False,
+) -> None:
+    """Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction."""
+
+
 for name, command, panel in (
     ("run", run, "Compute"),
     ("resume", resume, "Compute"),

@@ -15,6 +15,9 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
     from damperlab.service.client.earthquake import GroundRecord
+    from damperlab.studies.kind import AnyStudy
+
+    Definition = Mapping[str, Any] | AnyStudy | str | Path
 
 State = Literal["queued", "running", "done", "cancelled", "failed"]
 PAGE = 200
@@ -67,13 +70,13 @@ class Client:
         """Say where the service is."""
         return f"Client({self._transport.url!r})"
 
-    def submit(self, study: Mapping[str, Any] | str | Path, reuse: bool = True) -> Study:
+    def submit(self, study: "Definition", reuse: bool = True) -> Study:
         """Hand in a study; one that is there already is given back and not computed again.
 
         Parameters
         ----------
-        study : mapping, path or str
-            The study as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
+        study : mapping, Study, path or str
+            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
             study of the paper, such as ``"figure-11"``.
         reuse : bool
             Take points that earlier studies hold from them.
@@ -95,7 +98,7 @@ class Client:
             self._transport, self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
         )
 
-    def estimate(self, study: Mapping[str, Any] | str | Path) -> Estimate:
+    def estimate(self, study: "Definition") -> Estimate:
         """Say what a study would cost; nothing is stored.
 
         Parameters
@@ -305,8 +308,10 @@ class Client:
         return read_comparison(self._transport.ask("POST", "/earthquake-comparisons", **body(document)))
 
 
-def _study(study: Mapping[str, Any] | str | Path) -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a study; the service judges it, a file is only read."""
+def _study(study: "Definition") -> dict[str, Any]:
+    """Give the arguments of `Transport.ask` that send a study; the service checks it, a file is only read."""
+    if callable(document := getattr(study, "document", None)):
+        return body(document())
     if isinstance(study, Mapping):
         return body(study)
     if isinstance(study, str) and ("\n" in study or ": " in study or study.startswith("{")):

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from damperlab.service.settings import Settings, default_data_dir
+from damperlab.service.settings import Settings
+from damperlab.studies.store.opening import default_data_dir
 
 
 @pytest.fixture(autouse=True)

@@ -43,7 +43,7 @@ def test_import_leaves_out_what_a_client_does_not_need() -> None:
 def test_asking_a_service_needs_neither_compiler_nor_cluster(service: Any) -> None:
     code = f"""
 import sys
-from damperlab.service.client import Client
+from damperlab import Client
 with Client({service.url!r}) as client:
     study = client.submit({{"particle": False, "axes": {{"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1]}}}})
     study.wait(progress=False)
@@ -163,7 +163,7 @@ def test_waiting_outlives_a_service_that_is_killed(
 
 def test_progress_is_told_line_by_line_without_a_terminal(service: Any) -> None:
     code = f"""
-from damperlab.service.client import Client
+from damperlab import Client
 from damperlab.service.cli import progress
 progress.LINE_EVERY_SECONDS = 0.0
 with Client({service.url!r}) as client:

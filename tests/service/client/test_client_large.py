@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damperlab.service.client import Client
+from damperlab import Client
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube import stored_variables, write_region

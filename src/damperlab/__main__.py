@@ -1,0 +1,26 @@
+"""The command `damperlab`, also as ``python -m damperlab``; says what to install where only the client is."""
+
+import sys
+from importlib.util import find_spec
+
+NEEDED = ("typer", "pydantic_settings", "sqlalchemy", "distributed", "numba")
+"""Packages of the extra `service` without which no command works."""
+
+
+def main() -> None:
+    """Run the command that the arguments name, and end the process with its exit status."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        print(
+            f"damperlab: this installation holds the Python client alone ({', '.join(missing)} not installed). "
+            "Commands need the rest: pip install 'damperlab[service]'",
+            file=sys.stderr,
+        )
+        sys.exit(1)
+    from damperlab.service.cli.main import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()

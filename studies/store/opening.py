@@ -1,0 +1,58 @@
+"""Opening the studies of this machine as the command line does: the folder given, the environment, or the default."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from damperlab.studies.store.store import Store
+
+
+def default_data_dir() -> Path:
+    """Where studies are kept by default: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
+
+    Returns
+    -------
+    Path
+        An absolute path, not created. As the XDG base directory specification asks, a relative
+        ``XDG_DATA_HOME`` is ignored.
+    """
+    base = os.environ.get("XDG_DATA_HOME", "")
+    root = Path(base) if Path(base).is_absolute() else Path.home() / ".local" / "share"
+    return root / "damperlab"
+
+
+def open_store(data_dir: str | Path | None = None, catalogue: str | None = None) -> "Store":
+    """Open the studies kept in a folder of this machine; no service is needed.
+
+    Parameters
+    ----------
+    data_dir : path, optional
+        The data folder; ``DAMPERLAB_DATA_DIR``, else ``~/.local/share/damperlab``, if not given. It is created where
+        it is missing.
+    catalogue : str, optional
+        Address of a PostgreSQL catalogue, ``postgresql://…``; ``DAMPERLAB_CATALOGUE``, else a SQLite file in the
+        folder, if not given.
+
+    Returns
+    -------
+    Store
+        ``store.page()`` lists the studies, ``store.find("figure-11")`` gives a study's record, and
+        ``store.cube(record.id)`` its results as an xarray Dataset.
+
+    Raises
+    ------
+    ImportError
+        If only the client is installed.
+    StoreFault
+        If the folder or the catalogue cannot be used, or a newer version made it.
+    """
+    try:
+        from damperlab.studies.store.store import Store
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"open_store needs {error.name}, which is not installed: pip install 'damperlab[service]'",
+            name=error.name,
+        ) from error
+    folder = data_dir or os.environ.get("DAMPERLAB_DATA_DIR") or default_data_dir()
+    return Store.open(Path(folder), catalogue or os.environ.get("DAMPERLAB_CATALOGUE") or None)

@@ -1,0 +1,220 @@
+"""The wheel in environments that hold what it asks for and nothing else: one import name, a light client, the main job."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from importlib.metadata import Distribution, PackageNotFoundError, PathDistribution, distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+PUBLIC = ("Client", "Study", "open_store", "read_study")
+STUDY = {
+    "name": "decay",
+    "particle": False,
+    "axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0, 2.0]},
+}
+FOREIGN = 'raise RuntimeError("the foreign package was imported")\n'
+
+
+@pytest.fixture(scope="module")
+def archives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Build the source archive from the tree, and the wheel from the source archive."""
+    folder = tmp_path_factory.mktemp("dist")
+    tree = folder / "tree"
+    tree.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE", "src", "service", "worker", "studies"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        options = {"symlinks": True} if (ROOT / name).is_dir() else {}
+        copy(ROOT / name, tree / name, **options)
+    source = Path(_backend(tree, "build_sdist", folder))
+    with tarfile.open(source) as archive:
+        archive.extractall(folder, filter="data")
+    return Path(_backend(folder / source.name.removesuffix(".tar.gz"), "build_wheel", folder)), source
+
+
+def _backend(tree: Path, hook: str, folder: Path) -> str:
+    script = f"from setuptools import build_meta as b; print(b.{hook}({str(folder)!r}))"
+    ended = subprocess.run([sys.executable, "-c", script], cwd=tree, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    return str(folder / ended.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def client_python(archives: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the interpreter of an environment as `pip install damperlab` makes it."""
+    return _environment(archives[0], tmp_path_factory.mktemp("client"), "")
+
+
+@pytest.fixture(scope="module")
+def service_python(archives: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the interpreter of an environment as `pip install 'damperlab[service]'` makes it."""
+    return _environment(archives[0], tmp_path_factory.mktemp("service"), "service")
+
+
+def _environment(wheel: Path, folder: Path, extra: str) -> Path:
+    """Make an environment of the wheel and links to the packages that its metadata ask for; no network."""
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check"]
+    installing = [*pip, "install", "--quiet", "--no-deps", "--no-index", "--no-compile", str(wheel)]
+    ended = subprocess.run(installing, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    packages = _packages(folder)
+    ours = PathDistribution(next(packages.glob("damperlab-*.dist-info")))
+    for needed in _closure(ours, extra):
+        for top in {
+            file.parts[0] for file in needed.files or () if file.parts[0] not in ("..", "__pycache__")
+        }:
+            link, target = packages / top, Path(str(needed.locate_file(top)))
+            if not link.exists():
+                link.symlink_to(target)
+    return python
+
+
+def _packages(folder: Path) -> Path:
+    return next((folder / "lib").glob("python3*")) / "site-packages"
+
+
+def _closure(root: Distribution, extra: str) -> list[Distribution]:
+    """Give every distribution that one with an extra asks for on this machine, directly or not."""
+    found: dict[str, Distribution] = {}
+    waiting = [(root, {extra})]
+    while waiting:
+        current, extras = waiting.pop()
+        for line in current.requires or ():
+            asked = Requirement(line)
+            if asked.marker and not any(asked.marker.evaluate({"extra": each}) for each in extras | {""}):
+                continue
+            try:
+                needed = distribution(asked.name)
+            except PackageNotFoundError:
+                pytest.fail(f"{current.name} asks for {line}, which is not installed here")
+            assert asked.specifier.contains(needed.version, prereleases=True), line
+            key = canonicalize_name(asked.name)
+            if key not in found or asked.extras:
+                found[key] = needed
+                waiting.append((needed, set(asked.extras)))
+    return list(found.values())
+
+
+def _run(python: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    return subprocess.run([str(python), *arguments], cwd=cwd, env=kept, capture_output=True, text=True)
+
+
+def test_the_wheel_installs_one_name_and_its_files(archives: tuple[Path, Path]) -> None:
+    wheel, source = archives
+    names = zipfile.ZipFile(wheel).namelist()
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"damperlab"}
+    assert {"damperlab/py.typed", "damperlab/service/page/index.html", "damperlab/studies/paper.yaml"} <= set(
+        names
+    )
+    assert not [name for name in names if "/tests/" in name or "__pycache__" in name]
+    tree = {
+        path.relative_to(ROOT).as_posix()
+        for part in ("service", "worker", "studies")
+        for path in (ROOT / part).rglob("*.py")
+    }
+    assert {f"damperlab/{name}" for name in tree} <= set(names)
+    with tarfile.open(source) as archive:
+        assert not [member.name for member in archive if member.issym()]
+
+
+def test_the_version_comes_from_one_place(service_python: Path, tmp_path: Path) -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    by_command = _run(service_python, "-m", "damperlab", "--version", cwd=tmp_path)
+    assert by_command.stdout == f"damperlab {version}\n", by_command.stderr
+    by_import = _run(service_python, "-c", "import damperlab; print(damperlab.__version__)", cwd=tmp_path)
+    assert by_import.stdout == f"{version}\n", by_import.stderr
+    assert f"version: {version}" in (ROOT / "CITATION.cff").read_text()
+    assert f"## {version}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_import_is_light_and_the_client_needs_neither_compiler_nor_cluster_nor_web(
+    client_python: Path, tmp_path: Path
+) -> None:
+    script = """
+import sys
+before = set(sys.modules)
+import damperlab
+assert {name.partition(".")[0] for name in set(sys.modules) - before} <= {"damperlab", *sys.stdlib_module_names}
+from importlib.util import find_spec
+for absent in ("numba", "dask", "distributed", "fastapi", "sqlalchemy", "alembic", "typer", "uvicorn", "pyarrow"):
+    assert find_spec(absent) is None, absent
+from damperlab import Client, Study, read_study
+from damperlab.service.client import Unreachable
+from damperlab.service.client.answers import ResonanceMap
+import damperlab.service.client.earthquake
+import xarray, aiohttp, fsspec, zarr
+assert read_study("figure-11").points == Study(**read_study("figure-11").document()).points
+try:
+    Client("http://127.0.0.1:9", timeout=1).submit("figure-11")
+except Unreachable as error:
+    print(error)
+try:
+    Study(axes={"clearance_ratio": [-1]})
+except ValueError as error:
+    print(type(error).__name__, error)
+try:
+    damperlab.open_store()
+except ImportError as error:
+    print(error)
+"""
+    ended = _run(client_python, "-c", script, cwd=tmp_path)
+    assert ended.returncode == 0, ended.stderr
+    assert "http://127.0.0.1:9" in ended.stdout
+    assert "StudyFaults axes.clearance_ratio" in ended.stdout
+    assert "pip install 'damperlab[service]'" in ended.stdout
+
+
+def test_a_command_without_the_service_says_what_to_install(client_python: Path, tmp_path: Path) -> None:
+    ended = _run(client_python, "-m", "damperlab", "studies", cwd=tmp_path)
+    assert ended.returncode == 1
+    assert "pip install 'damperlab[service]'" in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+def test_every_public_name_is_there(service_python: Path, tmp_path: Path) -> None:
+    script = "import damperlab; print([n for n in damperlab.__all__ if getattr(damperlab, n) is None], sorted(damperlab.__all__))"
+    ended = _run(service_python, "-c", script, cwd=tmp_path)
+    assert ended.stdout == f"[] {sorted((*PUBLIC, '__version__'))}\n", ended.stderr
+
+
+def test_the_main_job_runs_beside_foreign_packages_of_our_folders_names(
+    service_python: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "study.json").write_text(json.dumps(STUDY))
+    packages = _packages(service_python.parents[1])
+    for name in ("worker", "service", "studies"):
+        (packages / name).mkdir()
+        (packages / name / "__init__.py").write_text(FOREIGN)
+    try:
+        command = ("-m", "damperlab", "run", "study.json", "--data-dir", "data", "--json")
+        ended = _run(service_python, *command, cwd=tmp_path)
+        assert ended.returncode == 0, ended.stderr
+        record = json.loads(ended.stdout)
+        assert (record["state"], record["points_done"], record["points_failed"]) == ("done", 3, 0)
+        script = """
+from damperlab import open_store
+store = open_store("data")
+cube = store.cube(store.find("decay").id)
+print(cube.amplitude_ratio.sel(frequency_ratio=2.0).item())
+"""
+        asked = _run(service_python, "-c", script, cwd=tmp_path)
+    finally:
+        for name in ("worker", "service", "studies"):
+            shutil.rmtree(packages / name)
+    # |X/Z| of the linear structure under base excitation
+    r, damping = 2.0, 0.0038
+    exact = abs((1 + 2j * damping * r) / (1 - r**2 + 2j * damping * r))
+    assert float(asked.stdout) == pytest.approx(exact, rel=1e-12), asked.stderr
