@@ -76,8 +76,8 @@ class Client:
         Parameters
         ----------
         study : mapping, Study, path or str
-            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
-            study of the paper, such as ``"figure-11"``.
+            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of YAML;
+            or the name of a study of the paper, such as ``"figure-11"``.
         reuse : bool
             Take points that earlier studies hold from them.
 

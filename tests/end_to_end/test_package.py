@@ -120,11 +120,8 @@ def test_the_wheel_installs_one_name_and_its_files(archives: tuple[Path, Path]) 
         names
     )
     assert not [name for name in names if "/tests/" in name or "__pycache__" in name]
-    tree = {
-        path.relative_to(ROOT).as_posix()
-        for part in ("service", "worker", "studies")
-        for path in (ROOT / part).rglob("*.py")
-    }
+    parts = (ROOT / part for part in ("service", "worker", "studies"))
+    tree = {path.relative_to(ROOT).as_posix() for part in parts for path in part.rglob("*.py")}
     assert {f"damperlab/{name}" for name in tree} <= set(names)
     with tarfile.open(source) as archive:
         assert not [member.name for member in archive if member.issym()]
@@ -185,7 +182,8 @@ def test_a_command_without_the_service_says_what_to_install(client_python: Path,
 
 
 def test_every_public_name_is_there(service_python: Path, tmp_path: Path) -> None:
-    script = "import damperlab; print([n for n in damperlab.__all__ if getattr(damperlab, n) is None], sorted(damperlab.__all__))"
+    there = "[name for name in damperlab.__all__ if getattr(damperlab, name) is None]"
+    script = f"import damperlab; print({there}, sorted(damperlab.__all__))"
     ended = _run(service_python, "-c", script, cwd=tmp_path)
     assert ended.stdout == f"[] {sorted((*PUBLIC, '__version__'))}\n", ended.stderr
 
