@@ -52,20 +52,38 @@ def gc(
     older_than: Annotated[
         str, typer.Option(metavar="TIME", help="Leave alone what is younger: 90s, 30min, 12h, 7d.")
     ] = "1h",
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would go; remove nothing.")] = False,
+    trash_after: Annotated[
+        str, typer.Option(metavar="TIME", help="How long a cube stays in the trash before it is removed.")
+    ] = "7d",
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="List what would be done; change nothing.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove files that no study needs: what killed processes, interrupted deletes and exports have left."""
+    """Remove what is certainly superseded; cubes of deleted studies go to a trash first. Other files stay, and are listed."""
     from damperlab.studies.store.sweep import collect_garbage
 
-    seconds = _seconds(older_than)
+    seconds = _seconds(older_than, "--older-than")
+    trash_seconds = _seconds(trash_after, "--trash-after")
     store = open_store(data_dir)
     with working("Looking at every file"):
-        swept = collect_garbage(store, seconds, dry_run=dry_run)
-    verb = "Would remove" if dry_run else "Removed"
+        swept = collect_garbage(store, seconds, trash_seconds=trash_seconds, dry_run=dry_run)
+    for line in swept.what:
+        note(f"{'Would ' if dry_run else ''}{line}")
+    for line in swept.unknown:
+        note(f"Left alone: {line}. `damperlab rebuild` adds it to the catalogue if it is a cube.")
+    verb = "Would remove or move" if dry_run else "Removed or moved"
     note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
     if as_json:
-        print_json({"paths": swept.paths, "bytes": swept.bytes, "dry_run": dry_run})
+        print_json(
+            {
+                "paths": swept.paths,
+                "bytes": swept.bytes,
+                "what": list(swept.what),
+                "unknown": list(swept.unknown),
+                "dry_run": dry_run,
+            }
+        )
 
 
 def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
@@ -86,11 +104,11 @@ def _refuse_used(folder: Path) -> None:
         raise typer.BadParameter(f"found {str(folder)!r}, which is there; allowed: a folder that is not")
 
 
-def _seconds(text: str) -> float:
+def _seconds(text: str, option: str) -> float:
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
     if found is None:
         raise typer.BadParameter(
             f"found {text!r}, allowed: a number and a unit, as in 90s, 30min, 12h, 7d",
-            param_hint="--older-than",
+            param_hint=option,
         )
     return float(found[1]) * _UNITS[found[2]]

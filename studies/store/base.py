@@ -6,6 +6,7 @@ from sqlalchemy import Connection
 
 from damperlab.studies.store.catalogue import Catalogue
 from damperlab.studies.store.chunks import Marks
+from damperlab.studies.store.home import cube_name
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.rows import study_row
 from damperlab.studies.store.shelf import Shelf
@@ -41,7 +42,7 @@ class StoreBase:
 
     def cube_shelf(self, study_id: str, number: int) -> Shelf:
         """Give the shelf of a cube by its study's id and number."""
-        return self.shelf.at(f"{study_id}-{number}.zarr")
+        return self.shelf.at(cube_name(study_id, number))
 
     def number(self, connection: Connection, study_id: str) -> int:
         """Give the number by which the other tables know a study; raise `StudyNotFound` if there is none."""

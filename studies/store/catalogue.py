@@ -24,6 +24,9 @@ from damperlab.studies.store.migrations import HEAD
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
 
+SQLITE_FILE = "catalogue.sqlite"
+"""The catalogue in the data directory, where no database is named."""
+
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
@@ -229,7 +232,7 @@ def open_catalogue(
     if not os.access(data_dir, os.W_OK | os.X_OK):
         raise StoreFault(fault)
     if address is None:
-        return Catalogue(URL.create("sqlite", database=str(data_dir / "catalogue.sqlite")), wait_seconds)
+        return Catalogue(URL.create("sqlite", database=str(data_dir / SQLITE_FILE)), wait_seconds)
     return Catalogue(_postgresql_url(address), wait_seconds)
 
 

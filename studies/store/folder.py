@@ -4,7 +4,7 @@ import math
 import os
 import shutil
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -42,6 +42,25 @@ class Folder(Shelf):
 
     def put(self, key: str, content: bytes) -> None:
         """Write a file, whose folder must be there, and wait until both are on the disk."""
+        self._place(key, content, os.replace)
+
+    def put_new(self, key: str, content: bytes) -> bool:
+        """Write a file unless there is one of its name: a hard link is never made over another file."""
+        try:
+            self._place(key, content, os.link)
+        except FileExistsError:
+            return self.get(key) == content
+        return True
+
+    def move(self, name: str, target: str) -> None:
+        """Rename a folder, and wait until both lists of names are on the disk."""
+        source, there = self._path / name, self._path / target
+        there.parent.mkdir(parents=True, exist_ok=True)
+        source.rename(there)
+        sync_path(there.parent)
+        sync_path(source.parent)
+
+    def _place(self, key: str, content: bytes, place: Callable[[Path, Path], None]) -> None:
         target = self._path / key
         partial = target.with_name(f"{target.name}.{uuid.uuid4().hex}.partial")
         try:
@@ -49,11 +68,10 @@ class Folder(Shelf):
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-            partial.replace(target)
-        except BaseException:
+            place(partial, target)
+        finally:
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
-            raise
         sync_path(target.parent)
 
     def fill(self, pieces: Mapping[str, bytes]) -> None:

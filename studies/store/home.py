@@ -1,17 +1,20 @@
-"""Where the cubes of a catalogue are: it remembers, and a bucket remembers whose cubes it holds.
+"""Where the cubes of a catalogue are, and whose they are: the two remember each other.
 
-Two catalogues that shared one place would take each other's cubes for garbage. So a catalogue has an id, and a bucket
-that is used for the first time gets an object with it, by a put that fails where there is one already.
+A catalogue that met the cubes of another one would take them for garbage. So a catalogue has an id, and the place of
+its cubes, a folder or a bucket, holds an owner marker with that id, put once and never replaced. What does not fit is
+refused before anything is read or removed: another catalogue, an empty one, an older copy, a disk that is not mounted.
 """
 
 import json
+import re
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue import Catalogue
+from damperlab.studies.store.catalogue import SQLITE_FILE, Catalogue
 from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.rows import ALIVE
@@ -19,10 +22,48 @@ from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import facts, studies
 
 MARKER = "damperlab.json"
-"""The object that says whose cubes a bucket holds."""
+"""The piece that says whose cubes a place holds."""
 
 CUBES = "cubes"
 """The shelf of the cubes, in the data directory or under the bucket's prefix."""
+
+_REBUILD = "make the catalogue again from the cubes with `damperlab rebuild`"
+_NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
+
+
+def cube_name(study_id: str, number: int) -> str:
+    """Give the name of a cube's shelf."""
+    return f"{study_id}-{number}.zarr"
+
+
+def parse_cube_name(name: str) -> tuple[str, int] | None:
+    """Read the study's id and number from the name of a cube's shelf; None for any other name."""
+    found = re.fullmatch(r"([0-9a-f]{12})-([0-9]{1,18})\.zarr", name)
+    return (found[1], int(found[2])) if found else None
+
+
+def require_catalogue(data_dir: Path) -> None:
+    """Refuse to make a new SQLite catalogue beside cubes that some catalogue owns already.
+
+    Raises
+    ------
+    StoreFault
+        If there are cubes in the folder, and no catalogue.
+    """
+    cubes = data_dir / CUBES
+    try:
+        if (data_dir / SQLITE_FILE).exists() or not _holds_cubes(Folder(cubes)):
+            return
+    except OSError:
+        return  # which opening it tells better
+    raise StoreFault(
+        Fault(
+            "data_dir",
+            f"cubes in {cubes} and no catalogue beside them",
+            f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
+            f"{_NAME_IT}; if it is lost, {_REBUILD}",
+        )
+    )
 
 
 def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
@@ -40,13 +81,16 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     Raises
     ------
     StoreFault
-        If the place cannot be used, belongs to another catalogue, or is not the one where the cubes are.
+        If the place cannot be used, belongs to another catalogue, is not the one where the cubes are, or holds
+        results that the catalogue does not know.
     """
     with catalogue.reading() as connection:
-        known = _fact(connection, "cubes")
+        known = fact(connection, "cubes")
         used = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
     if address is None and known is None:
-        return Folder(data_dir / CUBES)
+        folder = Folder(data_dir / CUBES)
+        _own_folder(catalogue, folder, used)
+        return folder
     # here, for it needs a library that not every installation has
     from damperlab.studies.store.bucket import Bucket, open_bucket
 
@@ -63,55 +107,175 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
                 "a new data directory and this store",
             )
         )
+    _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
     with catalogue.writing() as connection:
-        mine = _fact(connection, "id") or _remember(connection, "id", uuid.uuid4().hex)
-    _take(bucket, mine, known if used else None)
-    with catalogue.writing() as connection:
-        _remember(connection, "cubes", bucket.address)
+        remember(connection, "cubes", bucket.address)
     return bucket.at(CUBES)
 
 
-def _take(bucket: "Shelf", mine: str, elsewhere: str | None) -> None:
-    """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
-    from damperlab.studies.store.bucket import Bucket
+def catalogue_id(catalogue: Catalogue) -> str:
+    """Give a catalogue's id, which it gets when it is asked for the first time."""
+    with catalogue.reading() as connection:
+        known = fact(connection, "id")
+    if known is not None:
+        return known
+    with catalogue.writing() as connection:
+        return fact(connection, "id") or remember(connection, "id", uuid.uuid4().hex)
 
-    assert isinstance(bucket, Bucket)
+
+def owner_of(place: Shelf) -> str | None:
+    """Give the id of the catalogue that a place belongs to; None where it says nothing.
+
+    Raises
+    ------
+    StoreFault
+        If the marker cannot be read.
+    """
     try:
+        content = place.get(MARKER)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise cannot_use(place.address, error) from error
+    try:
+        found = json.loads(content)["catalogue"]
+        if isinstance(found, str) and re.fullmatch("[0-9a-f]{32}", found) and content == _marker(found):
+            return found
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise StoreFault(
+        Fault(
+            f"{place.address}/{MARKER}",
+            "an owner marker that is damaged",
+            "the id of the catalogue that the cubes belong to",
+            f"if the catalogue of this data directory is theirs, remove the file and {_REBUILD}",
+        )
+    )
+
+
+def mark_owner(place: Shelf, owner: str) -> bool:
+    """Put the owner marker where there is none; say whether the place is this owner's now."""
+    return place.put_new(MARKER, _marker(owner))
+
+
+def _marker(owner: str) -> bytes:
+    return json.dumps({"catalogue": owner}).encode()
+
+
+def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
+    # what is in the folder first, then what the catalogue says: it is told before the folder is
+    found = owner_of(folder)
+    names = list(folder.shelves())
+    with catalogue.reading() as connection:
+        mine = fact(connection, "id")
+        marked = fact(connection, "marked") is not None
+        last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
+    if found is None:
+        _require_own_cubes(catalogue, folder, used, marked)
+        mine = catalogue_id(catalogue)
         try:
-            found = bucket.get(MARKER)
-        except FileNotFoundError:
-            found = None
-        if found is None and elsewhere is not None:
-            raise StoreFault(
-                Fault(
-                    "store",
-                    f"{bucket.address}, which holds none of this catalogue's cubes",
-                    elsewhere,
-                    "leave it out; or copy everything there first, and name it then",
-                )
+            if not mark_owner(folder, mine):
+                found = owner_of(folder)
+        except OSError as error:
+            raise cannot_use(folder.address, error) from error
+    if found is not None and found != mine:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"cubes in {folder.address} that belong to another catalogue than {catalogue.name}",
+                "the catalogue that they belong to",
+                f"{_NAME_IT}; if it is lost, {_REBUILD}",
             )
-        content = json.dumps({"catalogue": mine}).encode()
-        if found is None and not bucket.put_new(MARKER, content):
-            found = bucket.get(MARKER)
+        )
+    newer = next(_unknown_results(folder, names, last), None)
+    if newer is not None:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"results in {folder.address}/{newer} that {catalogue.name} does not know: it is an older copy",
+                "the newest state of the catalogue",
+                "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
+            )
+        )
+    if not marked:
+        with catalogue.writing() as connection:
+            remember(connection, "marked", "yes")
+
+
+def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked: bool) -> None:
+    """Refuse a folder without a marker where it cannot be this catalogue's."""
+    holds = _holds_cubes(folder)
+    if holds and not used and not marked:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"cubes in {folder.address}, and {catalogue.name}, which knows no study",
+                "the catalogue that the cubes belong to",
+                f"{_NAME_IT}; if it is lost, {_REBUILD}",
+            )
+        )
+    if marked and used and not holds:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"none of the cubes of {catalogue.name} in {folder.address}",
+                "the folder that holds them",
+                "see whether its disk is mounted; if the cubes are lost for good, restore a backup",
+            )
+        )
+
+
+def _holds_cubes(folder: Folder) -> bool:
+    return any(name.endswith(".zarr") for name in folder.shelves())
+
+
+def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[str]:
+    """Give the cubes that were made after the catalogue's last study and hold results.
+
+    A submission that was cut short leaves a cube that its catalogue does not know, but no result in it.
+    """
+    for name in names:
+        parsed = parse_cube_name(name)
+        if parsed and parsed[1] > last and any("~" in entry.key for entry in folder.at(name).entries()):
+            yield name
+
+
+def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
+    """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
+    found = owner_of(bucket)
+    if found is None and elsewhere is not None:
+        raise StoreFault(
+            Fault(
+                "store",
+                f"{bucket.address}, which holds none of this catalogue's cubes",
+                elsewhere,
+                "leave it out; or copy everything there first, and name it then",
+            )
+        )
+    try:
+        if found is None and not mark_owner(bucket, mine):
+            found = owner_of(bucket)
     except OSError as error:
         raise cannot_use(bucket.address, error) from error
-    if found is not None and found != content:
+    if found is not None and found != mine:
         raise StoreFault(
             Fault(
                 "store",
                 f"{bucket.address}, which holds the cubes of another catalogue",
                 "a bucket, or a prefix in one, of this catalogue's own",
-                "name the data directory or DAMPERLAB_CATALOGUE that belongs to it, or another prefix",
+                f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
             )
         )
 
 
-def _fact(connection: Connection, key: str) -> str | None:
+def fact(connection: Connection, key: str) -> str | None:
+    """Give what the catalogue remembers about itself under a key."""
     found = connection.execute(select(facts.c.value).where(facts.c.key == key)).scalar()
     return None if found is None else str(found)
 
 
-def _remember(connection: Connection, key: str, value: str) -> str:
+def remember(connection: Connection, key: str, value: str) -> str:
+    """Let the catalogue remember something about itself, in place of what it knew under that key."""
     connection.execute(delete(facts).where(facts.c.key == key))
     connection.execute(insert(facts).values(key=key, value=value))
     return value

@@ -88,6 +88,14 @@ class Shelf(ABC):
         """Put a piece, replacing what has its name; it never makes a shelf that is not there where it can tell."""
 
     @abstractmethod
+    def put_new(self, key: str, content: bytes) -> bool:
+        """Put a piece unless there is one of its name; say whether that is now what was to be put."""
+
+    @abstractmethod
+    def move(self, name: str, target: str) -> None:
+        """Give the shelf below this one of that name another name, which no shelf has yet."""
+
+    @abstractmethod
     def fill(self, pieces: Mapping[str, bytes]) -> None:
         """Put the first pieces on a shelf, which is made where it is missing."""
 

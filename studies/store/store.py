@@ -6,7 +6,7 @@ from damperlab.studies.store.blocks import Blocks
 from damperlab.studies.store.catalogue import BUSY_SECONDS, open_catalogue
 from damperlab.studies.store.claims import Claims
 from damperlab.studies.store.cubes import Cubes
-from damperlab.studies.store.home import shelf_of
+from damperlab.studies.store.home import require_catalogue, shelf_of
 from damperlab.studies.store.lookup import Lookup
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.submissions import Submissions
@@ -59,9 +59,12 @@ class Store(Submissions, Lookup, Blocks, Claims, Cubes):
         Raises
         ------
         StoreFault
-            If the folder or the place cannot be used, or a newer version made it.
+            If the folder or the place cannot be used, a newer version made it, or the cubes there are not this
+            catalogue's.
         """
         data_dir = Path(data_dir).expanduser().absolute()
+        if catalogue is None:
+            require_catalogue(data_dir)
         opened = open_catalogue(data_dir, catalogue, wait_seconds)
         try:
             shelf = shelf_of(opened, data_dir, cubes)

@@ -1,20 +1,29 @@
-"""Files that nobody needs: left by killed attempts, interrupted deletes and exports."""
+"""Files that nobody needs: left by killed attempts, interrupted deletes and exports.
+
+Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
+mark names another one. A cube goes when the catalogue gave its number to a study that was deleted, or to another
+study; it is moved to the trash first, and removed when it has been there for long. Whatever else lies about is told,
+and left alone.
+"""
 
 import math
+import re
 import socket
 import time
 import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 
 from damperlab.studies.registry import EVERY_VARIABLE
 from damperlab.studies.store.chunks import Marks, chunk_place
 from damperlab.studies.store.cube import block_grid
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.home import parse_cube_name
 from damperlab.studies.store.rows import ALIVE
 from damperlab.studies.store.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
@@ -23,10 +32,18 @@ from damperlab.studies.store.tables import studies
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""
 
+TRASH = "trash"
+"""The shelf, among the cubes, of those that are about to be removed."""
+
+TRASH_SECONDS = 7 * 86_400.0
+"""How long a cube stays in the trash."""
+
+_TRASH_TIME = "%Y%m%dT%H%M%SZ"
+
 
 @dataclass(frozen=True)
 class Swept:
-    """What was removed, or would be.
+    """What was removed or moved to the trash, or would be.
 
     Parameters
     ----------
@@ -34,20 +51,31 @@ class Swept:
         Files and folders.
     bytes : int
         Their size.
+    what : tuple of str
+        Each of them, with what becomes of it and why.
+    unknown : tuple of str
+        What was left alone, because the catalogue does not know whose it is.
     """
 
     paths: int = 0
     bytes: int = 0
+    what: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
 
     def __add__(self, other: "Swept") -> "Swept":
         """Add up."""
-        return Swept(self.paths + other.paths, self.bytes + other.bytes)
+        return Swept(
+            self.paths + other.paths,
+            self.bytes + other.bytes,
+            self.what + other.what,
+            self.unknown + other.unknown,
+        )
 
 
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
-    """Remove the files of a study's cube that no done-mark names.
+    """Remove the files of a study's blocks that are superseded: the done-mark names another file.
 
-    Only for who holds the study's claim, or where nobody does: an attempt that is under way is not marked yet.
+    Only for who holds the study's claim, or where nobody does.
 
     Parameters
     ----------
@@ -75,17 +103,24 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
         for stray in list(_strays(shelf, grid, marks, _limit(older_than))):
             if not dry_run:
                 shelf.remove(stray.key)
-            swept += Swept(1, stray.size)
+            what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
+            swept += Swept(1, stray.size, (what,))
     except OSError as error:
         raise cannot_use(shelf.address, error) from error
     return swept
 
 
-def collect_garbage(store: Store, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
-    """Remove everything under a data directory that nobody needs.
+def collect_garbage(
+    store: Store,
+    older_than: float = LEFT_ALONE_SECONDS,
+    *,
+    trash_seconds: float = TRASH_SECONDS,
+    dry_run: bool = False,
+) -> Swept:
+    """Remove what is under a data directory and certainly needed by nobody.
 
-    That are strays of studies that nobody works on, cubes that no study owns, exports that were cut short, and
-    the folders of deleted studies. A study that is not deleted loses nothing.
+    That are superseded files of studies that nobody works on, cubes whose studies were deleted, exports that were cut
+    short, and what has been in the trash for long. A study that is not deleted loses nothing.
 
     Parameters
     ----------
@@ -93,17 +128,20 @@ def collect_garbage(store: Store, older_than: float = LEFT_ALONE_SECONDS, *, dry
         The store.
     older_than : float
         What changed later than this many seconds ago stays.
+    trash_seconds : float
+        How long a cube stays in the trash before it is removed [s].
     dry_run : bool
-        Count alone.
+        Say what would be done, and do nothing.
 
     Returns
     -------
     Swept
-        What went.
+        What went, and what was left because nobody knows whose it is.
     """
     limit = _limit(older_than)
     try:
         swept = _unowned_cubes(store, limit, dry_run) + _exports(store.data_dir, limit, dry_run)
+        swept += _empty_trash(store.shelf.at(TRASH), _limit(trash_seconds), dry_run)
     except OSError as error:
         raise cannot_use(store.shelf.address, error) from error
     if not dry_run:
@@ -142,22 +180,49 @@ def _limit(older_than: float) -> float:
 def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
     # a cube is made before its study is committed: listed first, and then the catalogue asked in a turn at writing,
     # which waits for who is about to commit
-    names = sorted(store.shelf.shelves())
+    names = sorted(name for name in store.shelf.shelves() if name != TRASH)
     with store.catalogue.writing() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
-    owned = {
-        store.cube_shelf(row.id, row.number).name
-        for row in rows
-        if row.deleted is None or row.deleted >= limit
-    }
+        last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
+    known = {row.number: row for row in rows}
     swept = Swept()
     for name in names:
+        parsed = parse_cube_name(name)
+        row = known.get(parsed[1]) if parsed else None
+        if parsed is None or row is None:
+            why = (
+                "a number that the catalogue never gave" if parsed and parsed[1] > last else "no known number"
+            )
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
+        if row.id == parsed[0] and (row.deleted is None or row.deleted >= limit):
+            continue
         shelf = store.shelf.at(name)
-        entries = [] if name in owned else list(shelf.entries())
-        if name not in owned and max((shelf.made(), *(entry.changed for entry in entries))) < limit:
-            if not dry_run:
-                shelf.clear()
-            swept += Swept(1, sum(entry.size for entry in entries))
+        entries = list(shelf.entries())
+        if not entries and not shelf.made():
+            continue  # a prefix that a server remembers, and nothing in it
+        if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
+            continue
+        if not dry_run:
+            now = datetime.now(UTC).strftime(_TRASH_TIME)
+            store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
+        why = "its study was deleted" if row.id == parsed[0] else f"its number is study {row.id}'s"
+        swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
+    return swept
+
+
+def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:
+    swept = Swept()
+    for name in sorted(trash.shelves()):
+        found = re.match(r"([0-9]{8}T[0-9]{6}Z)-[0-9a-f]{8}-", name)
+        # told by the name: a folder keeps its time when it is moved, and objects get a new one
+        if not found or datetime.strptime(found[1], _TRASH_TIME).replace(tzinfo=UTC).timestamp() >= limit:
+            continue
+        shelf = trash.at(name)
+        size = sum(entry.size for entry in shelf.entries())
+        if not dry_run:
+            shelf.clear()
+        swept += Swept(1, size, (f"remove {name} from the trash",))
     return swept
 
 
@@ -170,7 +235,7 @@ def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
                 size = sum(entry.size for entry in folder.entries())
                 if not dry_run:
                     folder.clear()
-                swept += Swept(1, size)
+                swept += Swept(1, size, (f"remove {path.name}: an export that was cut short",))
         except FileNotFoundError:
             continue  # ended meanwhile
     return swept
@@ -185,5 +250,7 @@ def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> 
             continue
         file, _, generation = name.partition("~")
         place = chunk_place(f"{variable}/{file}", grid)
-        if (place is None or marks.get(place[1]) != generation) and entry.changed < limit:
+        partial = entry.key.endswith(".partial")
+        superseded = place is not None and marks.get(place[1], generation) != generation
+        if (partial or superseded) and entry.changed < limit:
             yield entry

@@ -1,6 +1,7 @@
 """The catalogue: one record per study, counted done-marks, claims, pages, deletion."""
 
 import json
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -267,7 +268,7 @@ def test_a_data_directory_that_cannot_be_made_is_told(tmp_path):
 
 def test_nothing_is_kept_of_a_study_whose_cube_cannot_be_made(store, make_study, make_plan_of):
     cubes = store.data_dir / "cubes"
-    cubes.rmdir()
+    shutil.rmtree(cubes)
     cubes.write_text("in the way")
     with pytest.raises(StoreFault, match="free space"):
         store.submit(make_study(), make_plan_of(make_study()), {})

@@ -102,7 +102,8 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
         after = store.cube(written.id).load()
         assert after.equals(before)
     assert sorted(path.name for path in (store.data_dir / "cubes").iterdir()) == [
-        Path(store.cube_path(written.id)).name
+        Path(store.cube_path(written.id)).name,
+        "damperlab.json",
     ]
 
 
@@ -165,7 +166,10 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     store.claim(record.id, "runner 7")
     partial = Path(store.cube_path(written.id), "status", "c.0.0.0.0.0.0~g0.0123.partial")
     partial.write_bytes(b"half")
-    orphan = store.data_dir / "cubes" / "0123456789ab-99.zarr"
+    unknown = store.data_dir / "cubes" / "0123456789ab-99.zarr"
+    unknown.mkdir()
+    # a submission that was killed, whose number another study got
+    orphan = store.data_dir / "cubes" / "0123456789ab-1.zarr"
     orphan.mkdir()
     export = store.data_dir / "export-abc"
     export.mkdir()
@@ -175,6 +179,12 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     assert collect_garbage(store, -1.0).paths == 3
     assert not any(path.exists() for path in (partial, orphan, export))
     assert claimed.exists()
+    assert unknown.exists()  # nobody knows whose it is
+    (moved,) = (store.data_dir / "cubes" / "trash").iterdir()
+    assert moved.name.endswith(orphan.name)
+    assert collect_garbage(store, -1.0).paths == 0
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 1
+    assert not moved.exists()
     assert store.cube(written.id).load().identical(before)
 
 

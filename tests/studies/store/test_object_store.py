@@ -130,12 +130,16 @@ def test_only_marked_generations_are_seen_and_the_others_are_swept(
 def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(opened, filled):
     store = opened()
     record = filled(store)
-    orphan = store.shelf.at("0123456789ab-99.zarr")
+    orphan = store.shelf.at("0123456789ab-1.zarr")
     orphan.put("status/c.0.0.0.0.0.0~g", b"of a submission that was killed")
     assert collect_garbage(store).paths == 0  # too young: it may be in use
     assert collect_garbage(store, 0.0, dry_run=True).paths == 1
     assert collect_garbage(store, 0.0).paths == 1
     assert list(orphan.entries()) == []
+    assert [key.rpartition("/")[2] for key in _objects(store) if key.startswith("trash/")] == [
+        "c.0.0.0.0.0.0~g"
+    ]
+    assert collect_garbage(store, 0.0, trash_seconds=0.0).paths == 1
     assert list(verify(store, record)) == []
     store.delete(record.id)
     assert _objects(store) == {}

@@ -1,0 +1,144 @@
+"""Cubes and catalogue know each other: what does not belong together is refused, and nothing is removed."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+
+METRICS = ["amplitude_ratio"]
+
+
+@pytest.fixture
+def filled(make_study, make_plan_of, values_of) -> Callable[[Store, float], str]:
+    def fill(store: Store, damping_ratio: float) -> str:
+        study = make_study(damping_ratio=damping_ratio, metrics=METRICS)
+        plan = make_plan_of(study)
+        record, _ = store.submit(study, plan, {})
+        for index in range(plan.count):
+            block = plan.block(index)
+            found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+            store.mark(record.id, BlockOutcome(index, block.points, 0, 1.0, 1.0, None, "g", found))
+        store.set_state(record.id, "done")
+        return record.id
+
+    return fill
+
+
+def files(folder: Path) -> set[Path]:
+    return {path for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_folder_whose_catalogue_is_lost_is_refused_and_keeps_every_file(tmp_path, filled):
+    store = Store.open(tmp_path)
+    filled(store, 0.01)
+    store.close()
+    (tmp_path / "catalogue.sqlite").unlink()
+    before = files(tmp_path)
+    with pytest.raises(StoreFault, match=r"no catalogue .*DAMPERLAB_CATALOGUE.*damperlab rebuild"):
+        Store.open(tmp_path)
+    assert files(tmp_path) == before
+
+
+def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
+    mine, other = Store.open(tmp_path / "mine"), Store.open(tmp_path / "other")
+    filled(mine, 0.01)
+    filled(other, 0.02)
+    for store in (mine, other):
+        store.close()
+    before = files(tmp_path / "mine" / "cubes")
+    shutil.copy(tmp_path / "other" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
+    with pytest.raises(StoreFault, match="belong to another catalogue"):
+        Store.open(tmp_path / "mine")
+    Store.open(tmp_path / "empty").close()
+    shutil.copy(tmp_path / "empty" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
+    with pytest.raises(StoreFault, match="belong to another catalogue"):
+        Store.open(tmp_path / "mine")
+    assert files(tmp_path / "mine" / "cubes") == before
+
+
+def test_an_older_copy_of_the_catalogue_is_refused(tmp_path, filled):
+    data = tmp_path / "data"
+    store = Store.open(data)
+    filled(store, 0.01)
+    store.close()
+    shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
+    store = Store.open(data)
+    filled(store, 0.02)
+    store.close()
+    before = files(data / "cubes")
+    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
+    with pytest.raises(StoreFault, match="older copy"):
+        Store.open(data)
+    assert files(data / "cubes") == before
+
+
+def test_an_older_copy_costs_no_block_that_was_done_since(tmp_path, make_study, make_plan_of, values_of):
+    data = tmp_path / "data"
+    study = make_study(metrics=METRICS)
+    plan = make_plan_of(study)
+    store = Store.open(data)
+    record, _ = store.submit(study, plan, {})
+    store.close()
+    shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
+    store = Store.open(data)
+    block = plan.block(2)
+    found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+    store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, "g", found))
+    store.close()
+    before = files(data / "cubes")
+    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
+    store = Store.open(data)
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert files(data / "cubes") == before
+    store.close()
+
+
+def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
+    store = Store.open(tmp_path)
+    filled(store, 0.01)
+    store.close()
+    (tmp_path / "cubes").rename(tmp_path / "unmounted")
+    with pytest.raises(StoreFault, match="mounted"):
+        Store.open(tmp_path)
+    (tmp_path / "cubes").rmdir()
+    (tmp_path / "unmounted").rename(tmp_path / "cubes")
+    Store.open(tmp_path).close()
+
+
+def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path, filled):
+    store = Store.open(tmp_path)
+    filled(store, 0.01)
+    store.close()
+    marker = tmp_path / "cubes" / "damperlab.json"
+    content = marker.read_bytes()
+    marker.unlink()
+    Store.open(tmp_path).close()
+    assert marker.read_bytes() == content
+    for at in range(8 * len(content)):
+        damaged = bytearray(content)
+        damaged[at // 8] ^= 1 << at % 8
+        marker.write_bytes(bytes(damaged))
+        with pytest.raises(StoreFault, match="damperlab rebuild"):
+            Store.open(tmp_path)
+
+
+def test_a_dry_run_says_what_would_go_and_changes_nothing(tmp_path, filled):
+    store = Store.open(tmp_path)
+    filled(store, 0.01)
+    (tmp_path / "cubes" / "000000000000-1.zarr").mkdir()
+    (tmp_path / "cubes" / "notes").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    would = collect_garbage(store, -1.0, dry_run=True)
+    assert [line.partition(":")[0] for line in would.what] == ["move 000000000000-1.zarr to the trash"]
+    assert [line.rpartition("/")[2] for line in would.unknown] == ["notes: no known number"]
+    assert sorted(tmp_path.rglob("*")) == before
+    did = collect_garbage(store, -1.0)
+    assert did.what == would.what
+    store.close()
