@@ -140,6 +140,9 @@ class Study(Choice):
         except ValidationError as error:
             raise StudyFaults(faults_of(error, KEYS)) from None
 
+    # so that pydantic validates documents without coming through here, which would check them twice
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
     @model_validator(mode="wrap")
     @classmethod
     def _every_fault(cls, raw: Any, handler: ModelWrapValidatorHandler["Study"]) -> "Study":

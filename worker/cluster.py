@@ -14,6 +14,7 @@ from distributed import Client, LocalCluster, rpc
 from distributed.system import MEMORY_LIMIT
 
 from damperlab.studies.faults import Fault
+from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.provenance import identity
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
@@ -40,20 +41,6 @@ _LOCAL_CONFIG = {
     "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **_ONE_THREAD},
 }
-
-
-class ClusterUnusable(RuntimeError):
-    """There is no cluster to compute on; a user error.
-
-    Parameters
-    ----------
-    fault : Fault
-        Which setting, what was found, what is allowed, what to do.
-    """
-
-    def __init__(self, fault: Fault) -> None:
-        super().__init__(str(fault))
-        self.fault = fault
 
 
 def core_count() -> int:

@@ -5,8 +5,7 @@ import uuid
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from threading import Event
-
-from distributed import Client, Future
+from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -17,13 +16,18 @@ from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import sweep
-from damperlab.worker.cluster import ClusterUnusable
 from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
+from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage
 from damperlab.worker.progress import Meter, Progress
 from damperlab.worker.provenance import WrongCode, code_hash, require_solver
 from damperlab.worker.tasks import failed_values, run_block
-from damperlab.worker.window import Failure, Interrupted, Outage, Window
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+    from damperlab.worker.window import Window
 
 GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
@@ -36,12 +40,13 @@ REPORT_SECONDS = 0.5
 def run_study(
     store: Store,
     study_id: str,
-    client_factory: Callable[[], AbstractContextManager[Client]],
+    client_factory: "Callable[[], AbstractContextManager[Client]]",
     on_progress: Callable[[Progress], None],
     stop: Event,
     *,
     stopped_as: Callable[[], str] = lambda: "cancelled",
     outage_as: str = "failed",
+    here_seconds: float = 0.0,
 ) -> Record:
     """Compute what a study lacks, and no more.
 
@@ -67,6 +72,8 @@ def run_study(
         Says, when it has stopped, in which state the study is left: "queued" for somebody who will go on with it.
     outage_as : str
         The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
+    here_seconds : float
+        Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
 
     Returns
     -------
@@ -86,7 +93,7 @@ def run_study(
     with hold(store, study_id) as lease:
         run = _Run(store, lease, on_progress, stop)
         try:
-            run.compute(client_factory)
+            run.compute(client_factory, here_seconds)
             run.end(stopped_as)
         # One step each: a process that is killed between two would leave the first one's state for good.
         except Outage as error:
@@ -142,7 +149,9 @@ class _Run:
         told = None if record.points_failed else ""
         self._record = store.set_state(self._study_id, "running", told, owner=lease.owner)
 
-    def compute(self, client_factory: Callable[[], AbstractContextManager[Client]]) -> None:
+    def compute(
+        self, client_factory: "Callable[[], AbstractContextManager[Client]]", here_seconds: float
+    ) -> None:
         """Compute every pending block, or as many as there is leave for."""
         study = parse_study(self._record.definition)
         # The cube's own cut: the cost model may have changed since the study was submitted.
@@ -159,21 +168,22 @@ class _Run:
         overlaps = Overlaps(self._store, self._record)
         order = (int(index) for index in self._plan.order(pending))
         self._require_room()
-        with client_factory() as client:
 
-            def submit(index: int, key: str) -> Future:
-                block = self._plan.block(index)
-                # a key is used once, so the files of no two attempts have the same name
-                generation = key.removeprefix("block-")
-                arguments = (
-                    cube_path,
-                    self._record.digest,
-                    block,
-                    code_hash(),
-                    generation,
-                    overlaps.of(block),
-                )
-                return client.submit(run_block, *arguments, key=key, pure=False)
+        def arguments(index: int, key: str) -> tuple[Any, ...]:
+            block = self._plan.block(index)
+            # a key is used once, so the files of no two attempts have the same name
+            generation = key.removeprefix("block-")
+            return cube_path, self._record.digest, block, code_hash(), generation, overlaps.of(block)
+
+        if self._plan.block_seconds[pending].sum() <= here_seconds:
+            self._pump(Here(lambda index, key: run_block(*arguments(index, key)), order), cube_path)
+            return
+        with client_factory() as client:
+            # known here alone: what is computed in this process needs no cluster's library
+            from damperlab.worker.window import Window
+
+            def submit(index: int, key: str) -> "Future":
+                return client.submit(run_block, *arguments(index, key), key=key, pure=False)
 
             window = Window(client, submit, order)
             try:
@@ -219,7 +229,7 @@ class _Run:
     def _stopping(self) -> bool:
         return self._stop.is_set() or self._lease.over
 
-    def _pump(self, window: Window, cube_path: str) -> None:
+    def _pump(self, window: "Window | Here", cube_path: str) -> None:
         while not self._stopping:
             self._require_room()
             window.fill()

@@ -3,9 +3,9 @@
 import json
 import time
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from distributed import Worker
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.motion import GroundMotion
@@ -22,6 +22,9 @@ from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_survey_block
 from damperlab.worker.provenance import require_code
+
+if TYPE_CHECKING:
+    from distributed import Worker
 
 
 def run_block(
@@ -130,7 +133,7 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     return values
 
 
-def executing_keys(dask_worker: Worker) -> list[str]:
+def executing_keys(dask_worker: "Worker") -> list[str]:
     """Keys of the tasks that a worker's threads are at just now; Dask fills in the worker."""
     return [str(task.key) for task in dask_worker.state.executing]
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from distributed import CancelledError, Client, Future, KilledWorker
 
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.shelf import ShelfAway
-from damperlab.worker.provenance import WrongCode
+from damperlab.worker.outcomes import RETRIES, Failure, Outage, judged
 from damperlab.worker.tasks import executing_keys
 
 BLOCKS_PER_THREAD = 3
@@ -20,38 +19,12 @@ BLOCKS_PER_THREAD = 3
 
 Fewer would let a worker idle while its answer travels; with all of a large study's blocks a scheduler crawls.
 """
-RETRIES = 2
-"""How often a block is tried again after an exception, or after the death of its worker."""
 LOOK_SECONDS = 2.0
 """Between two looks at how many threads the cluster has."""
 WORKERLESS_SECONDS = 120.0
 """How long a cluster may be without a single worker before its study is put down."""
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
-
-
-class Interrupted(RuntimeError):
-    """The study cannot go on, for a reason outside its points; what is done is kept and it can be resumed."""
-
-
-class Outage(Interrupted):
-    """What keeps a study from going on passes by itself: the cluster is away, or the disk is full."""
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A block that failed as often as it may.
-
-    Parameters
-    ----------
-    index : int
-        Of the block.
-    message : str
-        What happened, in one sentence.
-    """
-
-    index: int
-    message: str
 
 
 @dataclass(frozen=True)
@@ -194,8 +167,6 @@ class Window:
             outcome: BlockOutcome = future.result(timeout=ANSWER_SECONDS)
         except CancelledError as error:
             raise Outage("the connection to the Dask scheduler was lost") from error
-        except WrongCode as error:
-            raise Interrupted(str(error)) from error
         except KilledWorker:
             failures = attempt.failures + 1
             if failures > RETRIES:
@@ -204,16 +175,10 @@ class Window:
                     f"its worker died {failures} times (crashed, was killed, or ran out of memory)",
                 )
             self._suspects.append(_Attempt(attempt.index, failures, suspect=True))
-        except ShelfAway as error:
-            # it was tried for a while by the worker
-            raise Outage(f"a worker cannot reach the study's data ({error})") from error
         except Exception as error:
-            text = f"{type(error).__name__}: {error}"
-            if attempt.failures >= RETRIES:
-                if isinstance(error, OSError):
-                    # Disks and mounts are not the points' fault: nothing is recorded as failed.
-                    raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
-                return Failure(attempt.index, text)
+            failure = judged(error, attempt.index, attempt.failures)
+            if failure is not None:
+                return failure
             self._again.append(_Attempt(attempt.index, attempt.failures + 1, attempt.suspect))
         else:
             return outcome

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 BYTES_PER_MEGABYTE = 1e6
+HERE_SECONDS = 0.5
+"""Expected work below which no cluster is started: its processes take longer than that to start."""
 WATCH_SECONDS = 0.5
 """Between two looks at a study that another process runs."""
 
@@ -165,20 +167,27 @@ def compute(
         As it ended.
     """
     from damperlab.studies.store.faults import StudyBusy
-    from damperlab.worker.cluster import connect
     from damperlab.worker.runner import run_study
 
+    def own() -> "AbstractContextManager[Client]":
+        # loaded only where a cluster is needed: it is most of what a tiny study would cost
+        from damperlab.worker.cluster import connect
+
+        return connect(workers=workers, scheduler=scheduler)
+
+    no_cluster_named = client is None and workers is None and scheduler is None
     with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
         while True:
             try:
                 return run_study(
                     store,
                     record.id,
-                    client or (lambda: connect(workers=workers, scheduler=scheduler)),
+                    client or own,
                     lambda now: progress.update(
                         now.points_done, now.points_failed, now.points_per_second, now.seconds_left
                     ),
                     stop,
+                    here_seconds=HERE_SECONDS if no_cluster_named else 0.0,
                 )
             except StudyBusy as error:
                 note(f"{error} Watching it until it ends.")

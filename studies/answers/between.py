@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.selection import At, as_float, choose, coded, read, require_stored
+from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.selection import At, as_float, choose, coded, read, require_stored, say
 from damperlab.studies.faults import Fault
 
 INTERPOLATED = {
@@ -48,7 +49,7 @@ class Between:
             axis = cube[name].values
             order = np.argsort(axis)
             place = int(np.searchsorted(axis[order], wanted))
-            if 0 < place < axis.size and axis[order[place]] != wanted:
+            if 0 < place < axis.size and not same(axis, wanted).any():
                 low, high = int(order[place - 1]), int(order[place])
                 self.sides[name] = low, high, float((wanted - axis[low]) / (axis[high] - axis[low]))
 
@@ -90,18 +91,22 @@ class Between:
         values["interpolated"] = same.astype(np.int8)
         return values
 
-    def say(self) -> str:
-        """Say between which grid points."""
+    def say(self, at: At) -> str:
+        """Say which grid points were taken, and between which the value was interpolated."""
+        taken = say(
+            self._cube, {name: place for name, place in self.nearest.items() if name not in self.sides}, at
+        )
         if not self.sides:
-            return "Nothing was interpolated: every asked value is on the grid or beyond its end."
+            return f"{taken} Nothing was interpolated: every asked value is on the grid or beyond its end."
         spans = [
-            f"{name} between {self._cube[name].values[low]:.10g} and {self._cube[name].values[high]:.10g}"
+            f"to {name} = {float(at[name]):.10g} between {self._cube[name].values[low]:.10g} and "
+            f"{self._cube[name].values[high]:.10g}"
             for name, (low, high, _) in self.sides.items()
         ]
         return (
-            f"Interpolated linearly, {', '.join(spans)}, where all grid points around are of one response class; "
+            f"{taken} Interpolated linearly {', '.join(spans)}, where all grid points around are of one response class; "
             "elsewhere the value is that of the nearest grid point."
-        )
+        ).strip()
 
     def scalars(self, at: At) -> dict[str, xr.DataArray]:
         """Give the asked values as coordinates without a dimension; the grid's where nothing lies between."""

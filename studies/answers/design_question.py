@@ -9,6 +9,7 @@ import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
@@ -141,8 +142,8 @@ def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float]
         return np.arange(values.size)
     low, high = limits
     shown = _check_limits(field, limits)
-    inside = np.flatnonzero((values >= low) & (values <= high))
-    if inside.size == 0:
+    found = np.flatnonzero(inside(values, low, high))
+    if found.size == 0:
         span = f"{values.min():.10g} to {values.max():.10g}"
         near = values[np.abs(values - low).argmin()]
         raise QueryFault(
@@ -153,7 +154,7 @@ def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float]
                 f"widen it; {near:.10g} is the nearest",
             )
         )
-    return inside
+    return found
 
 
 def _check_limits(field: str, limits: tuple[float, float]) -> str:

@@ -72,7 +72,7 @@ def frequency_response(
         between = Between(cube, metric, at, (FREQUENCY,))
         values = between.read(names)
         chosen = between.scalars(at)
-        note = f"{say(cube, index, {})} {between.say()}"
+        note = between.say(at)
     else:
         values = {name: read(cube, name, index, (FREQUENCY,)) for name in (metric, *names)}
         if not coded(cube, metric):

@@ -153,7 +153,7 @@ def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Datase
     attributes = completeness(*count(values["status"]), flag.size)
     answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
     answer["interpolated"] = ((y, x), flag, INTERPOLATED)
-    answer.attrs["note"] = f"{say(cube, between.nearest, {})} {between.say()}"
+    answer.attrs["note"] = between.say(at)
     return answer
 
 

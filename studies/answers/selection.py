@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.nearness import same
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.registry import is_survey, variables_of
@@ -169,7 +170,7 @@ def say(cube: xr.Dataset, index: Mapping[str, int], at: At) -> str:
             phrases.append(f"{name} = {values[position]}{chosen}")
             continue
         phrase = f"{name} = {values[position]:.10g}"
-        if name in at and at[name] != values[position]:
+        if name in at and not same(float(at[name]), values[position]):
             phrase += f" (the grid point nearest to the {at[name]:.10g} asked for)"
         elif name not in at and values.size > 1:
             phrase += f" (not asked for; one of {values.size} on the grid)"

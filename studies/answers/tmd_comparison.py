@@ -16,7 +16,8 @@ from damperlab.studies.tmd.transfer import Excitation, amplitude_ratio, highest,
 from damperlab.studies.tmd.tunings import CRITERIA, Criterion, tuned
 
 METRIC = "amplitude_ratio"
-MOST_MASS = 10.0
+LEAST_MASS, MOST_MASS = 1e-12, 10.0
+"""A lighter absorber is tuned so close to 1 that its tuning cannot be told from it."""
 MOST_DETUNING = 10.0
 
 
@@ -134,8 +135,8 @@ def tmd_comparison(
 
 
 def _check_mass(mass_ratio: float, advice: str) -> None:
-    if not 0 < mass_ratio <= MOST_MASS:
-        allowed = f"above 0 and at most {MOST_MASS:g}: a tuned mass damper has a mass"
+    if not LEAST_MASS <= mass_ratio <= MOST_MASS:
+        allowed = f"{LEAST_MASS:g} to {MOST_MASS:g}: a tuned mass damper has a mass"
         raise QueryFault(Fault("mass_ratio", describe(mass_ratio), allowed, advice))
 
 

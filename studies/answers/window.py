@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.nearness import inside
 from damperlab.studies.faults import Fault
 
 FEWEST = 2
@@ -20,17 +21,19 @@ def window(
 ) -> xr.Dataset:
     """Cut a part out of a map and keep evenly spaced grid lines of it.
 
-    What stays are values of grid points as they were computed, not means over cells: a narrow feature between two
-    lines that stay is not seen until the part is made smaller. The note says so.
+    What stays are values of grid points as they were computed, not means over cells. The lines of the largest and of
+    the smallest value are among them; another narrow feature between two lines that stay is not seen until the part is
+    made smaller. The note says so.
 
     Parameters
     ----------
     answer : Dataset
-        Of `resonance_map`, dimensions (y, x).
+        Of `resonance_map`, dimensions (y, x); its first variable is the metric.
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
-        Most values along either dimension, 2 or more. The first and the last one of the part stay.
+        Most values along either dimension, 2 or more. The first and the last one of the part stay, of 3 the line of
+        the largest value, of 4 that of the smallest too.
 
     Returns
     -------
@@ -43,15 +46,18 @@ def window(
         Where no grid point is within a range.
     """
     sentences = []
-    index: dict[str, NDArray[np.intp]] = {}
-    for name in (str(dimension) for dimension in answer["status"].dims):
-        inside = _inside(answer[name].values, name, (ranges or {}).get(name))
-        kept = inside if most is None else _spread(inside, most)
-        if kept.size < inside.size:
-            sentences.append(f"{kept.size:,} of {inside.size:,} values of {name} are shown.")
-        index[name] = kept
+    names = [str(dimension) for dimension in answer["status"].dims]
+    index = {name: _inside(answer[name].values, name, (ranges or {}).get(name)) for name in names}
+    extremes = _extremes(answer, index) if most is not None else []
+    for axis, name in enumerate(names):
+        whole = index[name]
+        if most is not None and whole.size > most:
+            index[name] = _spread(whole, most, [place[axis] for place in extremes])
+            sentences.append(f"{index[name].size:,} of {whole.size:,} values of {name} are shown.")
     part = answer.isel({name: kept for name, kept in index.items() if kept.size < answer.sizes[name]})
     if sentences:
+        if extremes and most is not None and most >= FEWEST + len(extremes):
+            sentences.append("The largest and the smallest value are among those shown.")
         sentences.append("Ask for a smaller part to see what lies between.")
     note = " ".join([str(answer.attrs.get("note", "")), *sentences]).strip()
     return part.assign_attrs(note=note, thinned=bool(sentences))
@@ -61,14 +67,36 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
     if limits is None:
         return np.arange(values.size)
     low, high = limits
-    inside = np.flatnonzero((values >= low) & (values <= high))
-    if inside.size == 0:
+    found = np.flatnonzero(inside(values, low, high))
+    if found.size == 0:
         allowed = f"a range with some of the values from {values.min():.10g} to {values.max():.10g}"
         raise QueryFault(Fault(f"range of {name}", f"{low:.10g} to {high:.10g}", allowed, "widen it"))
-    return inside
+    return found
 
 
-def _spread(places: NDArray[np.intp], most: int) -> NDArray[np.intp]:
-    if places.size <= most:
-        return places
-    return places[np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)]
+def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
+    """Find the largest and the smallest value of the part, as places within it; codes and an empty part have none."""
+    metric = next(iter(answer.data_vars.values()))
+    if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
+        return []
+    values = metric.isel(dict(index)).transpose(*index).values.astype(float)
+    known = np.isfinite(values)
+    if not known.any():
+        return []
+    ranked = (np.where(known, values, -np.inf).argmax(), np.where(known, values, np.inf).argmin())
+    return [(int(row), int(column)) for row, column in (np.unravel_index(at, values.shape) for at in ranked)]
+
+
+def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
+    """Keep both ends and evenly spaced places between them, those nearest to `wanted` moved there, the first one first."""
+    kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
+    fixed = {0, kept.size - 1}
+    for place in wanted:
+        free = [at for at in range(kept.size) if at not in fixed]
+        if place in kept:
+            fixed.add(int(np.flatnonzero(kept == place)[0]))
+        elif free:
+            at = min(free, key=lambda at: abs(int(kept[at]) - place))
+            kept[at] = place
+            fixed.add(at)
+    return places[np.unique(kept)]

@@ -2,17 +2,18 @@
 
 import os
 import shutil
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.chunks import Marks
-from damperlab.studies.store.cube import open_cube
 from damperlab.studies.store.faults import RevisionGone, cannot_use
 from damperlab.studies.store.quota import Taken, taken
 from damperlab.studies.store.rows import marks_of, study_row
 from damperlab.studies.store.shelf import Shelf
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RESERVE_BYTES = 16 * 2**20
 """Room on the disk that no block is begun without."""
@@ -28,7 +29,7 @@ class Cubes(StoreBase):
         with self.catalogue.reading() as connection:
             return self.cube_shelf(study_id, study_row(connection, study_id).number).address
 
-    def cube(self, study_id: str) -> xr.Dataset:
+    def cube(self, study_id: str) -> "xr.Dataset":
         """Open a study's cube as it is now: lazy, and every block wholly there or wholly not computed.
 
         Raises
@@ -38,6 +39,9 @@ class Cubes(StoreBase):
         StoreFault
             If its files are gone.
         """
+        # xarray is half of what a command would load, and few ask
+        from damperlab.studies.store.opened import open_cube
+
         shelf, marks = self.snapshot(study_id)
         try:
             return open_cube(shelf, marks)

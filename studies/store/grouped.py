@@ -17,7 +17,8 @@ import numpy as np
 
 from damperlab.studies.store.chunks import Marks
 from damperlab.studies.store.coding import Description, StoredArray
-from damperlab.studies.store.cube import block_grid, read_region
+from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.opened import read_region
 from damperlab.studies.store.shelf import Shelf
 
 POINTS = 2**16

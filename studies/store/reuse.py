@@ -8,7 +8,7 @@ from sqlalchemy import select
 from damperlab.studies.definition import parse_study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.cube import block_grid, open_cube, stored_variables
+from damperlab.studies.store.cube import block_grid, stored_variables
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, record_of
@@ -113,6 +113,8 @@ def known_points(
     values : dict of ndarray, each block.shape
         Every stored variable, right where `known` is true.
     """
+    from damperlab.studies.store.opened import open_cube  # brings xarray along
+
     known = np.zeros(block.shape, bool)
     variables = stored_variables(study)
     values = {v.name: np.full(block.shape, v.fill, v.dtype) for v in variables}

@@ -12,9 +12,10 @@ from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
-from damperlab.studies.store.cube import lost_attachments, open_cube, restore_metadata
+from damperlab.studies.store.cube import lost_attachments, restore_metadata
 from damperlab.studies.store.decoded import DecodedChunks
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
+from damperlab.studies.store.opened import open_cube
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.shelf import Shelf, ShelfAway
 from damperlab.studies.store.store import Store

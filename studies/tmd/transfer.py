@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.stationary import Heights, all_stationary
 
 Excitation = Literal["base", "force"]
 """base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""
@@ -75,17 +75,15 @@ def peaks(
 ) -> tuple[Peak, ...]:
     """Every stationary point of the amplitude ratio over λ > 0, by ascending frequency.
 
-    |H|² is a ratio of polynomials N/D in λ² (degrees 3 and 4), so its stationary points are roots of
-    N′D − ND′. A height depends on its place in second order only: a root known to 1e-9 gives it exactly.
+    See `stationary.Heights` for how they are found.
 
     Returns
     -------
     tuple of Peak
         Maxima and minima; the largest is the H∞ norm unless the response is largest at λ = 0.
     """
-    places = _stationary(absorber, structural_damping, excitation)
-    values = amplitude_ratio(places, absorber, structural_damping, excitation)
-    return tuple(Peak(float(value), float(place)) for value, place in zip(values, places, strict=True))
+    found = all_stationary(_heights(absorber, structural_damping, excitation))
+    return tuple(Peak(float(value), float(np.sqrt(1 + off))) for off, value in zip(*found, strict=True))
 
 
 def highest(
@@ -109,36 +107,31 @@ def highest(
         Infinite where neither the structure nor the absorber has damping and a resonance is in the band.
     """
     low, high = band
-    places = _stationary(absorber, structural_damping, excitation)
-    places = np.append(places[(places >= low) & (places <= high)], low)
-    if np.isfinite(high):
-        places = np.append(places, high)
     if structural_damping == 0 and absorber.damping_ratio * absorber.mass_ratio == 0:
         poles = _undamped_poles(absorber)
         inside = poles[(poles >= low) & (poles <= high)]
         if inside.size:
             return Peak(np.inf, float(inside[0]))
-    values = amplitude_ratio(places, absorber, structural_damping, excitation)
+    places, values = _heights(absorber, structural_damping, excitation).candidates()
+    inside = (places[0] >= low) & (places[0] <= high)
+    ends = np.array([low, high] if np.isfinite(high) else [low])
+    places = np.append(places[0][inside], ends)
+    values = np.append(values[0][inside], amplitude_ratio(ends, absorber, structural_damping, excitation))
     best = int(values.argmax())
     return Peak(float(values[best]), float(places[best]))
 
 
-def _stationary(absorber: Absorber, structural_damping: float, excitation: Excitation) -> NDArray[np.float64]:
-    """Candidates λ > 0 for the extrema: real parts of the roots, since a double root may come out as a pair."""
-    mu, gamma, zeta = absorber.mass_ratio, absorber.tuning, absorber.damping_ratio
-    s = Polynomial([0.0, 1.0])  # λ²
-    spring, dash = gamma**2 - s, 4 * zeta**2 * gamma**2 * s
-    top = spring**2 + dash
-    if excitation == "base":
-        top = top * (1 + 4 * structural_damping**2 * s)
-    # the denominator's real part, and its imaginary part over 2λ
-    real = (1 - s) * spring - mu * s * gamma**2 - 4 * structural_damping * zeta * gamma * s
-    imaginary = zeta * gamma * (1 - s - mu * s) + structural_damping * spring
-    bottom = real**2 + 4 * s * imaginary**2
-    condition = top.deriv() * bottom - top * bottom.deriv()
-    roots = condition.trim(0.0).roots()
-    kept = roots.real[(roots.real > 0) & (np.abs(roots.imag) < 1e-4 * np.abs(roots))]
-    return np.sort(np.sqrt(kept))
+def _heights(absorber: Absorber, structural_damping: float, excitation: Excitation) -> Heights:
+    # γ² − 1 without the cancellation that a light absorber, tuned next to the structure, would suffer
+    offset = (absorber.tuning - 1) * (absorber.tuning + 1)
+    return Heights(
+        absorber.mass_ratio,
+        np.array([absorber.tuning**2]),
+        np.array([offset]),
+        np.array([absorber.damping_ratio]),
+        structural_damping,
+        excitation == "base",
+    )
 
 
 def _undamped_poles(absorber: Absorber) -> NDArray[np.float64]:

@@ -15,7 +15,8 @@ import psutil
 import pytest
 from tests.worker.dask_processes import dask_process, scheduler_process
 
-from damperlab.worker.cluster import ClusterUnusable, connect, core_count
+from damperlab.worker.cluster import connect, core_count
+from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
 
 ROOT = Path(__file__).parents[2]

@@ -12,8 +12,9 @@ from distributed import Client, Future
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster import connect
+from damperlab.worker.outcomes import RETRIES, Failure, Interrupted
 from damperlab.worker.provenance import require_code
-from damperlab.worker.window import BLOCKS_PER_THREAD, RETRIES, Failure, Interrupted, Window
+from damperlab.worker.window import BLOCKS_PER_THREAD, Window
 
 
 def _outcome(index: int) -> BlockOutcome:

@@ -155,3 +155,9 @@ def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, qu
     with pytest.raises(QueryFault, match=words) as caught:
         optimal_designs(cube, **question)
     assert caught.value.fault.field == field
+
+
+def test_the_end_of_a_range_is_the_grid_point_that_a_person_means(whole):
+    shifted = whole.assign_coords(friction_ratio=np.nextafter([0.0, 0.2, 0.4, 0.7], 1.0))
+    narrow = optimal_designs(shifted, "peak", top=1000, ranges={"friction_ratio": (0.2, 0.7)})
+    assert set(narrow["friction_ratio"].values) == set(shifted["friction_ratio"].values[1:])

@@ -228,3 +228,32 @@ def test_a_curve_that_cannot_be_drawn_is_refused(cube, metric, at, field):
     with pytest.raises(QueryFault) as caught:
         frequency_response(cube, metric, at)
     assert caught.value.fault.field == field
+
+
+def test_what_was_asked_for_is_said_as_people_write_it(whole):
+    whole["status"][:] = 0
+    whole["response_class"][:] = 3
+    third = np.arange(4) * 0.2
+    third[3] = np.nextafter(0.6, 1)
+    asked = whole.assign_coords(friction_ratio=third)
+    note = frequency_response(asked, at={"friction_ratio": 0.6, "clearance_ratio": 5.0}).attrs["note"]
+    assert "nearest" not in note
+    assert "friction_ratio = 0.6" in note
+    at = {"friction_ratio": 0.4, "clearance_ratio": 3.0}
+    note = frequency_response(asked, at=at, interpolate=True).attrs["note"]
+    assert "friction_ratio = 0.4" in note
+    assert "0.4 (not asked for" not in note
+    assert "to clearance_ratio = 3 between 2 and 5" in note
+    assert "restitution = 0.2 (not asked for; one of 3 on the grid)" in note
+    # a value a rounding off the grid is on it
+    on_it = frequency_response(asked, at={"friction_ratio": 0.6}, interpolate=True)
+    assert not on_it["interpolated"].values.any()
+    by_map = resonance_map(
+        asked,
+        "restitution",
+        "clearance_ratio",
+        at={"friction_ratio": 0.3, "frequency_ratio": 1.0},
+        interpolate=True,
+    )
+    assert "frequency_ratio = 1." in by_map.attrs["note"]
+    assert "to friction_ratio = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]

@@ -54,3 +54,47 @@ def test_a_part_without_a_grid_point_is_refused_with_what_there_is() -> None:
     with pytest.raises(QueryFault) as refused:
         window(_map(11, 11), {"friction_ratio": (0.41, 0.42)})
     assert "from 0 to 1" in str(refused.value.fault.allowed)
+
+
+@settings(deadline=None, derandomize=True)
+@given(
+    rows=st.integers(1, 60),
+    columns=st.integers(1, 60),
+    most=st.integers(4, 20),
+    data=st.data(),
+)
+def test_the_largest_and_the_smallest_value_stay(
+    rows: int, columns: int, most: int, data: st.DataObject
+) -> None:
+    whole = _map(rows, columns)
+    values = np.full((rows, columns), 5.0)
+    where = st.tuples(st.integers(0, rows - 1), st.integers(0, columns - 1))
+    hole, peak, pit = data.draw(where), data.draw(where), data.draw(where)
+    values[hole] = np.nan
+    values[peak] = 447.3
+    if pit != peak:
+        values[pit] = 0.2
+    whole["amplitude_ratio"][:] = values
+    thin = window(whole, most=most)
+    shown = thin["amplitude_ratio"].values
+    assert max(shown.shape) <= most
+    assert np.nanmax(shown) == np.nanmax(values)
+    assert np.nanmin(shown) == np.nanmin(values)
+
+
+def test_the_extremes_are_those_of_the_part_and_codes_have_none() -> None:
+    whole = _map(101, 3)
+    whole["amplitude_ratio"][50] = 1e6
+    part = window(whole, {"friction_ratio": (0.0, 0.4)}, most=5)
+    assert part["amplitude_ratio"].max() == whole["amplitude_ratio"][:41].max()
+    assert "The largest and the smallest value are among those shown." in part.attrs["note"]
+    codes = whole.rename(amplitude_ratio="response_class")
+    codes["response_class"].attrs["flag_values"] = [0, 1]
+    assert "largest" not in window(codes, most=5).attrs["note"]
+
+
+def test_the_end_of_a_range_is_the_grid_point_that_a_person_means() -> None:
+    whole = _map(11, 3)
+    whole = whole.assign_coords(friction_ratio=np.arange(11) * 0.1)  # 0.30000000000000004, 0.7000000000000001
+    part = window(whole, {"friction_ratio": (0.3, 0.7)})
+    assert part.sizes["friction_ratio"] == 5

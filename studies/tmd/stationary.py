@@ -1,0 +1,160 @@
+"""Where the amplitude ratio of a structure with an absorber is stationary, for many absorbers of one mass at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+NARROWEST = 1e-150
+"""Width below which squares of it would underflow."""
+ROUNDING = 1e-15
+PAIR = 1e-4
+"""Imaginary over real size of a pair of roots that stands for a double one: the root of rounding, and a margin."""
+
+
+@dataclass(frozen=True)
+class Heights:
+    """The amplitude ratio of n absorbers of one mass on one structure.
+
+    With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
+    N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
+    coefficients in powers of s cancel. So the polynomials are formed around a centre c in t = (s − c)/δ as well, with δ
+    the width of what happens there: around s = 1, and around s = 0 for an absorber that is tuned far below. The union
+    of all roots is taken: a point too many does no harm where the largest value is looked for. A height depends on its
+    place in second order only.
+
+    Parameters
+    ----------
+    mass_ratio : float
+        μ, 0 or more.
+    square, offset : ndarray, (n,)
+        γ², and γ² − 1 by itself: a light absorber is tuned closer to 1 than γ² can tell, a slow one has γ² near 0.
+    damping_ratio : ndarray, (n,)
+        ζ = c/(2√(m k₁)).
+    structural_damping : float
+        ζ_s.
+    base : bool
+        Base excitation; else a force on the structure.
+    """
+
+    mass_ratio: float
+    square: Floats
+    offset: Floats
+    damping_ratio: Floats
+    structural_damping: float
+    base: bool
+
+    def candidates(self) -> tuple[Floats, Floats]:
+        """Give λ and |H| at every root's real part, each (n, roots); λ = 0, |H| = 1 in place of one that is not positive."""
+        widths = [
+            (1.0, self.width()),
+            (0.0, np.ones_like(self.square)),
+            (0.0, np.clip(self.square, NARROWEST, 1.0)),
+        ]
+        found = [self._around(centre, width) for centre, width in widths]
+        return tuple(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))  # type: ignore[return-value]
+
+    def width(self) -> Floats:
+        """Give the width in s of what happens around s = 1, at most 1, (n,)."""
+        near = np.sqrt(self.mass_ratio) + self.structural_damping + self.damping_ratio + np.abs(self.offset)
+        return np.asarray(np.clip(near, NARROWEST, 1.0))
+
+    def highest(self) -> Floats:
+        """Give the largest |H| of each absorber, (n,); 1 at λ = 0 where nothing exceeds it."""
+        return np.asarray(self.candidates()[1].max(axis=1, initial=1.0))
+
+    def _around(self, centre: float, width: Floats) -> tuple[Floats, Floats]:
+        roots = self._roots(centre, width)
+        step = width[:, None] * roots.real
+        positive = np.isfinite(step) & (centre + step > 0)
+        step = np.where(positive, step, 0.0)
+        from_one = step if centre == 1 else centre + step - 1
+        values = self.at(centre + step, from_one)
+        return np.where(positive, np.sqrt(centre + step), 0.0), np.where(positive, values, 1.0)
+
+    def at(self, s: Floats, from_one: Floats) -> Floats:
+        """Give |H| at s = λ², (n, m), whose distance from 1 is known by itself."""
+        mu, structural = self.mass_ratio, self.structural_damping
+        tuning, zeta = np.sqrt(self.square)[:, None], self.damping_ratio[:, None]
+        # far below 1 the small terms of γ² − s are those of s, else those of the distances from 1
+        spring = np.where(s < 0.5, tuning**2 - s, self.offset[:, None] - from_one)
+        lam = np.sqrt(s)
+        top = np.hypot(spring, 2 * zeta * tuning * lam)
+        if self.base:
+            top = top * np.hypot(1, 2 * structural * lam)
+        real = -from_one * spring - mu * s * tuning**2 - 4 * structural * zeta * tuning * s
+        imaginary = zeta * tuning * (-from_one - mu * s) + structural * spring
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = top / np.hypot(real, 2 * lam * imaginary)
+        return np.asarray(np.nan_to_num(ratio, nan=0.0, posinf=np.inf))
+
+    def _roots(self, centre: float, width: Floats) -> NDArray[np.complex128]:
+        """Roots of N′D − ND′ in t = (s − c)/δ, (n, 6)."""
+        mu, structural = self.mass_ratio, self.structural_damping
+        tuning, zeta = np.sqrt(self.square), self.damping_ratio
+        one = np.ones_like(width)
+        # every factor over the power of δ it has: rows of coefficients, the constant first
+        s = np.stack([centre * one, width], axis=1)
+        unit = np.stack([(1 - centre) / width, -one], axis=1)  # (1 − s)/δ
+        spring = np.stack([(self.offset if centre == 1 else tuning**2) / width, -one], axis=1)
+        ours, theirs = (structural / width)[:, None], (zeta * tuning / width)[:, None]
+        top = _times(spring, spring) + _long(4 * theirs**2 * s, 3)
+        if self.base:
+            top = _times(top, 4 * structural**2 * s + _constant(one))
+        real = _times(unit, spring) - _long(((mu * tuning**2 / width) / width)[:, None] * s, 3)
+        real = real - _long(4 * ours * theirs * s, 3)
+        imaginary = theirs * (unit - (mu / width)[:, None] * s) + ours * spring
+        bottom = _times(real, real) + 4 * _times(s, _times(imaginary, imaginary), 5)
+        condition = _times(_derived(top), bottom) - _times(top, _derived(bottom))
+        return _polynomial_roots(condition)
+
+
+def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
+    """Give λ² − 1 and |H| of every stationary point of a single absorber, ascending, each once."""
+    width = heights.width()
+    roots = heights._roots(1.0, width)[0]
+    step = float(width[0]) * roots
+    # a double root may come out as a pair, which is told from a complex root by its size there and from 0
+    nearness = np.minimum(np.abs(1 + step), np.abs(step) + width[0])
+    kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
+    offset = np.sort(step.real[kept])[None]
+    return offset[0], heights.at(1 + offset, offset)[0]
+
+
+def _constant(one: Floats) -> Floats:
+    return np.stack([one, np.zeros_like(one)], axis=1)
+
+
+def _long(rows: Floats, length: int) -> Floats:
+    return np.pad(rows, ((0, 0), (0, length - rows.shape[1])))
+
+
+def _times(a: Floats, b: Floats, length: int = 0) -> Floats:
+    """Products of polynomials, row by row."""
+    product = np.zeros((a.shape[0], max(length, a.shape[1] + b.shape[1] - 1)))
+    for power in range(a.shape[1]):
+        product[:, power : power + b.shape[1]] += a[:, power, None] * b
+    return product
+
+
+def _derived(a: Floats) -> Floats:
+    return a[:, 1:] * np.arange(1, a.shape[1])
+
+
+def _polynomial_roots(rows: Floats) -> NDArray[np.complex128]:
+    """Roots of polynomials, row by row, as eigenvalues of companion matrices; NaN where the degree is lower.
+
+    A leading coefficient lost in the rounding of the largest sends a root to where nothing is and would spoil the
+    others, so it is left out.
+    """
+    size = np.abs(rows)
+    degrees = np.array([np.flatnonzero(row > ROUNDING * row.max())[-1:].sum() for row in size], np.intp)
+    found = np.full((rows.shape[0], rows.shape[1] - 1), np.nan + 0j)
+    for degree in np.unique(degrees[degrees > 0]).tolist():
+        of = np.flatnonzero(degrees == degree)
+        companion = np.zeros((of.size, degree, degree))
+        companion[:, 1:, :-1] = np.eye(degree - 1)
+        companion[:, :, -1] = -rows[of, :degree] / rows[of, degree, None]
+        found[of, :degree] = np.linalg.eigvals(companion)
+    return found

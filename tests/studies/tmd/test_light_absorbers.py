@@ -1,0 +1,190 @@
+"""Peaks and tunings of absorbers of any mass, against the equations of motion solved in fifty digits."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.oracles import tuned_mass
+
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.tmd.transfer import highest
+from damperlab.studies.tmd.tunings import exact_hinf
+
+DIGITS = 50
+
+
+def ratio(lam: mp.mpf, absorber: Absorber, structural: float) -> mp.mpf:
+    """|X/Z| by solving the two equations of motion of structure and absorber, base excited."""
+    mu, gamma, zeta = (mp.mpf(x) for x in (absorber.mass_ratio, absorber.tuning, absorber.damping_ratio))
+    base = 1 + 2j * mp.mpf(structural) * lam
+    link = gamma**2 + 2j * zeta * gamma * lam
+    # (base + mu link - lam^2) x - mu link y = base z;  link x = (link - lam^2) y
+    return abs(base * (link - lam**2) / ((base + mu * link - lam**2) * (link - lam**2) - mu * link**2))
+
+
+def greatest(absorber: Absorber, structural: float) -> mp.mpf:
+    """The H-infinity norm by the bounded real lemma's test of one level, bisected: no stationary point is looked for.
+
+    |X/Z| = c somewhere if and only if |num|^2 - c^2 |den|^2, a polynomial in s = lam^2, has a positive root.
+    """
+    with mp.workdps(DIGITS):
+        mu, gamma, zeta, zs = (
+            mp.mpf(x) for x in (absorber.mass_ratio, absorber.tuning, absorber.damping_ratio, structural)
+        )
+        g2, cross = gamma**2, 2 * zeta * gamma
+
+        def times(a, b):
+            out = [mp.mpf(0)] * (len(a) + len(b) - 1)
+            for i, x in enumerate(a):
+                for j, y in enumerate(b):
+                    out[i + j] += x * y
+            return out
+
+        def plus(a, b, factor=1):
+            out = [mp.mpf(0)] * max(len(a), len(b))
+            for i, x in enumerate(a):
+                out[i] += x
+            for i, x in enumerate(b):
+                out[i] += factor * x
+            return out
+
+        s = [mp.mpf(0), mp.mpf(1)]
+        # the determinant det = (1 + 2 i zs l + mu L - s)(L - s) - mu L^2, L = g2 + i cross l, l^2 = s, by parts
+        first_re, first_im = [1 + mu * g2, mp.mpf(-1)], [2 * zs + mu * cross]
+        link_re, link_im = [g2, mp.mpf(-1)], [cross]
+        den_re = plus(times(first_re, link_re), times(s, times(first_im, link_im)), -1)
+        den_re = plus(den_re, [mu * g2**2, -mu * cross**2], -1)
+        den_im = plus(plus(times(first_re, link_im), times(first_im, link_re)), [2 * mu * g2 * cross], -1)
+        num = plus(times(link_re, link_re), times(s, times(link_im, link_im)))
+        num = times(num, [mp.mpf(1), 4 * zs**2])
+        den = plus(times(den_re, den_re), times(s, times(den_im, den_im)))
+
+        def reached(level) -> bool:
+            coefficients = plus(num, den, -(level**2))
+            while coefficients and abs(coefficients[-1]) == 0:
+                coefficients.pop()
+            return sturm_positive_roots(coefficients) > 0
+
+        low, high = mp.mpf(1) + mp.mpf(10) ** -30, mp.mpf(10) ** 20
+        if not reached(low):
+            return mp.mpf(1)
+        for _ in range(110):
+            middle = mp.sqrt(low * high)
+            low, high = (middle, high) if reached(middle) else (low, middle)
+        return low
+
+
+def sturm_positive_roots(coefficients: list) -> int:
+    """Distinct roots above 0 of a polynomial, constant first, by Sturm's chain."""
+    chain = [coefficients, [k * c for k, c in enumerate(coefficients)][1:]]
+    while len(chain[-1]) > 1:
+        rest = list(chain[-2])
+        divisor = chain[-1]
+        while len(rest) >= len(divisor):
+            factor = rest[-1] / divisor[-1]
+            for k in range(len(divisor)):
+                rest[len(rest) - len(divisor) + k] -= factor * divisor[k]
+            rest.pop()
+        while rest and abs(rest[-1]) < mp.mpf(10) ** (10 - DIGITS) * max(abs(c) for c in divisor):
+            rest.pop()
+        if not rest:
+            break
+        largest = max(abs(c) for c in rest)
+        chain.append([-c / largest for c in rest])
+
+    def changes(values) -> int:
+        signs = [v > 0 for v in values if v != 0]
+        return sum(a != b for a, b in zip(signs[1:], signs[:-1], strict=True))
+
+    return changes([c[0] for c in chain]) - changes([c[-1] for c in chain])
+
+
+EXTREMES = [
+    (1e-4, 1.0, 6e-3, 0.0),
+    (1e-10, 1.0, 6e-6, 1e-7),
+    (1e-12, 1.000001, 1e-7, 1e-9),
+    (0.1, 0.9, 1e-6, 0.0),
+    (0.1, 3.0, 0.01, 1e-6),
+    (10.0, 0.09, 0.6, 0.0),
+    (10.0, 0.0009, 0.3, 1e-4),
+    (1e-3, 11.0, 4.0, 1e-5),
+]
+
+
+@pytest.mark.parametrize(("mu", "tuning", "zeta", "structural"), EXTREMES)
+def test_the_peak_of_an_extreme_absorber_is_that_in_fifty_digits(mu, tuning, zeta, structural):
+    absorber = Absorber(mu, tuning, zeta)
+    exact = greatest(absorber, structural)
+    found = highest(absorber, structural)
+    # lam is a double next to a resonance of relative width w: what is a rounding of it is a rounding/w of the slope
+    width = max(zeta, structural, 1e-9)
+    assert found.value == pytest.approx(float(exact), rel=1e-11 + 1e-16 / width)
+    with mp.workdps(DIGITS):
+        there = ratio(mp.mpf(found.frequency_ratio), absorber, structural)
+    assert float(there) == pytest.approx(float(exact), rel=1e-8)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(st.floats(-10, 1), st.floats(-2, 1), st.floats(-3, 0.5), st.floats(-5, -0.1), st.floats(-0.3, 0.3))
+def test_the_peak_of_any_absorber_is_that_in_fifty_digits(
+    log_mu, log_offset, log_damping, log_structural, detuned
+):
+    mu, structural = 10**log_mu, 10**log_structural
+    width = math.sqrt(mu) + structural
+    tuning = math.exp(min(1.0, width) * math.copysign(10**log_offset, detuned) * abs(detuned)) / (1 + mu)
+    absorber = Absorber(mu, tuning, width * 10**log_damping)
+    exact = float(greatest(absorber, structural))
+    assert highest(absorber, structural).value == pytest.approx(exact, rel=1e-10)
+
+
+@pytest.mark.parametrize("mu", [1e-12, 1e-8, 1e-4, 1e-2, 1.0, 10.0])
+def test_minimax_of_any_mass_is_the_closed_form_without_structural_damping(mu):
+    found, exact = minimax(mu, 0.0), exact_hinf(mu)
+    width = min(1.0, math.sqrt(mu))
+    # the tuning is a double next to 1, the resonance as wide as the root of the mass ratio
+    assert abs(found.tuning - exact.tuning) <= width * 1e-9 + 2e-16
+    assert found.damping_ratio == pytest.approx(exact.damping_ratio, rel=1e-8)
+    with mp.workdps(DIGITS):
+        assert highest(found).value == pytest.approx(tuned_mass_peak(mu), rel=1e-10 + 2e-16 / width)
+
+
+def tuned_mass_peak(mu: float) -> float:
+    """Nishihara and Asami's closed form of the peak, in fifty digits: in doubles it cancels."""
+    with mp.workdps(DIGITS):
+        m = mp.mpf(mu)
+        q = mp.sqrt(4 + 3 * m)
+        inner = ((8 + 9 * m) ** 2 * (16 + 9 * m) - 128 * q**3) / (3 * (32 + 27 * m))
+        return float(mp.sqrt(inner) / (3 * m))
+
+
+def test_a_light_absorber_has_the_peaks_of_the_closed_form():
+    assert tuned_mass_peak(1e-4) == pytest.approx(141.425, abs=5e-4)
+    assert tuned_mass_peak(0.1) == pytest.approx(tuned_mass.exact_optimum(0.1)[2], rel=1e-12)
+    assert highest(minimax(1e-4, 0.0)).value == pytest.approx(tuned_mass_peak(1e-4), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("mu", "structural"), [(1e-4, 0.0038), (1e-8, 1e-5), (1e-6, 0.05), (0.01, 0.3), (10.0, 1e-9), (3.0, 0.5)]
+)
+def test_no_absorber_of_many_has_a_smaller_peak_than_minimax(mu, structural):
+    found = minimax(mu, structural)
+    best = float(greatest(found, structural))
+    width = min(1.0, math.sqrt(mu) + structural)
+    rng = np.random.default_rng(3)
+    for scale in (1.0, 0.1, 0.01):
+        for along, across in rng.uniform(-2, 2, (8, 2)) * scale:
+            other = Absorber(
+                mu, found.tuning * math.exp(width * along), found.damping_ratio * math.exp(across)
+            )
+            assert float(greatest(other, structural)) >= best * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("excitation", ["base", "force"])
+def test_a_structure_whose_response_never_exceeds_rest_is_left_at_that(excitation):
+    found = minimax(1e-3, 2.0, excitation)
+    # a force on an overdamped structure: at most the static deflection, with or without an absorber
+    assert highest(found, 2.0, excitation).value <= highest(Absorber(0.0, 1.0, 1.0), 2.0, excitation).value
