@@ -1,69 +1,74 @@
-"""The one jit policy and the one kernel cache of the project.
+"""The one jit policy: how a function becomes a kernel.
 
-numba's own disk cache looks only at the file of the function it compiled: a change in a callee in another file leaves a
-stale kernel behind. So the cache folder carries a hash of all kernel sources, and a kernel is compiled once per machine.
+A kernel called by another is a part of it; one called from Python is compiled whole, once per machine (`compiler`,
+`kernel_cache`). Under NUMBA_DISABLE_JIT every kernel is the plain function.
 """
 
-import hashlib
-import os
 from collections.abc import Callable
-from pathlib import Path
-from tempfile import gettempdir
+from functools import cached_property, update_wrapper
 from typing import Any, TypeVar
 
 import numba
 from numba.extending import overload
 
+from damperlab.worker.compiler import PartCompiler, WholeCompiler
+from damperlab.worker.kernel_cache import (
+    CACHE_FOLDER,
+    KernelCache,
+    identity,
+    shipped_folder,
+    source_hash,
+)
+
+__all__ = ["CACHE_FOLDER", "by_type", "identity", "inlined", "kernel", "shipped_folder", "source_hash"]
+
 F = TypeVar("F", bound=Callable[..., Any])
 
-_KERNEL_FOLDERS = ("physics", "solver", "steady")
+_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 
-def source_hash() -> str:
-    """Hash of every kernel source, 16 hex digits: the identity of the solver.
+class Kernel:
+    """A compiled function: a part of the kernels that call it, and whole where Python does.
 
-    Returns
-    -------
-    str
-        The same on every machine that holds the same sources, whatever its line endings.
+    Parameters
+    ----------
+    function : callable
+        Its plain form.
+    options : dict
+        numba's.
     """
-    here = Path(__file__).parent
-    digest = hashlib.sha256()
-    sources = [here / "jit.py", here / "rk4.py"]
-    for folder in _KERNEL_FOLDERS:
-        sources.extend((here / folder).rglob("*.py"))
-    for source in sorted(sources):
-        if source.exists():
-            digest.update(source.relative_to(here).as_posix().encode())
-            digest.update(source.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:16]
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self._options = options
+        self._part = numba.njit(pipeline_class=PartCompiler, **options)(function)
+
+    @cached_property
+    def whole(self) -> Any:
+        """numba's dispatcher of the form that Python calls, kept on disk."""
+        dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
+        dispatcher._cache = KernelCache(self.py_func)
+        return dispatcher
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes it for where a kernel calls it."""
+        return self._part._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the whole form, compiling it for the types of these arguments if need be."""
+        return self.whole(*arguments)
+
+    def __reduce__(self) -> str:
+        """Pickled by name, as functions are."""
+        return self.py_func.__qualname__
 
 
-def cache_folder() -> Path:
-    """Folder of the compiled kernels: under DAMPERLAB_CACHE_DIR, the user's cache, or the temporary folder.
-
-    Returns
-    -------
-    Path
-        The first of these that can be written; it exists on return.
-    """
-    wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
-    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    candidates = [Path(wanted)] if wanted else [Path(home).expanduser() / "damperlab"]
-    candidates.append(Path(gettempdir()) / f"damperlab-{os.getuid() if hasattr(os, 'getuid') else 'user'}")
-    for candidate in candidates:
-        folder = candidate / f"kernels-{source_hash()}"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    return candidates[-1]
-
-
-CACHE_FOLDER = cache_folder()
-numba.config.CACHE_DIR = str(CACHE_FOLDER)  # read when a kernel is decorated, so it must be set before any is
+def _kernel(function: F, **options: Any) -> F:
+    if numba.config.DISABLE_JIT:
+        return function
+    return Kernel(function, _OPTIONS | options)  # type: ignore[return-value]
 
 
 def kernel(function: F) -> F:
@@ -73,17 +78,7 @@ def kernel(function: F) -> F:
     bits in whatever block, process and order it is computed. Division by zero gives inf and NaN as in C, because a
     numerical failure is data, not an exception.
     """
-    jitted: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
-    return jitted
-
-
-_INLINED = {
-    "cache": True,
-    "nogil": True,
-    "error_model": "numpy",
-    "fastmath": {"contract"},
-    "forceinline": True,
-}
+    return _kernel(function)
 
 
 def inlined(function: F) -> F:
@@ -92,10 +87,9 @@ def inlined(function: F) -> F:
     For the small laws inside the march: left to itself the compiler calls some of them, and then hands their states
     through memory. Measured on a metered march: a quarter of its run time.
     """
-    jitted: F = numba.njit(**_INLINED)(function)
-    return jitted
+    return _kernel(function, forceinline=True)
 
 
 def by_type(function: Any) -> Any:
     """Decorate what chooses, by the types of its arguments, the form in which kernels call a Python function; inlined."""
-    return overload(function, jit_options={"forceinline": True})
+    return overload(function, jit_options={"forceinline": True, "pipeline_class": PartCompiler})

@@ -202,7 +202,7 @@ def _march(
     counts = np.zeros(COUNTS, np.int64)
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = Meter(sums)
+    meter = None if measured else Meter(sums)  # what has been measured is only shown
     peaks = np.zeros((cycles, 2))
     state = at_rest(r, friction, particle) if start is None else start
     stored = stored_energy(state, r, particle)

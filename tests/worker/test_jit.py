@@ -1,0 +1,134 @@
+"""Kernels as processes compile, store and load them."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from damperlab.worker.compiler import Whole, target_of
+from damperlab.worker.jit import Kernel, identity, inlined, kernel
+from damperlab.worker.kernel_cache import KernelCache, folder_name, is_private
+
+ROOT = Path(__file__).parents[2]
+RUN = ROOT / "tests" / "worker" / "kernels_run.py"
+SCENES = [str(index) for index in range(7)]
+
+
+def run(cache: Path, *arguments: str, path: Path = ROOT / "src") -> str:
+    environment = {**os.environ, "DAMPERLAB_CACHE_DIR": str(cache), "PYTHONPATH": str(path)}
+    return subprocess.run(
+        [sys.executable, *arguments], env=environment, check=True, capture_output=True, text=True, cwd=cache
+    ).stdout
+
+
+def test_cold_and_warm_processes_give_the_same_bits_in_every_scene(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    cold = run(cache, str(RUN), *SCENES)
+    compiled = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")}
+    copy = tmp_path / "elsewhere" / "damperlab"
+    shutil.copytree(ROOT / "src" / "damperlab", copy, ignore=shutil.ignore_patterns("__pycache__", "page"))
+    warm = run(
+        cache, str(RUN), *reversed(SCENES), path=copy.parent
+    )  # other places, times and order of loading
+    assert warm == cold
+    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
+
+
+@inlined
+def _square(x: float) -> float:
+    return x * x
+
+
+@kernel
+def _cube(x: float) -> float:
+    return x * _square(x)
+
+
+@kernel
+def _fifth(x: float) -> float:
+    return _cube(x) * _square(x)
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are plain functions")
+def test_what_python_calls_holds_private_copies_of_its_parts() -> None:
+    assert _fifth(1.5) == 1.5**5
+    assert _cube(1.5) == 1.5**3
+    for function in (_fifth, _cube):
+        assert isinstance(function, Kernel)
+        (compiled,) = function.whole.overloads.values()
+        assert isinstance(compiled.library, Whole)
+        open_names = [
+            f.name for f in compiled.library.get_defined_functions() if f.linkage.name == "external"
+        ]
+        assert sorted(open_names) == sorted(
+            (compiled.fndesc.llvm_func_name, compiled.fndesc.llvm_cpython_wrapper_name)
+        )
+
+
+def test_one_target_for_every_machine_with_avx2() -> None:
+    names = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
+    level_3 = dict.fromkeys(names, True)
+    linux = "x86_64-unknown-linux-gnu"
+    assert target_of(linux, level_3) == target_of(linux, level_3 | {"avx512f": True}) == ("x86-64-v3", "")
+    for missing in names:
+        assert target_of(linux, level_3 | {missing: False}) == ("x86-64", "")
+    assert target_of("aarch64-unknown-linux-gnu", level_3) == ("generic", "")
+    assert identity()["target"].split()[0] in ("x86-64-v3", "x86-64", "generic")
+
+
+def test_folders_that_others_can_write_are_not_private(tmp_path: Path) -> None:
+    folder = tmp_path / "above" / "kernels"
+    folder.mkdir(parents=True)
+    folder.chmod(0o700)
+    assert is_private(folder)
+    for mode in (0o770, 0o707, 0o1777):
+        folder.chmod(mode)
+        assert not is_private(folder)
+    folder.chmod(0o755)
+    folder.parent.chmod(0o777)  # another user could put a folder of their own in its place
+    assert not is_private(folder)
+    folder.parent.chmod(0o1777)  # not so in a sticky one, like /tmp
+    assert is_private(folder)
+    assert not is_private(tmp_path / "missing")
+    if os.getuid() == 0:
+        os.chown(folder, 1234, -1)
+        assert not is_private(folder)
+
+
+def test_a_kernel_is_not_loaded_from_a_folder_that_others_can_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.kernel_cache.CACHE_FOLDER", tmp_path)
+    tmp_path.chmod(0o700)
+    dispatcher = numba.njit(lambda x: x + 1.0)
+    signature = (numba.float64,)
+    dispatcher.compile(signature)
+    kept = KernelCache(dispatcher.py_func)
+    kept.save_overload(signature, dispatcher.overloads[signature])
+    assert kept.load_overload(signature, dispatcher.targetctx) is not None
+    tmp_path.chmod(0o777)
+    assert kept.load_overload(signature, dispatcher.targetctx) is None
+
+
+def test_the_cache_folder_is_never_one_that_others_can_write(tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    (shared / folder_name()).mkdir(parents=True)
+    (shared / folder_name()).chmod(0o777)
+    ask = "from damperlab.worker.jit import CACHE_FOLDER as f; print(f, oct(f.stat().st_mode & 0o777))"
+    folder, mode = run(shared, "-c", ask).split()
+    assert not Path(folder).is_relative_to(shared)
+    assert mode == "0o700"
+
+
+def test_kernels_are_plain_functions_where_numba_is_switched_off(tmp_path: Path) -> None:
+    ask = "from damperlab.worker.solver.taylor import value; print(type(value).__name__)"
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "DAMPERLAB_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", ask], env=environment, check=True, capture_output=True, text=True
+    )
+    assert done.stdout.strip() == "function"
