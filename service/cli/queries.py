@@ -24,7 +24,6 @@ from damperlab.service.cli.options import (
 from damperlab.service.cli.output import make_parent, note, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
-    best_sentences,
     columns_left_out,
     completeness_sentence,
     map_table,
@@ -207,16 +206,14 @@ def optimum(
     from damperlab.studies.answers.pareto import pareto_front, read_respects
 
     with working("Judging the designs"):
-        # More than are shown: the sentences count the designs that are as good, and look for one with impacts.
         if pareto is not None:
-            ranked = pareto_front(cube, read_respects(pareto), top=MOST, **judging)
+            answer = pareto_front(cube, read_respects(pareto), top=MOST, **judging).isel(rank=slice(top))
         elif with_:
             follow_ups = [ask(other, data_dir, "optimum --with") for other in with_]
             cubes = {record.id: cube} | {other.id: its for other, its in follow_ups}
-            ranked = merged_designs(cubes, top=MOST, **judging)
+            answer = merged_designs(cubes, top=top, **judging)
         else:
-            ranked = optimal_designs(cube, top=MOST, **judging)
-        answer = ranked.isel(rank=slice(top))
+            answer = optimal_designs(cube, top=top, **judging)
 
     def draw() -> "Figure":
         from damperlab.service.figures.curves import draw_ranking
@@ -224,10 +221,10 @@ def optimum(
         return draw_ranking(answer)
 
     def tell() -> None:
-        for sentence in (*([] if pareto else best_sentences(ranked)), answer.attrs["note"]):
+        for sentence in (*answer.attrs.get("verdict", ()), answer.attrs["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
-            print_table(*rows_table(answer))
+            print_table(*rows_table(answer.drop_vars(["lowest", "highest"])))
 
     hand_out(record, answer, output, as_json, draw, lambda: designs_document(answer), tell)
 

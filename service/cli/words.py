@@ -5,27 +5,14 @@ from typing import TYPE_CHECKING
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import DAMPER, RECORD
 from damperlab.studies.registry import EVERY_DIMENSION
-from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.studies.symbols import SYMBOLS
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SYMBOLS = {
-    "damping_ratio": "ζ",
-    "restitution": "e",
-    "mass_ratio": "β",
-    "clearance_ratio": "d/Z",
-    "friction_ratio": "γ_F",
-    "frequency_ratio": "r",
-}
-"""The dimensions as the paper writes them."""
-
 MAP_COLUMNS = 12
 """Most columns of a map on a terminal; what is left out is said."""
-
-WITHOUT_IMPACTS = (ResponseClass.UNKNOWN, ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
-ROUNDING = 1e-12
-"""Of two values that are one response, computed with other parameters that do not act."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
@@ -112,35 +99,6 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
     return " ".join(phrases)
 
 
-def best_sentences(answer: "xr.Dataset") -> list[str]:
-    """Say the optimum in words: where it is, what it is, how many are as good, and what the particle brings.
-
-    Parameters
-    ----------
-    answer : Dataset
-        Of `damperlab.studies.answers.optimal_designs`, with as many designs as there are.
-    """
-    if answer.sizes["rank"] == 0:
-        return ["There is no optimum."]
-    values = answer["value"].values
-    errors = [0.0 if error != error else error for error in answer["error"].values.tolist()]
-    kinds = answer["response_class"].values.tolist()
-    sentences = [f"Optimum: {_design(answer, 0)}"]
-    ties = sum(
-        value - values[0] <= errors[0] + error + ROUNDING * abs(value)
-        for value, error in zip(values[1:].tolist(), errors[1:], strict=True)
-    )
-    if ties:
-        sentences.append(
-            f"{ties} more {'design is' if ties == 1 else 'designs are'} as good within the errors."
-        )
-    if kinds[0] in WITHOUT_IMPACTS:
-        active = next((rank for rank, kind in enumerate(kinds) if kind not in WITHOUT_IMPACTS), None)
-        if active is not None:
-            sentences.append(f"Best design with impacts: {_design(answer, active)}")
-    return sentences
-
-
 def worst_sentence(answer: "xr.Dataset") -> str:
     """Say which of a survey's dampers is best, and where its worst case is; nothing where none is left."""
     if answer.sizes["rank"] == 0:
@@ -153,20 +111,3 @@ def worst_sentence(answer: "xr.Dataset") -> str:
     units = best["value"].attrs["units"]
     value = f"{float(best['value']):.6g}" + ("" if units == "1" else f" {units}")
     return f"Best damper: {damper}. Its worst case, {value}, is under {record} at {case}."
-
-
-def _design(answer: "xr.Dataset", rank: int) -> str:
-    design = answer.isel(rank=rank)
-    error = float(design["error"])
-    doubt = f" ± {error:.2g}" if error == error else ""
-    fixed = [name for name in DIMENSIONS if name != "frequency_ratio"]
-    at = ", ".join(f"{SYMBOLS[name]} = {float(design[name]):.6g}" for name in fixed)
-    # unknown is the class of a computed design only where the study does not store it
-    kind = ResponseClass(int(design["response_class"]))
-    said = kind.sentence if kind is not ResponseClass.UNKNOWN else ""
-    r = f"{SYMBOLS['frequency_ratio']} = {float(design['frequency_ratio']):.6g}"
-    value = f"{float(design['value']):.6g}{doubt}"
-    if answer.attrs["frequencies"] == 1:
-        return f"X/Z = {value} at {at}, {r}. {said}".strip()
-    largest = f"At its largest, {r}: {said}" if said else f"It is largest at {r}."
-    return f"{design['value'].attrs['long_name']} {value} at {at}. {largest}"

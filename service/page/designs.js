@@ -73,6 +73,7 @@ export function designs(session, onFound) {
           ),
         ),
       ),
+      (answer.verdict ?? []).map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
       el("p", { class: "quiet note" }, prose(answer.note)),
     ];
   }

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.store.slabs import slabs
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
@@ -48,7 +49,8 @@ def judged(
     ------
     dict of ndarray
         One entry per design that qualifies: its six grid indices by dimension (the frequency's where the
-        amplitude is largest), `value`, `error`, `response_class`, `locked_share` and `beside`.
+        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
+        `response_class`, `locked_share`, `impact_share` and `beside`.
     """
     shape = tuple(question.axes[name].size for name in DESIGN)
     chunks = cube[METRIC].encoding.get("chunks", cube[METRIC].shape)
@@ -105,11 +107,19 @@ def judge(
     place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)
     each = np.arange(rows.size)
     value, doubt = _weigh(question, amplitude, error, place)
+    lowest, highest = (
+        _weigh_alone(question, side) for side in limits(amplitude, error, question.standard_errors)
+    )
     corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
     found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
     found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
-    share = locked.mean(axis=1) if classed else np.full(rows.size, np.nan)
-    found |= {"response_class": kind[each, place], "locked_share": share}
+    found |= {"lowest": lowest, "highest": highest}
+    unknown = np.full(rows.size, np.nan)
+    found |= {
+        "response_class": kind[each, place],
+        "locked_share": locked.mean(axis=1) if classed else unknown,
+    }
+    found["impact_share"] = (kind >= ResponseClass.SYMMETRIC).mean(axis=1) if classed else unknown
     for name in beside:
         # a design without an impact has no impact speed, and one that dissipates nothing no shares
         known = np.nan_to_num(load(name)[rows])
@@ -132,15 +142,31 @@ def _weigh(
     return rms, (amplitude * error) @ question.weights / np.where(rms > 0, rms, 1.0)
 
 
+def _weigh_alone(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
+    """Judge amplitudes that have no error: a limit of the value from limits of every amplitude."""
+    if not amplitude.shape[0]:
+        return np.zeros(0)
+    if question.objective in ("resonance", "peak"):
+        return np.asarray(amplitude.max(axis=1))
+    power = 1 if question.objective == "band_mean" else 2
+    return np.asarray((amplitude**power @ question.weights) ** (1 / power))
+
+
 def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
     """Put judged designs into a Dataset along `rank`, with their coordinates, units and names; no attributes."""
     named: dict[str, dict[str, object]] = {
         "value": {"units": "1", "long_name": question.long_name},
         "error": {"units": "1", "long_name": f"error of the {question.long_name}"},
+        "lowest": {"units": "1", "long_name": f"lower confidence limit of the {question.long_name}"},
+        "highest": {"units": "1", "long_name": f"upper confidence limit of the {question.long_name}"},
         "response_class": dict(cube["response_class"].attrs) if "response_class" in cube else {},
         "locked_share": {
             "units": "1",
             "long_name": "share of the judged frequencies at which the mass is locked",
+        },
+        "impact_share": {
+            "units": "1",
+            "long_name": "share of the judged frequencies at which the particle strikes",
         },
     }
     coordinates: dict[str, object] = {"rank": np.arange(1, found["value"].size + 1)}

@@ -1,14 +1,17 @@
 """One ranking over a study and its follow-ups."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
-from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.design_question import DESIGN, MOST, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import Fault, counted
 
 
@@ -35,7 +38,8 @@ def merged_designs(
     -------
     Dataset
         As of `optimal_designs`, with `study`, the id each design was found in; a design that several studies
-        hold stands once. Flatness and left-out counts are those of the first study.
+        hold stands once, with the value of the smallest error: the value of the longest run, not the luckiest one.
+        Flatness and left-out counts are those of the first study.
 
     Raises
     ------
@@ -44,7 +48,7 @@ def merged_designs(
     """
     ids = list(cubes)
     objective = objective or default_objective(cubes[ids[0]], band)
-    rest = (objective, band, top, exclude_locked, max_impact_speed)
+    rest = (objective, band, MOST, exclude_locked, max_impact_speed)
     answers = {ids[0]: optimal_designs(cubes[ids[0]], *rest, ranges)}
     first = answers[ids[0]]
     for name in ids[1:]:
@@ -64,16 +68,35 @@ def merged_designs(
         answer.assign(study=("rank", np.full(answer.sizes["rank"], name))) for name, answer in answers.items()
     ]
     joined = xr.concat(parts, "rank", combine_attrs="override", join="outer")
-    order = np.argsort(joined["value"].values, kind="stable")
-    seen: set[tuple[float, ...]] = set()
-    kept = []
-    for place in order.tolist():
-        design = tuple(float(joined[name].values[place]) for name in DESIGN)
-        if design not in seen:
-            seen.add(design)
-            kept.append(place)
-    answer = joined.isel(rank=kept[:top]).assign_coords(rank=np.arange(1, min(top, len(kept)) + 1))
-    answer["study"].attrs["long_name"] = "study that holds the design"
-    answer.attrs["studies"] = ids
-    answer.attrs["note"] = f"{first.attrs['note']} Merged with {counted(len(ids) - 1, 'follow-up')}."
-    return answer
+    coordinates = np.stack([joined[name].values for name in DESIGN], axis=1)
+    errors = joined["error"].values
+    # of one design the smallest error; where that is equal, as of periodic responses, the earlier study
+    order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
+    _, kept = np.unique(coordinates[order], axis=0, return_index=True)
+    places = order[kept]
+    places = places[np.argsort(joined["value"].values[places], kind="stable")]
+    ranked = joined.isel(rank=places).assign_coords(rank=np.arange(1, places.size + 1))
+    ranked["study"].attrs["long_name"] = "study that holds the design"
+    ranked.attrs["studies"] = ids
+    if places.size:
+        ranked.attrs |= _verdict(cubes, ranked, rest, ranges or {})
+    ranked.attrs["note"] = f"{first.attrs['note']} Merged with {counted(len(ids) - 1, 'follow-up')}."
+    return ranked.isel(rank=slice(top))
+
+
+def _verdict(
+    cubes: Mapping[str, xr.Dataset],
+    ranked: xr.Dataset,
+    asked: tuple[str | None, tuple[float, float] | None, int, bool, float | None],
+    ranges: Mapping[str, tuple[float, float]],
+) -> dict[str, Any]:
+    """Judge the merged ranking as the first study asks, around its best design as that one's study shows it."""
+    cube = next(iter(cubes.values()))
+    question = DesignQuestion.ask(cube, *asked, ranges)
+    strikes = np.flatnonzero(ranked["impact_share"].values > 0)[:1]
+    active = best_with_impacts(ranked.isel(rank=strikes)) if strikes.size else None
+    home = cubes[str(ranked["study"].values[0])]
+    theirs = DesignQuestion.ask(home, *asked, ranges)
+    design = {name: int(np.abs(home[name].values - ranked[name].values[0]).argmin()) for name in DESIGN}
+    flat = flatness(home, theirs, design, float(ranked["value"].values[0]))
+    return {"flatness": flat, **verdict(cube, question, ranked, active, flat)}

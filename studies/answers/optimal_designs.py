@@ -6,11 +6,14 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import WHY
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import counted
 from damperlab.studies.store.slabs import BUDGET
+from damperlab.studies.variables import ResponseClass
 
 
 def optimal_designs(
@@ -54,10 +57,14 @@ def optimal_designs(
         Variables: `value`, its `error` (that of a peak at the peak, of a mean the weighted mean error, since
         errors of a periodic response do not average out; NaN where the study keeps none), `response_class`
         at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
-        locked; both unknown, -1 and NaN, where the study keeps no class. Attributes: `objective`, `designs` (all in the
+        locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits that hold
+        for all designs at once with the confidence stated; `impact_share` is the share of the judged frequencies at which
+        the particle strikes; `alike` counts further designs that have the very same response without impacts, which are
+        folded into the first of them. Attributes: `objective`, `designs` (all in the
         ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
         of the designs that were computed), `band`,
-        `frequencies`, `flatness` of the best (see `flatness.flatness`), and `note`, which says it in words.
+        `frequencies`, `flatness` of the best (see `flatness.flatness`), those of `verdict.verdict`, and `note`, which
+        says how it was judged.
 
     Raises
     ------
@@ -67,33 +74,62 @@ def optimal_designs(
     """
     question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
     tally = new_tally()
-    best = _Ranking(top)
+    best = _Ranking()
     for found in judged(cube, question, tally, (), BUDGET):
         best.take(found)
-    answer = described(cube, question, best.found)
-    ranked = answer.sizes["rank"]
+    answer = _described(cube, question, best.found)
+    ranked = min(top, answer.sizes["rank"])
     flat = []
     if ranked:
         first = {name: int(best.found[name][0]) for name in DESIGN}
         flat = flatness(cube, question, first, float(best.found["value"][0]))
     note = f"{_note(question, tally, cube.sizes[FREQUENCY], ranked)} {say_flatness(flat)}".strip()
     answer.attrs = {**attributes_of(question, tally), "flatness": flat, "note": note}
+    active = best_with_impacts(_described(cube, question, best.active)) if best.active else None
+    answer.attrs |= verdict(cube, question, answer, active, flat)
+    return answer.isel(rank=slice(top))
+
+
+def _described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
+    answer = described(cube, question, found)
+    attributes = {"units": "1", "long_name": "further designs with this very response"}
+    answer["alike"] = ("rank", found["alike"], attributes)
     return answer
 
 
 class _Ranking:
-    """The best designs so far."""
+    """The best designs so far, and the best of those whose particle strikes."""
 
-    def __init__(self, top: int) -> None:
-        self._top = top
+    def __init__(self) -> None:
         self.found: dict[str, np.ndarray] = {}
+        self.active: dict[str, np.ndarray] = {}
 
     def take(self, found: dict[str, np.ndarray]) -> None:
         """Take in the designs of one slab; of equal values the earlier one stands."""
-        if self.found:
-            found = {name: np.concatenate((self.found[name], found[name])) for name in found}
-        order = np.argsort(found["value"], kind="stable")[: self._top]
-        self.found = {name: array[order] for name, array in found.items()}
+        found["alike"] = np.zeros(found["value"].size, np.int64)
+        strikes = found["impact_share"] > 0
+        self.active = _first(self.active, {name: array[strikes] for name, array in found.items()}, 1)
+        self.found = _folded(_first(self.found, found, MOST))
+
+
+def _first(known: dict[str, np.ndarray], more: dict[str, np.ndarray], number: int) -> dict[str, np.ndarray]:
+    joined = {name: np.concatenate((known[name], more[name])) for name in more} if known else more
+    order = np.argsort(joined["value"], kind="stable")[:number]
+    return {name: array[order] for name, array in joined.items()}
+
+
+def _folded(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Fold neighbours in the ranking that are one response without impacts, whatever the parameters that do not act."""
+    idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
+    value, kind = found["value"], found["response_class"]
+    again = np.zeros(value.size, bool)
+    again[1:] = idle[1:] & idle[:-1] & (kind[1:] == kind[:-1]) & same(value[1:], value[:-1])
+    if not again.any():
+        return found
+    group = np.cumsum(~again) - 1
+    alike = np.bincount(group, found["alike"] + 1).astype(np.int64) - 1
+    folded = {name: array[~again] for name, array in found.items()}
+    return folded | {"alike": alike}
 
 
 def _note(question: DesignQuestion, tally: Mapping[str, int], computed: int, ranked: int) -> str:

@@ -1,0 +1,196 @@
+"""What a ranking means, in sentences that every door shares: the best, what is as good, and why not to trust it yet."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.answers.contenders import chance_of_another, contend
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.nearness import same
+from damperlab.studies.faults import counted
+from damperlab.studies.symbols import SYMBOLS
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
+
+NO_ACTION: dict[int, str] = {
+    ResponseClass.LINEAR: "neither friction nor the particle acts",
+    ResponseClass.LOCKED: "friction locks the mass to its base",
+    ResponseClass.NO_IMPACT: "the particle never meets a wall",
+}
+"""Responses in which the particle does nothing, and what happens there."""
+
+UNRESOLVED = 0.03
+"""Relative error above which the value of the best design counts as not resolved."""
+NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
+"""Frequencies to compute next, where a study has one."""
+
+
+def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
+    """Give the best design whose particle strikes at a frequency that counts, None where there is none or nobody knows."""
+    if found.sizes["rank"] == 0:
+        return None
+    rank = {name: found[name].values.item() for name in (*DIMENSIONS, "value", "error", "impact_share")}
+    kind = ResponseClass(int(found["response_class"].values.item()))
+    return {**rank, "response_class": kind.name.lower()}
+
+
+def verdict(
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    ranked: xr.Dataset,
+    active: Mapping[str, Any] | None,
+    flat: list[dict[str, Any]],
+) -> dict[str, Any]:
+    """Judge a ranking.
+
+    Parameters
+    ----------
+    cube, question : Dataset, DesignQuestion
+        The study that was asked.
+    ranked : Dataset
+        Its designs, the best first, with `lowest` and `highest`: all that may be the best among them.
+    active : mapping or None
+        Of `best_with_impacts`.
+    flat : list of dict
+        Of `flatness.flatness`.
+
+    Returns
+    -------
+    dict
+        Attributes of the answer: `confidence`; `as_good`, how many further designs may be the best within their errors;
+        `chance_of_another`, the probability that one of them is (left out where errors are not known);
+        `best_with_impacts` (left out where there is none); `next_frequencies`, what to compute where one frequency
+        counts; `verdict`, all of it in sentences.
+    """
+    if ranked.sizes["rank"] == 0:
+        return {"verdict": ["There is no optimum."]}
+    values, errors = ranked["value"].values, ranked["error"].values
+    may_be = contend(ranked["lowest"].values, ranked["highest"].values)
+    # the first is the best, and may be it: its lower limit is below every value
+    chance = chance_of_another(values[may_be], errors[may_be], 0)
+    said: dict[str, Any] = {"confidence": question.confidence, "as_good": int(may_be[1:].sum())}
+    if not math.isnan(chance):
+        said["chance_of_another"] = chance
+    sentences = [f"Optimum: {say_design(ranked, 0)}"]
+    sentences.append(_say_ties(ranked, said, bool(np.isnan(errors[0]))))
+    kind = int(ranked["response_class"].values[0])
+    alone = question.frequencies.size == 1
+    if active is not None:
+        said["best_with_impacts"] = dict(active)
+    if _idle(ranked, 0):
+        why = NO_ACTION.get(kind, "the particle never meets a wall")
+        sentences.append(f"In this design {why}: it is no particle damper.")
+        if active is not None:
+            sentences.append(f"Best design with impacts: {_say_active(active)}")
+        elif "response_class" in cube:
+            sentences.append("No design that was judged has impacts.")
+    if alone:
+        said["next_frequencies"] = dict(NEXT_BAND)
+        start, stop, num = NEXT_BAND["start"], NEXT_BAND["stop"], NEXT_BAND["num"]
+        only = "was computed" if cube.sizes[FREQUENCY] == 1 else "counts here"
+        sentences.append(
+            f"Only r = {question.frequencies[0]:.10g} {only}, so no design is recommended for use: a design that is "
+            "quiet at one frequency may resonate next to it. "
+            + (
+                f"Compute frequency_ratio from {start:g} to {stop:g} in {num} steps next, and judge by the peak."
+                if cube.sizes[FREQUENCY] == 1
+                else "Judge by the peak over the band that was computed."
+            )
+        )
+    sentences += _say_ends(cube, ranked, flat)
+    sentences.append(_say_error(float(values[0]), float(errors[0])))
+    said["verdict"] = [sentence for sentence in sentences if sentence]
+    return said
+
+
+def say_design(ranked: xr.Dataset, rank: int) -> str:
+    """Put one ranked design into words."""
+    design = ranked.isel(rank=rank)
+    # unknown is the class of a computed design only where the study does not store it
+    kind = ResponseClass(int(design["response_class"]))
+    words = kind.sentence if kind is not ResponseClass.UNKNOWN else ""
+    row = {name: float(design[name]) for name in (*DIMENSIONS, "value", "error")}
+    head = _say_row(row)
+    r = f"r = {row[FREQUENCY]:.6g}"
+    if ranked.attrs["frequencies"] == 1:
+        return f"X/Z = {head}, {r}. {words}".strip()
+    largest = f"At its largest, {r}: {words}" if words else f"It is largest at {r}."
+    return f"{design['value'].attrs['long_name']} {head}. {largest}"
+
+
+def _say_active(active: Mapping[str, Any]) -> str:
+    kind = ResponseClass[str(active["response_class"]).upper()].sentence
+    return f"{_say_row(active)}, largest at r = {active[FREQUENCY]:.6g}. {kind}"
+
+
+def _say_row(row: Mapping[str, Any]) -> str:
+    error = float(row["error"])
+    doubt = f" ± {error:.2g}" if error == error else " (error not known)"
+    at = ", ".join(f"{SYMBOLS[name]} = {row[name]:.6g}" for name in DESIGN)
+    return f"{row['value']:.6g}{doubt} at {at}"
+
+
+def _idle(ranked: xr.Dataset, rank: int) -> bool:
+    kind = int(ranked["response_class"].values[rank])
+    return kind in NO_ACTION and not float(ranked["impact_share"].values[rank]) > 0
+
+
+def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str:
+    alike = int(ranked["alike"].values[0]) if "alike" in ranked else 0
+    parts = []
+    if alike:
+        parts.append(f"{counted(alike, 'more design')} {'has' if alike == 1 else 'have'} this very response.")
+    if unknown:
+        parts.append(
+            "The study keeps no error of its amplitudes, so nobody knows how many designs are as good."
+        )
+    elif said["as_good"]:
+        chance = said.get("chance_of_another")
+        parts.append(
+            f"{counted(said['as_good'], 'more design')} may be as good within the errors "
+            f"({said['confidence']:.0%} confidence over all designs at once)"
+            + (
+                f"; the best is another with a probability of {_share(chance)}."
+                if chance is not None
+                else "."
+            )
+        )
+    return " ".join(parts)
+
+
+def _share(chance: float) -> str:
+    if chance < 0.001:
+        return "less than 0.1 %"
+    return f"{100 * chance:.2g} %" if chance < 0.995 else "more than 99 %"
+
+
+def _say_ends(cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]]) -> list[str]:
+    ends = []
+    for entry in flat:
+        axis = cube[entry["dimension"]].values
+        for end, where in ((axis.min(), "lower"), (axis.max(), "upper")):
+            if same(entry["value"], end):
+                ends.append(f"the {where} end of {SYMBOLS[entry['dimension']]} ({end:.6g})")
+    coarse = [SYMBOLS[entry["dimension"]] for entry in flat if not entry["resolved"]]
+    sentences = []
+    if ends:
+        sentences.append(
+            f"It lies at {' and '.join(ends)}: a better one may lie beyond, in a study with a longer axis."
+        )
+    if coarse:
+        sentences.append(
+            f"Its neighbourhood is rugged along {' and '.join(coarse)}: the next design on the grid is more than a tenth "
+            "worse. A tolerance in manufacture may cost as much, and a better design may lie between; `refine` looks there."
+        )
+    return sentences
+
+
+def _say_error(value: float, error: float) -> str:
+    if error == error and value > 0 and error > UNRESOLVED * value:
+        return (
+            f"Its error is {error / value:.1%} of its value: compute it longer (`race`, or a smaller `steady.tolerance` "
+            "with more `max_cycles`)."
+        )
+    return ""

@@ -1,0 +1,141 @@
+"""What a ranking means: ties, chances, folded responses, ends of axes and single frequencies, on cubes made by hand."""
+
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.contenders import chance_of_another, half_width
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
+
+
+def made(values, errors=0.0, kinds=ResponseClass.CHAOTIC, frequencies=(0.9, 1.0, 1.1)) -> xr.Dataset:
+    """A study of friction ratios 0, 0.1, ...: values of shape (friction, frequency) or (friction,)."""
+    values = np.asarray(values, float)
+    values = np.broadcast_to(values.reshape(values.shape[0], -1), (values.shape[0], len(frequencies)))
+    shape = (1, 1, 1, 1, *values.shape)
+
+    def full(given, dtype=float):
+        given = np.asarray(given, dtype)
+        return np.broadcast_to(
+            given.reshape(given.shape[0], -1) if given.ndim else given, values.shape
+        ).reshape(shape)
+
+    columns = {
+        "amplitude_ratio": values.reshape(shape),
+        "amplitude_error": full(errors),
+        "response_class": full(kinds, np.int8),
+        "status": np.zeros(shape, np.int8),
+    }
+    coordinates = dict.fromkeys(DIMENSIONS[:4], np.array([0.5]))
+    coordinates |= {
+        "friction_ratio": np.arange(values.shape[0]) * 0.1,
+        "frequency_ratio": np.array(frequencies),
+    }
+    return xr.Dataset({name: (DIMENSIONS, array.copy()) for name, array in columns.items()}, coordinates)
+
+
+def said(answer: xr.Dataset) -> str:
+    return " ".join(answer.attrs["verdict"])
+
+
+def test_the_chance_of_another_is_that_of_drawn_values():
+    value, error = np.array([1.0, 1.02, 1.05, 1.0, 2.0]), np.array([0.02, 0.03, 0.01, 0.05, 0.1])
+    draws = np.random.default_rng(1).normal(value, error, (200_000, 5))
+    expected = (draws.argmin(axis=1) != 0).mean()
+    # four standard deviations of a share of 200,000 draws
+    assert chance_of_another(value, error, 0) == pytest.approx(expected, abs=4 * 0.5 / 200_000**0.5)
+    two = chance_of_another(np.array([1.0, 1.1]), np.array([0.03, 0.04]), 0)
+    assert two == pytest.approx(NormalDist().cdf(-0.1 / 0.05), abs=1e-4)
+    assert chance_of_another(np.array([1.0, 1.0]), np.zeros(2), 0) == 0
+    assert chance_of_another(np.array([1.0, 0.9]), np.zeros(2), 0) == 1
+    assert np.isnan(chance_of_another(np.array([1.0, 2.0]), np.array([np.nan, 0.1]), 0))
+
+
+def test_all_intervals_hold_at_once_as_often_as_stated():
+    z = half_width(0.95, 50)
+    # Bonferroni over 50 amplitudes and ten looks: the chance of a miss anywhere is below 5 %
+    assert 50 * 10 * 2 * NormalDist().cdf(-z) == pytest.approx(0.05)
+
+
+def test_designs_within_the_errors_are_counted_and_the_clearly_worse_are_not():
+    answer = optimal_designs(made([1.0, 1.03, 1.5, 1.04], errors=[0.02, 0.02, 0.02, 0.02]))
+    assert answer.attrs["as_good"] == 2
+    assert 0 < answer.attrs["chance_of_another"] < 0.5
+    assert (
+        "2 more designs may be as good within the errors (95% confidence over all designs at once)"
+        in said(answer)
+    )
+    assert (answer["lowest"] < answer["value"]).all()
+    exact = optimal_designs(made([1.0, 1.03, 1.5, 1.04], errors=1e-9))
+    assert (exact.attrs["as_good"], exact.attrs["chance_of_another"]) == (0, 0.0)
+
+
+def test_one_unknown_error_is_said_and_rules_nobody_out():
+    answer = optimal_designs(made([1.0, 1.5, 9.0], errors=[1e-3, 1e-3, np.nan]))
+    assert answer.attrs["as_good"] == 1
+    assert "chance_of_another" not in answer.attrs
+    unknown = optimal_designs(made([1.0, 1.5]).drop_vars("amplitude_error"))
+    assert "nobody knows how many designs are as good" in said(unknown)
+
+
+def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_impacts():
+    locked, still, chaos = ResponseClass.LOCKED, ResponseClass.NO_IMPACT, ResponseClass.CHAOTIC
+    cube = made([1.0, 1.0, 1.0, 1.2, 1.4], errors=1e-9, kinds=[locked, locked, locked, still, chaos])
+    answer = optimal_designs(cube)
+    assert answer.sizes["rank"] == 3
+    assert answer["alike"].values.tolist() == [2, 0, 0]
+    assert answer["impact_share"].values.tolist() == [0, 0, 1]
+    assert answer.attrs["best_with_impacts"]["value"] == 1.4
+    assert "2 more designs have this very response." in said(answer)
+    assert "friction locks the mass to its base: it is no particle damper" in said(answer)
+    assert "Best design with impacts: 1.4 ± 1e-09" in said(answer)
+    # two chaotic responses of one value are two responses
+    assert optimal_designs(made([1.0, 1.0, 2.0])).sizes["rank"] == 3
+    none = optimal_designs(made([1.0, 2.0], kinds=locked))
+    assert "No design that was judged has impacts." in said(none)
+    assert "best_with_impacts" not in none.attrs
+
+
+def test_the_best_with_impacts_is_found_however_low_it_ranks(monkeypatch):
+    import damperlab.studies.answers.optimal_designs as module
+
+    monkeypatch.setattr(module, "MOST", 3)
+    monkeypatch.setattr(module, "BUDGET", 1)
+    kinds = [ResponseClass.NO_IMPACT] * 9 + [ResponseClass.CHAOTIC]
+    answer = optimal_designs(made(np.arange(1.0, 11.0), kinds=kinds), top=2)
+    assert answer.sizes["rank"] == 2
+    assert answer.attrs["best_with_impacts"]["value"] == 10.0
+
+
+def test_one_frequency_recommends_nothing_but_what_to_compute_next():
+    alone = optimal_designs(made([1.0, 2.0], frequencies=(1.0,)))
+    assert alone.attrs["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
+    assert "no design is recommended for use" in said(alone)
+    assert "Compute frequency_ratio from 0.8 to 1.25 in 19 steps next" in said(alone)
+    band = optimal_designs(made([1.0, 2.0]))
+    assert "next_frequencies" not in band.attrs
+    near = optimal_designs(made([1.0, 2.0]), "resonance")
+    assert "Judge by the peak over the band that was computed." in said(near)
+
+
+def test_the_end_of_an_axis_a_rugged_neighbourhood_and_a_large_error_are_said():
+    end = optimal_designs(made([1.0, 1.05, 2.0]))
+    assert "It lies at the lower end of γ_F (0)" in said(end)
+    rugged = optimal_designs(made([2.0, 1.0, 2.0]))
+    assert "rugged along γ_F" in said(rugged)
+    assert "end of γ_F" not in said(rugged)
+    smooth = optimal_designs(made([1.02, 1.0, 1.02]))
+    assert "rugged" not in said(smooth)
+    assert "Its error is 5.0% of its value" in said(optimal_designs(made([2.0, 1.0], errors=0.05)))
+
+
+def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
+    lucky, long = made([1.0, 1.2], errors=0.1), made([1.3, 1.2], errors=[0.01, 0.1])
+    merged = merged_designs({"a": lucky, "b": long})
+    assert merged["value"].values.tolist() == [1.2, 1.3]
+    assert merged["study"].values.tolist() == ["a", "b"]
+    assert said(merged).startswith("Optimum: largest amplitude ratio in the band 1.2")
