@@ -6,6 +6,7 @@ from damperlab.service.schemas import comparison_schema, simulation_schema
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SURVEY
 from damperlab.studies.ground.schema import survey_json_schema
+from damperlab.studies.vocabulary import STATES
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -159,7 +160,7 @@ RECORD: dict[str, Any] = {
                 "properties": {
                     "id": {"type": "string", "description": "first 12 hex digits of the digest"},
                     "name": {"type": "string"},
-                    "state": {"enum": ["queued", "running", "done", "cancelled", "failed"]},
+                    "state": {"enum": list(STATES)},
                     "phase": {
                         "enum": ["queued", "starting", "compiling", "running", "done", "cancelled", "failed"],
                         "description": "the state, or what a running study does before its blocks",

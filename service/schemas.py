@@ -5,9 +5,10 @@ from typing import Any
 from damperlab.service.simulation import HISTORY_CYCLES, HISTORY_PERIODS, SAMPLES
 from damperlab.studies.ground.paper import CASES
 from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES
-from damperlab.studies.quantity import DEFAULTS, RATIOS
+from damperlab.studies.quantity import RATIOS
 from damperlab.studies.tmd.tunings import CRITERIA
 from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.vocabulary import DEFAULTS
 
 
 def _contact(*models: str) -> dict[str, Any]:

@@ -13,14 +13,14 @@ from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import DEFAULTS, RATIOS, read_count
+from damperlab.studies.quantity import RATIOS, read_count
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.simulate import Design, Simulation, simulate
 from damperlab.worker.solver.scene import Particle
 from damperlab.worker.steady.settle import Settings as Steadiness
 
-OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
 KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method")
 
 STEADY_CYCLES = 4000

@@ -13,7 +13,6 @@ from damperlab.studies.faults import Fault, StudyFaults, counted, describe, join
 from damperlab.studies.quantity import (
     CLEARANCE_RATIO,
     DAMPING_RATIO,
-    DEFAULTS,
     FREQUENCY_RATIO,
     FRICTION_RATIO,
     MASS_RATIO,
@@ -22,6 +21,7 @@ from damperlab.studies.quantity import (
     read_count,
 )
 from damperlab.studies.reads import Reads
+from damperlab.studies.vocabulary import DEFAULTS
 
 MAX_AXIS_VALUES = 1_000_000
 """Values on one axis."""

@@ -7,13 +7,13 @@ from typing import Any
 from damperlab.studies.axes import MAX_AXIS_VALUES
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
-from damperlab.studies.quantity import DEFAULTS, RATIOS
+from damperlab.studies.quantity import RATIOS
 from damperlab.studies.variables import STEPPED, VARIABLES, available_variables
+from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
 
-OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 """Dimensions that a scene without a particle does not have: length 1, value 0."""
 
 

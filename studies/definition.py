@@ -35,7 +35,7 @@ from damperlab.studies.choices import (
     Start,
     Steady,
 )
-from damperlab.studies.consistency import OF_PARTICLE, compliant_fault, faults_between, with_defaults
+from damperlab.studies.consistency import compliant_fault, faults_between, with_defaults
 from damperlab.studies.contact import KEYS as CONTACT_KEYS
 from damperlab.studies.digest import study_digest
 from damperlab.studies.examples import EXAMPLES
@@ -49,6 +49,7 @@ from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
 from damperlab.studies.reads import Reads
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
+from damperlab.studies.vocabulary import OF_PARTICLE
 
 MAX_NAME = 200
 """Characters of a study's name."""

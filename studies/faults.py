@@ -37,7 +37,9 @@ class Fault:
 
     def __str__(self) -> str:
         """Put the fault in one sentence."""
-        return f"{self.field}: found {self.found}, allowed is {self.allowed}; {self.advice}."
+        advice = self.advice[:1].upper() + self.advice[1:]
+        end = "" if advice.endswith("?") else "."
+        return f"{self.field}: found {self.found}; allowed: {self.allowed}. {advice}{end}"
 
     def under(self, parent: str) -> "Fault":
         """Return the same fault, seen from a document that holds this one at ``parent``."""

@@ -121,11 +121,3 @@ RATIOS: dict[str, Quantity] = {
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
 }
 """The six dimensions of a cube as quantities, in the cube's order."""
-
-DEFAULTS: dict[str, float] = {
-    "damping_ratio": 0.0038,
-    "restitution": 0.47,
-    "mass_ratio": 0.1,
-    "friction_ratio": 0.0,
-}
-"""What a silent study gets: the paper's structure, particle and cushion (its Table 2), no friction."""

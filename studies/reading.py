@@ -52,7 +52,7 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Survey:
         near = nearest(path_or_name, _named_files())
         advice = f"did you mean {near}?" if near else "give the path of a study file, or one of these names"
         allowed = f"a file {', '.join(_FORMATS)}, or one of {listing(_named_files())}"
-        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice.rstrip("?"))])
+        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice)])
     written_in = _FORMATS[path.suffix.lower()]
     try:
         with path.open("rb") as file:

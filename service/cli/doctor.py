@@ -14,11 +14,11 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, Scheduler, StoreAddress
 from damperlab.service.cli.output import print_json, print_table, working
 from damperlab.service.cli.store import settings_of
+from damperlab.studies.vocabulary import DEFAULTS
 
 if TYPE_CHECKING:
     from damperlab.service.settings import Settings
 
-LINEAR_DAMPING_RATIO = 0.0038
 CLOSED_FORM_TOLERANCE = 1e-9
 ENERGY_TOLERANCE = 1e-9
 CYCLES = 20
@@ -112,8 +112,8 @@ def _closed_form() -> str:
 
     from damperlab.worker.simulate import Design, simulate
 
-    found = float(simulate(Design(LINEAR_DAMPING_RATIO, 1.0)).metrics["amplitude_ratio"])
-    exact = sqrt(1 + (2 * LINEAR_DAMPING_RATIO) ** 2) / (2 * LINEAR_DAMPING_RATIO)
+    found = float(simulate(Design(DEFAULTS["damping_ratio"], 1.0)).metrics["amplitude_ratio"])
+    exact = sqrt(1 + (2 * DEFAULTS["damping_ratio"]) ** 2) / (2 * DEFAULTS["damping_ratio"])
     if not abs(found / exact - 1) < CLOSED_FORM_TOLERANCE:
         raise ArithmeticError(
             f"X/Z of the bare structure at resonance is {found!r}, in closed form {exact!r}"
@@ -129,7 +129,7 @@ def _kernels() -> str:
 
     began = time.perf_counter()
     particle = Particle(clearance_ratio=5.0, restitution=0.47, mass_ratio=0.1)
-    metrics = simulate(Design(LINEAR_DAMPING_RATIO, 1.0, 0.3, particle), cycles=CYCLES).metrics
+    metrics = simulate(Design(DEFAULTS["damping_ratio"], 1.0, 0.3, particle), cycles=CYCLES).metrics
     residual = float(metrics["energy_residual"])
     if not residual < ENERGY_TOLERANCE:
         raise ArithmeticError(

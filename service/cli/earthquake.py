@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.service.cli.dialect import merged
 from damperlab.service.cli.options import (
     AsJson,
     DataDir,
@@ -121,6 +122,12 @@ def earthquake(
         int | None, typer.Option(help="Perturbed starts that show what is chance; 0 for none.")
     ] = None,
     perturbation_m: Annotated[float | None, typer.Option(help="Their size, in m.")] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="The same as the options above, as in --at clearance_m=0.01."
+        ),
+    ] = None,
     units: Annotated[str | None, typer.Option(help="Of a file that does not say: g, m/s2 or cm/s2.")] = None,
     seed: Generate = None,
     duration_s: Duration = None,
@@ -163,7 +170,7 @@ def earthquake(
         "starts": starts,
         "perturbation_m": perturbation_m,
     }
-    document: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    document: dict[str, Any] = {key: value for key, value in merged(at, given).items() if value is not None}
     document |= contact_document(contact, contact_time)
     if seed is not None:
         document["record"] = {"kanai_tajimi": _recipe(seed, duration_s, peak_g)}

@@ -1,7 +1,6 @@
 """The command export: a stored cube as one file for other programs."""
 
 import os
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,25 +9,30 @@ import typer
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import make_parent, note, working
 from damperlab.service.cli.store import label, open_store
-
-
-class Format(StrEnum):
-    """What a cube can be exported to."""
-
-    netcdf = "netcdf"
-    csv = "csv"
-    parquet = "parquet"
+from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
 
 
 def export(
     study: StudyId,
-    file_format: Annotated[
-        Format, typer.Option("--format", help="netCDF-4, or one row for each point: text, or Parquet.")
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The file to write: .nc, or one row for each point as .csv or .parquet.",
+        ),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write.")],
+    file_format: Annotated[
+        ExportFormat | None,
+        typer.Option(
+            "--format", help="The format, where the name of the file does not say it.", show_default=False
+        ),
+    ] = None,
     data_dir: DataDir = None,
 ) -> None:
     """Write a study's results to a file."""
+    file_format = file_format or _format_of(output)
     from damperlab.studies.store.export import csv_lines, write_netcdf
     from damperlab.studies.store.parquet import parquet_pieces
 
@@ -37,14 +41,14 @@ def export(
     cube = store.cube(record.id)
     make_parent(output)
     with working(f"Writing {output}"):
-        if file_format is Format.netcdf:
+        if file_format == "netcdf":
             write_netcdf(cube, output)
         else:
             # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
             partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
             try:
                 with partial.open("wb") as file:
-                    if file_format is Format.csv:
+                    if file_format == "csv":
                         file.writelines(line.encode() for line in csv_lines(cube))
                     else:
                         file.writelines(parquet_pieces(cube))
@@ -54,3 +58,15 @@ def export(
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
     note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")
+
+
+def _format_of(output: Path) -> ExportFormat:
+    """Infer the format from the name of the file."""
+    known = EXPORT_SUFFIXES.get(output.suffix.lower())
+    if known is None:
+        message = (
+            f"The format of {output.name!r} is not known from its name. End the name with "
+            f"{', '.join(EXPORT_SUFFIXES)}, or add --format with one of {', '.join(EXPORT_FORMATS)}."
+        )
+        raise typer.BadParameter(message, param_hint="-o")
+    return known

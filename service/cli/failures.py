@@ -74,10 +74,12 @@ def report(error: Exception, as_json: bool) -> int:
 
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:
+    # the library that reads the options puts the name of its own exception before the message
+    text = error.format_message().replace("Value error, ", "")
     if as_json:
-        _print_problem("usage", error.exit_code, error.format_message(), ())
+        _print_problem("usage", error.exit_code, text, ())
     else:
-        note(error.format_message() if _asks_for_help(error) else f"damperlab: {error.format_message()}")
+        note(text if _asks_for_help(error) else f"damperlab: {text}")
         if not _asks_for_help(error):
             note("`damperlab --help` and `damperlab COMMAND --help` list what is allowed.")
     return error.exit_code

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.studies.faults import nearest
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.registry import EVERY_DIMENSION
@@ -60,7 +61,8 @@ At = Annotated[
     list[str] | None,
     typer.Option(
         metavar="DIMENSION=VALUE",
-        help="Fix a dimension at the grid point nearest to a value; may be repeated.",
+        help="Fix a dimension at the grid point nearest to a value, as in --at clearance_ratio=3, or for short "
+        "--clearance-ratio 3. May be repeated.",
     ),
 ]
 
@@ -134,10 +136,16 @@ FIGURES = (".png", ".svg", ".pdf", ".csv")
 def contact_document(contact: ContactModel | RecordContactModel, written: str | None) -> dict[str, Any]:
     """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
     if written is None:
-        return {} if contact.value == "instant" else {"contact": {"model": contact.value}}
+        if contact.value != "instant":
+            message = (
+                f"--contact {contact.value} needs to know how long a contact lasts. Add --contact-time TIME, in units "
+                f"of 1/ω_n, as in --contact-time 0.1, or one of the times that the paper gives: {', '.join(CONTACT_TIMES)}."
+            )
+            raise typer.BadParameter(message, param_hint="--contact")
+        return {}
     if contact.value == "instant":
         lasting = " or ".join(f"--contact {model.value}" for model in type(contact) if model != contact)
-        message = f"found {written} with contact instant, allowed: only with {lasting}; add --contact dwell"
+        message = f"found {written} without {lasting}. An instant contact takes no time: add --contact dwell, or leave it out."
         raise typer.BadParameter(message, param_hint="--contact-time")
     try:
         return {"contact": {"model": contact.value, "contact_time": float(written)}}
@@ -153,9 +161,9 @@ def check_cluster(workers: int | None, scheduler: str | None) -> None:
         )
 
 
-def read_at(assignments: list[str] | None) -> dict[str, Any]:
+def read_at(assignments: list[str] | None, names: tuple[str, ...] = EVERY_DIMENSION) -> dict[str, Any]:
     """Read `--at dimension=value …` into a mapping; the value of a record is its name."""
-    pairs = _pairs("--at", assignments)
+    pairs = _pairs("--at", assignments, names)
     return {name: text if name == RECORD else _float("--at", text) for name, text in pairs}
 
 
@@ -192,7 +200,9 @@ def read_range(option: str, text: str) -> tuple[float, float]:
 def check_name(option: str, name: str | None, allowed: tuple[str, ...]) -> None:
     """Refuse a name that is not among `allowed`."""
     if name is not None and name not in allowed:
-        raise typer.BadParameter(f"found {name!r}, allowed: {', '.join(allowed)}", param_hint=option)
+        near = nearest(name, allowed)
+        meant = f"Did you mean {near}? " if near else ""
+        raise typer.BadParameter(f"found {name!r}. {meant}Allowed: {', '.join(allowed)}.", param_hint=option)
 
 
 def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from damperlab.service.cli.dialect import fixes_dimensions
 from damperlab.service.cli.options import (
     AsJson,
     At,
@@ -55,6 +56,7 @@ MapMetric = Annotated[
 Metric = Annotated[str, typer.Option(help="Which result variable.")]
 
 
+@fixes_dimensions
 def map_(
     study: StudyId,
     x: Annotated[str | None, typer.Option(help="Dimension across.")] = None,
@@ -97,6 +99,7 @@ def map_(
     hand_out(record, answer, output, as_json, draw, lambda: map_document(answer, metric), tell)
 
 
+@fixes_dimensions
 def response(
     study: StudyId,
     metric: Metric = "amplitude_ratio",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from damperlab.service.cli.dialect import names_a_design
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
@@ -13,16 +14,17 @@ from damperlab.service.cli.options import (
     ContactTime,
     check_file,
     contact_document,
+    read_at,
 )
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
 
 if TYPE_CHECKING:
     import numpy as np
 
-OF_PARTICLE = ("clearance_ratio", "restitution", "mass_ratio")
 CYCLES_LIMIT = 10_000_000
 """Of a service's requests the settings are stricter; here nobody else waits."""
 SAMPLES_LIMIT = 10_000_000
@@ -40,15 +42,8 @@ class Method(StrEnum):
     rk4 = "rk4"
 
 
+@names_a_design
 def simulate(
-    clearance_ratio: Annotated[
-        float, typer.Option(help="d/Z, half the free cavity over the base amplitude.")
-    ] = 10.0,
-    friction_ratio: Annotated[float, typer.Option(help="γ_F, friction force over k·Z.")] = 0.0,
-    restitution: Annotated[float, typer.Option(help="e.")] = 0.47,
-    mass_ratio: Annotated[float, typer.Option(help="β, particle over primary mass.")] = 0.1,
-    frequency_ratio: Annotated[float, typer.Option(help="r, excitation over natural frequency.")] = 1.0,
-    damping_ratio: Annotated[float, typer.Option(help="ζ of the structure.")] = 0.0038,
     no_particle: Annotated[bool, typer.Option("--no-particle", help="A scene without a particle.")] = False,
     contact: Contact = ContactModel.instant,
     contact_time: ContactTime = None,
@@ -69,18 +64,15 @@ def simulate(
             "--output", "-o", metavar="FILE", help="Write the time history as .csv, .png, .svg or .pdf."
         ),
     ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="DIMENSION=VALUE", help="The same as the options above, one value at a time."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute one design point from rest: its response, its state at the end, its time history."""
     check_file(output)
-    given = {
-        "damping_ratio": damping_ratio,
-        "restitution": restitution,
-        "mass_ratio": mass_ratio,
-        "clearance_ratio": clearance_ratio,
-        "friction_ratio": friction_ratio,
-        "frequency_ratio": frequency_ratio,
-    }
+    given = {**DESIGN_POINT, **read_at(at, DIMENSIONS)}
     document: dict[str, object] = {
         "particle": not no_particle,
         "method": method.value,
@@ -88,7 +80,7 @@ def simulate(
     }
     document |= {name: given[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
     document |= contact_document(contact, contact_time)
-    document["history"] = _history(history, output, cycles, method, frequency_ratio)
+    document["history"] = _history(history, output, cycles, method, given["frequency_ratio"])
     if cycles is not None:
         document["cycles"] = cycles
     with working("Computing (the first time, kernels are compiled)"):

@@ -8,11 +8,10 @@ from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
+from damperlab.studies.vocabulary import STATES
 
 if TYPE_CHECKING:
     from damperlab.studies.store.record import Record
-
-STATES = ("queued", "running", "done", "cancelled", "failed")
 
 
 def studies(

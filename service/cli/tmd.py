@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from damperlab.service.cli.dialect import fixes_dimensions
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
     AsJson,
@@ -40,13 +41,19 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 
+@fixes_dimensions
 def tmd(
     study: StudyId,
     criterion: Annotated[
         str, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
     ] = "minimax",
     mass_ratio: Annotated[
-        float | None, typer.Option(help="μ of the tuned mass damper; that of the design by default.")
+        float | None,
+        typer.Option(
+            "--tmd-mass-ratio",
+            "--mass-ratio",
+            help="Mass ratio μ of the tuned mass damper; that of the design by default.",
+        ),
     ] = None,
     detuning: Annotated[float, typer.Option(help="Share by which its frequency is off, 0.05 for 5 %.")] = 0.0,
     damping_detuning: Annotated[float, typer.Option(help="Share by which its damping is off.")] = 0.0,
@@ -137,6 +144,7 @@ def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False)
     hand_out(record, answer, None, as_json, None, lambda: columns_document(answer), tell)
 
 
+@fixes_dimensions
 def refine(
     study: StudyId,
     tolerance: Annotated[float, typer.Option(help="Step to which each parameter shall be known.")] = 1e-3,

@@ -11,6 +11,7 @@ from damperlab.service.client.results import Accuracy, Estimate, Simulation
 from damperlab.service.client.study import Study
 from damperlab.service.client.transport import Transport, body
 from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, State
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     Definition = Mapping[str, Any] | AnyStudy | str | Path
 
-State = Literal["queued", "running", "done", "cancelled", "failed"]
 PAGE = 200
 
 
@@ -156,13 +156,13 @@ class Client:
 
     def simulate(
         self,
-        frequency_ratio: float = 1.0,
+        frequency_ratio: float = DESIGN_POINT["frequency_ratio"],
         *,
-        clearance_ratio: float = 10.0,
-        friction_ratio: float = 0.0,
-        restitution: float = 0.47,
-        mass_ratio: float = 0.1,
-        damping_ratio: float = 0.0038,
+        clearance_ratio: float = DESIGN_POINT["clearance_ratio"],
+        friction_ratio: float = DESIGN_POINT["friction_ratio"],
+        restitution: float = DESIGN_POINT["restitution"],
+        mass_ratio: float = DESIGN_POINT["mass_ratio"],
+        damping_ratio: float = DESIGN_POINT["damping_ratio"],
         particle: bool = True,
         contact: Mapping[str, Any] | None = None,
         cycles: int | None = None,
@@ -237,7 +237,7 @@ class Client:
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
 
     def upload_record(
-        self, path: str | Path, name: str = "", units: Literal["g", "m/s2", "cm/s2"] | None = None
+        self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
     ) -> "GroundRecord":
         """Hand in an own ground motion; the same samples again are the same record.
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.faults import Conflict, StillRunning, Stopped, refused
 from damperlab.service.client.results import Refinement, read_record
@@ -11,6 +11,14 @@ from damperlab.service.client.transport import Transport
 from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.store.record import Record
+from damperlab.studies.vocabulary import (
+    EXPORT_SUFFIXES,
+    Criterion,
+    Excitation,
+    ExportFormat,
+    Objective,
+    Reduction,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,10 +31,7 @@ if TYPE_CHECKING:
         WorkPrecision,
     )
 
-Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 Range = tuple[float, float]
-Format = Literal["netcdf", "csv", "parquet"]
-FORMATS: dict[str, Format] = {".nc": "netcdf", ".csv": "csv", ".parquet": "parquet"}
 PIECE_BYTES = 1 << 20
 DRAIN_SECONDS = 60.0
 """How long a cancelled study may take to let go of its blocks."""
@@ -188,7 +193,7 @@ class Study:
         y: str | None = None,
         metric: str | None = None,
         over: str | None = None,
-        reduce: Literal["max", "min", "mean"] | None = None,
+        reduce: Reduction | None = None,
         interpolate: bool = False,
         **at: float | str,
     ) -> "ResonanceMap":
@@ -350,11 +355,11 @@ class Study:
 
     def tmd_comparison(
         self,
-        criterion: Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"] = "minimax",
+        criterion: Criterion = "minimax",
         mass_ratio: float | None = None,
         detuning: float = 0.0,
         damping_detuning: float = 0.0,
-        excitation: Literal["base", "force"] = "base",
+        excitation: Excitation = "base",
         **at: float,
     ) -> "TmdComparison":
         """Compare one design with a tuned mass damper.
@@ -463,7 +468,7 @@ class Study:
         asked = {"along": along, "tolerance": tolerance, "with": _ids(with_), "dry_run": dry_run}
         return self._refinement("/refine-boundary", asked, at)
 
-    def export(self, path: str | Path, format: Format | None = None) -> Path:
+    def export(self, path: str | Path, format: ExportFormat | None = None) -> Path:
         """Download the whole cube into a file.
 
         Parameters
@@ -479,9 +484,11 @@ class Study:
             The file.
         """
         path = Path(path)
-        chosen = format or FORMATS.get(path.suffix.lower())
+        chosen = format or EXPORT_SUFFIXES.get(path.suffix.lower())
         if chosen is None:
-            fault = Fault("path", describe(path.name), f"a name with {', '.join(FORMATS)}", "name the format")
+            fault = Fault(
+                "path", describe(path.name), f"a name with {', '.join(EXPORT_SUFFIXES)}", "name the format"
+            )
             raise refused((fault,))
         part = path.with_name(f"{path.name}.part")
         try:

@@ -120,7 +120,8 @@ export function refusalBox(error) {
 
 /** @param {Fault} fault */
 export function faultText(fault) {
-  return `${fault.field ? fault.field + ": " : ""}found ${fault.found}; allowed is ${fault.allowed}. ${capital(fault.advice)}.`;
+  const advice = capital(fault.advice);
+  return `${fault.field ? fault.field + ": " : ""}found ${fault.found}; allowed: ${fault.allowed}. ${advice}${advice.endsWith("?") ? "" : "."}`;
 }
 
 /** @param {string} text */

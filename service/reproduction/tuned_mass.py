@@ -10,7 +10,8 @@ from damperlab.studies.faults import listing
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
-from damperlab.studies.tmd.tunings import Criterion, tuned
+from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.vocabulary import Criterion
 
 SHOWN_FRICTION = (0.4, 0.6, 0.69, 0.8)
 """Drawn: the friction ratio of Figure 14 is a spring compression of 4 mm, which nothing printed turns into one."""

@@ -10,11 +10,12 @@ from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SURVEY_VARIABLES
 from damperlab.studies.physical import QUANTITIES
-from damperlab.studies.quantity import DEFAULTS, RATIOS, Quantity
+from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.reading import named_texts
 from damperlab.studies.text import load_text
 from damperlab.studies.tmd.tunings import CRITERIA
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
+from damperlab.studies.vocabulary import DEFAULTS
 
 router = APIRouter(prefix="/api/v1", tags=["studies"])
 

@@ -20,6 +20,7 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.text import load_text
+from damperlab.studies.vocabulary import AccelerationUnits
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 
@@ -34,7 +35,7 @@ class RecordQuery(BaseModel):
     format: Literal["at2", "csv"] | None = Field(
         None, description="at2: PEER's; csv: two columns. By default csv for text/csv, else at2."
     )
-    units: Literal["g", "m/s2", "cm/s2"] | None = Field(
+    units: AccelerationUnits | None = Field(
         None, description="Of the acceleration, where the file does not say."
     )
     name: str = Field("", max_length=200, description="Name of the record.")

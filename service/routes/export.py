@@ -4,7 +4,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, BinaryIO, Literal
+from typing import Annotated, BinaryIO
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
@@ -15,6 +15,7 @@ from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.store.export import csv_lines, write_netcdf
 from damperlab.studies.store.parquet import parquet_pieces
 from damperlab.studies.store.record import Record
+from damperlab.studies.vocabulary import ExportFormat
 
 NETCDF = "application/x-netcdf"
 PARQUET = "application/vnd.apache.parquet"
@@ -29,7 +30,7 @@ class ExportQuery(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    format: Literal["netcdf", "csv", "parquet"] = Field(
+    format: ExportFormat = Field(
         "netcdf", description="netCDF-4, or a table with one row for each point: as text, or as Parquet."
     )
 

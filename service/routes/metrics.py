@@ -7,7 +7,7 @@ from fastapi.responses import PlainTextResponse
 
 from damperlab.service.state import TheService
 from damperlab.service.traffic import Traffic
-from damperlab.studies.store.record import STATES
+from damperlab.studies.vocabulary import STATES
 from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
 

@@ -1,7 +1,7 @@
 """Questions to a study's cube; a running study is asked for what is there, and the answer says how much that is."""
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import xarray as xr
 from fastapi import APIRouter, Depends, Query
@@ -29,6 +29,7 @@ from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.registry import EVERY_DIMENSION, EVERY_VARIABLE, is_survey
 from damperlab.studies.store.record import Record
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
+from damperlab.studies.vocabulary import Objective, Reduction
 
 ANSWER_POINTS = 4_000_000
 """Most points of one map; a screen has as many, and a larger answer would be built in memory."""
@@ -121,9 +122,7 @@ class MapQuery(SliceQuery):
         None, description="Dimension across the rows; to be named.", examples=["frequency_ratio"]
     )
     over: Dimension | None = Field(None, description="A third dimension, to reduce.")
-    reduce: Literal["max", "min", "mean"] | None = Field(
-        None, description="How `over` is reduced; max by default."
-    )
+    reduce: Reduction | None = Field(None, description="How `over` is reduced; max by default.")
     frequency_ratio: Value = None
     record: str | None = Field(
         None, max_length=100, description="A record of a survey; the worst over all by default."
@@ -167,7 +166,7 @@ ResultRanges = create_model(
 class RankingQuery(ResultRanges):
     """What designs are judged by, and which of them."""
 
-    objective: Literal["peak", "resonance", "band_mean", "band_rms"] | None = Field(
+    objective: Objective | None = Field(
         None,
         description="What a design is judged by; peak, or resonance where one frequency was computed and no band is given.",
     )

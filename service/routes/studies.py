@@ -24,6 +24,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.reading import parse_study_text
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
+from damperlab.studies.vocabulary import State
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
@@ -58,7 +59,7 @@ class ListQuery(BaseModel):
 
     limit: int = Field(50, ge=1, le=200, description="Most studies on the page.")
     cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
-    state: Literal["queued", "running", "done", "cancelled", "failed"] | None = None
+    state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only studies whose name holds this text.")
 
 

@@ -1,6 +1,6 @@
 """Questions that compare: with a tuned mass damper, and error with run time."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
@@ -14,6 +14,7 @@ from damperlab.studies.answers.survey import require_harmonic
 from damperlab.studies.answers.tmd_comparison import MOST_DETUNING, MOST_MASS, tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.tmd.tunings import CRITERIA
+from damperlab.studies.vocabulary import Criterion, Excitation
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 
@@ -32,16 +33,14 @@ class TmdQuery(AlongFrequency):
     mass_ratio: float | None = Field(
         None, gt=0, le=MOST_MASS, allow_inf_nan=False, description="μ; that of the design without it."
     )
-    criterion: Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"] = Field(
-        "minimax", description=f"How it is tuned. {_TUNINGS}."
-    )
+    criterion: Criterion = Field("minimax", description=f"How it is tuned. {_TUNINGS}.")
     detuning: float = Field(
         0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its frequency is off."
     )
     damping_detuning: float = Field(
         0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its damping is off."
     )
-    excitation: Literal["base", "force"] = Field(
+    excitation: Excitation = Field(
         "base",
         description="What the tuned mass damper answers to; force: on the structure, X over its static deflection.",
     )

@@ -96,7 +96,7 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
     for name in bare:
         if name not in RESPECTS:
             near = nearest(name, RESPECTS)
-            advice = f"did you mean {near}" if near else "choose one of them"
+            advice = f"did you mean {near}?" if near else "choose one of them"
             raise QueryFault(Fault("pareto", describe(name), f"one of {listing(RESPECTS)}", advice))
         column = RESPECTS[name][0]
         if column != "value" and column not in cube.dims:

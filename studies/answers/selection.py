@@ -93,7 +93,7 @@ def _submit(cube: xr.Dataset, *names: str) -> str:
 
 def _guess(name: str, known: list[str]) -> str:
     meant = nearest(name, known)
-    return f"did you mean {meant}" if meant else "see the study's definition for what it holds"
+    return f"did you mean {meant}?" if meant else "see the study's definition for what it holds"
 
 
 def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:

@@ -12,8 +12,9 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, describe, listing
-from damperlab.studies.tmd.transfer import Excitation, amplitude_ratio, highest, without_absorber
-from damperlab.studies.tmd.tunings import CRITERIA, Criterion, tuned
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
+from damperlab.studies.tmd.tunings import CRITERIA, tuned
+from damperlab.studies.vocabulary import Criterion, Excitation
 
 METRIC = "amplitude_ratio"
 LEAST_MASS, MOST_MASS = 1e-12, 10.0
@@ -88,7 +89,7 @@ def tmd_comparison(
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
     structural = float(curve["damping_ratio"])
     # the name is one of Criterion's, see above
-    absorber = tuned(criterion, mass, structural, shaken).detuned(detuning, damping_detuning)  # type: ignore[arg-type]
+    absorber = tuned(criterion, mass, structural, shaken).detuned(detuning, damping_detuning)
     order = np.argsort(curve[FREQUENCY].values)
     curve = curve.isel({FREQUENCY: order})
     r = curve[FREQUENCY].values

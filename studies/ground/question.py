@@ -12,7 +12,8 @@ from damperlab.studies.ground.paper import BASE_AMPLITUDES_M, CASES, friction_fo
 from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity, read_count
-from damperlab.studies.tmd.tunings import CRITERIA, Criterion
+from damperlab.studies.tmd.tunings import CRITERIA
+from damperlab.studies.vocabulary import Criterion
 
 PAPER_STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038}
 _STIFFNESS = 1.605 * (2.0 * 3.141592653589793 * 2.5) ** 2

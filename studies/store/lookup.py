@@ -8,7 +8,7 @@ from sqlalchemy import func, select, update
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.record import PREPARATIONS, STATES, Page, Record, Totals
+from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.store.rows import (
     ALIVE,
     alive_row,
@@ -20,6 +20,7 @@ from damperlab.studies.store.rows import (
     unknown_study,
 )
 from damperlab.studies.store.tables import events, studies
+from damperlab.studies.vocabulary import STATES
 
 PAGE_LIMIT = 1000
 """Most records on one page."""

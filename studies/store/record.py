@@ -6,8 +6,6 @@ from typing import Any
 
 from damperlab.studies.registry import dimensions_of_definition
 
-STATES: tuple[str, ...] = ("queued", "running", "done", "cancelled", "failed")
-"""Every state of a study; the last three are ends."""
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling")
 """Phases of a running study before its blocks: its workers start, and kernels that they lack are compiled."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, insert, select
 
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.tables import done_blocks, events, studies
@@ -30,16 +30,25 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     return row
 
 
+NAMES_COMPARED = 1000
+"""Names of the newest studies among which one is looked for that was mistyped."""
+
+
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
-    """Make the fault for a study that is not there; it names a few that are."""
-    newest = select(studies.c.id, studies.c.name).where(ALIVE).order_by(studies.c.number.desc()).limit(3)
-    known = ", ".join(f"{row.id} ({row.name})" for row in connection.execute(newest))
+    """Make the fault for a study that is not there; it names the one that was probably meant, and a few others."""
+    order = studies.c.number.desc()
+    newest = connection.execute(
+        select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
+    ).all()
+    known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
+    near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
+    advice = f"did you mean {near}?" if near else "`damperlab studies` lists what there is"
     allowed = (
         f"an id, a prefix of an id, or a name; newest: {known}"
         if known
         else "nothing: there are no studies yet"
     )
-    return StudyNotFound(Fault("study", describe(ref), allowed, "`damperlab studies` lists what there is"))
+    return StudyNotFound(Fault("study", describe(ref), allowed, advice))
 
 
 def marks_of(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.stationary import Heights, all_stationary
-from damperlab.studies.tmd.transfer import Excitation
+from damperlab.studies.vocabulary import Excitation
 
 Floats = NDArray[np.float64]
 _TUNINGS = np.linspace(-4.0, 2.0, 37)

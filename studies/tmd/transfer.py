@@ -1,15 +1,14 @@
 """Transfer function of a structure with a tuned mass damper, and its peaks from the roots of a polynomial."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.stationary import Heights, all_stationary
+from damperlab.studies.vocabulary import Excitation
 
-Excitation = Literal["base", "force"]
 """base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""
 
 

@@ -1,15 +1,12 @@
 """Ways to tune a mass damper, by name: what each minimises, for which structure, and in closed form or not."""
 
 import math
-from typing import Literal
 
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
-from damperlab.studies.tmd.transfer import Excitation
+from damperlab.studies.vocabulary import Criterion, Excitation
 
-Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
-
-CRITERIA: dict[str, str] = {
+CRITERIA: dict[Criterion, str] = {
     "den_hartog": "Den Hartog's fixed points for an undamped structure, (14) and (15), ζ = c/(2√(m k₁))",
     "den_hartog_table4": (
         "the number that Table 4 prints, √(3μ/(8(1+μ)³)), put into (13) as if it were c/(2√(m k₁)): a mix of two "

@@ -17,7 +17,8 @@ from damperlab.studies.ground.paper import (
 )
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.tmd.absorber import Absorber
-from damperlab.studies.tmd.tunings import Criterion, tuned
+from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.vocabulary import Criterion
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, contact_time_s, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response

@@ -1,7 +1,9 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.service.cli.commands import run
@@ -111,3 +113,72 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
     assert size["bytes"] > 22 * 8
     assert "22 points" in run("run", linear_study, "--dry-run", "--data-dir", data_dir).stdout
     assert not data_dir.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["optimun", "x"], "Did you mean 'optimum'?"),
+        (["simulate", "--clerance-ratio", "3"], "--clearance-ratio"),
+        (["map", "x", "--at", "clearence_ratio=3"], "Did you mean clearance_ratio?"),
+        (["studies", "--state", "dne"], "Did you mean done?"),
+        (["run", "figur-11"], "Did you mean figure-11?"),
+        (["earthquake", "--at", "clearanc_m=1"], "Did you mean clearance_m?"),
+    ],
+)
+def test_a_mistyped_name_is_answered_with_the_nearest_one(arguments: list[str], part: str) -> None:
+    assert part in run(*arguments, status=2).stderr
+
+
+def test_a_mistyped_study_is_answered_with_the_nearest_stored_name(
+    stored: tuple[Path, dict[str, Any]],
+) -> None:
+    data_dir, _ = stored
+    ended = run("show", "bare structur", "--data-dir", data_dir, status=2)
+    assert "Did you mean bare structure?" in ended.stderr
+
+
+def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict[str, Any]]) -> None:
+    data_dir, record = stored
+    long = run("response", record["id"], "--data-dir", data_dir, "--at", "friction_ratio=2", "--json")
+    short = run("response", record["id"], "--data-dir", data_dir, "--friction-ratio", "2", "--json")
+    assert json.loads(long.stdout) == json.loads(short.stdout)
+    point = ["simulate", "--no-particle", "--cycles", "2", "--method", "rk4", "--json"]
+    long, short = run(*point, "--at", "frequency_ratio=2"), run(*point, "--frequency-ratio", "2")
+    assert json.loads(long.stdout)["state"] == json.loads(short.stdout)["state"]
+    twice = run(*point, "--at", "frequency_ratio=2", "--frequency-ratio", "3", status=2)
+    assert "--frequency-ratio" in twice.stderr
+
+
+def test_a_contact_without_its_time_is_told_which_option_to_add() -> None:
+    for model in ("dwell", "compliant"):
+        assert "Add --contact-time" in run("simulate", "--contact", model, status=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("suffix", "head"), [(".nc", b"\x89HDF"), (".csv", b"damping_ratio"), (".parquet", b"PAR1")]
+)
+def test_the_name_of_the_file_says_the_format(
+    stored: tuple[Path, dict[str, Any]], tmp_path: Path, suffix: str, head: bytes
+) -> None:
+    data_dir, record = stored
+    run("export", record["id"], "--data-dir", data_dir, "-o", tmp_path / f"f{suffix}")
+    assert (tmp_path / f"f{suffix}").read_bytes().startswith(head)
+    refused = run("export", record["id"], "--data-dir", data_dir, "-o", tmp_path / "f.dat", status=2)
+    assert "--format" in refused.stderr
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_every_shell_completes_commands(shell: str) -> None:
+    asked = {
+        "bash": {"COMP_WORDS": "damperlab optim", "COMP_CWORD": "1"},
+        "zsh": {"_TYPER_COMPLETE_ARGS": "damperlab optim"},
+        "fish": {"_TYPER_COMPLETE_ARGS": "damperlab optim", "_TYPER_COMPLETE_FISH_ACTION": "get-args"},
+    }[shell]
+    ended = subprocess.run(
+        [sys.executable, "-m", "damperlab"],
+        env={**os.environ, **asked, "_DAMPERLAB_COMPLETE": f"complete_{shell}"},
+        capture_output=True,
+        text=True,
+    )
+    assert "optimum" in ended.stdout, ended.stderr

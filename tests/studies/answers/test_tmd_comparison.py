@@ -89,7 +89,7 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
         (
             {"mass_ratio": 5e-324, "criterion": "den_hartog"},
             "mass_ratio",
-            "found 5e-324, allowed is 1e-12 to 10",
+            "found 5e-324; allowed: 1e-12 to 10",
         ),
         ({"detuning": -1.0}, "detuning", "above -1"),
         ({"excitation": "wind"}, "excitation", "base or force"),
