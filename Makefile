@@ -21,7 +21,11 @@ $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-install-dev: $(VENV)/.installed-dev
+install-dev: $(VENV)/.installed-dev node_modules/.installed
+
+node_modules/.installed: package-lock.json
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund || echo "npm could not install the checker of the page" >&2; else echo "no npm here: the page's JavaScript is not checked" >&2; fi
+	@mkdir -p $(@D) && touch $@
 
 $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
@@ -40,6 +44,7 @@ lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	@if [ -x node_modules/.bin/tsc ]; then node_modules/.bin/tsc; elif [ -n "$$CI" ]; then echo "npm is needed to check the page" >&2; exit 1; fi
 
 docs: install-dev ## the documentation site, in site/; a broken link is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -72,4 +77,4 @@ lock: ## renew the lock files (needs uv); names and hashes only
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
 
 clean: ## what the commands above made, and nothing else
-	rm -rf $(VENV) $(DEMO) site build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(DEMO) site build dist node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

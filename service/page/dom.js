@@ -22,7 +22,7 @@ export function el(tag, attributes = {}, ...children) {
     else element.setAttribute(name, value === true ? "" : String(value));
   }
   element.append(...texts(children));
-  if (tag === "select" && "value" in attributes) element.value = attributes.value;
+  if (element instanceof HTMLSelectElement && "value" in attributes) element.value = attributes.value;
   return element;
 }
 

@@ -28,7 +28,7 @@ async function show() {
   leave = undefined;
   markCurrent(path);
   const root = el("div", { class: "view" });
-  fill(document.getElementById("main"), root);
+  fill(/** @type {HTMLElement} */ (document.getElementById("main")), root);
   const view = VIEWS[parts[0]] ?? nowhere;
   try {
     const leaving = await view(root, { parts: parts.slice(1), query: new URLSearchParams(query) });

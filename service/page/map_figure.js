@@ -31,6 +31,7 @@ export function mapTraces(map, overlays, marks, words) {
   const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
   const { z, bar } = coded ? codes(map, words) : scale(map);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
+  /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
   const traces = [
     { ...common, type: "heatmap", ...bar, customdata: map.values, hoverongaps: false, hovertemplate: hover(map, coded), name: "" },
   ];

@@ -56,7 +56,7 @@ export class Selection extends EventTarget {
     this.dispatchEvent(new Event("chosen"));
   }
 
-  /** Choose the grid point nearest to some values. @param {Record<string, number>} values */
+  /** Choose the grid point nearest to some values. @param {Record<string, number | string>} values */
   chooseValues(values) {
     const known = Object.entries(values).filter(([name]) => name in this.axes);
     this.choose(Object.fromEntries(known.map(([name, value]) => [name, placeOf(this.axes[name], value)])));

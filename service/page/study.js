@@ -42,7 +42,12 @@ export async function studyView(root, { parts, query }) {
     words,
     changes: new EventTarget(),
   };
-  const asked = Object.fromEntries([...query].filter(([name, value]) => name in grid.axes && (name === RECORD || Number.isFinite(Number(value)))));
+  /** @type {Record<string, number | string>} */
+  const asked = {};
+  for (const [name, text] of query) {
+    const value = name === RECORD ? text : Number(text);
+    if (name in grid.axes && (name === RECORD || Number.isFinite(value))) asked[name] = value;
+  }
   if (Object.keys(asked).length) session.selection.chooseValues(asked);
   else await restAtBest(session);
 
