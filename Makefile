@@ -58,10 +58,11 @@ $(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
 bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
 
-faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers
+faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once
 	$(BIN)/python -m tests.faults.campaign --kills 200
 	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql --s3
 	$(BIN)/python -m tests.faults.reading --reads 10000
+	$(BIN)/python -m tests.faults.damage --flips 1000
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
 dist: install ## the wheel and the source archive, in dist/

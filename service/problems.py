@@ -17,6 +17,7 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
+    CatalogueDamaged,
     KeyTaken,
     QuotaReached,
     RevisionGone,
@@ -182,6 +183,8 @@ def _store(request: Request, error: Exception) -> Response:
             problem = Problem(410, "revision-gone", "The study is not what it was then.", (error.fault,))
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
+        case CatalogueDamaged():
+            problem = Problem(503, "catalogue-damaged", "The catalogue is damaged.", (error.fault,))
         case BlockDamaged():
             problem = Problem(503, "block-damaged", "Stored results cannot be read.", (error.fault,))
         case _:

@@ -273,7 +273,8 @@ class _Run:
         values = failed_values(self._plan.study, block)
         generation = uuid.uuid4().hex[:12]
         try:
-            checksum = write_region(cube_path, block, values, generation)
+            told = {"message": failure.message}
+            checksum = write_region(cube_path, block, values, generation, told)
         except OSError as error:
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be written ({error})") from error

@@ -13,8 +13,7 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.ground.survey import Survey
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.coding import describe_cube
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse import Source, known_points
 from damperlab.studies.store.shelf import open_shelf
@@ -68,7 +67,12 @@ def run_block(
     began_kernel = time.thread_time()
     values, reused = _solve(cube_path, study, block, sources)
     kernel_seconds = time.thread_time() - began_kernel
-    checksum = write_region(cube_path, block, values, generation)
+    told = {
+        "reused": reused,
+        "seconds": time.perf_counter() - began,
+        "kernel_seconds": kernel_seconds,
+    }
+    checksum = write_region(cube_path, block, values, generation, told)
     return BlockOutcome(
         index=block.index,
         points=values["status"].size,
@@ -140,7 +144,14 @@ def executing_keys(dask_worker: "Worker") -> list[str]:
 
 @lru_cache(maxsize=4)
 def _study(cube_path: str, digest: str) -> Study | Survey:
-    attributes = describe_cube(open_shelf(cube_path).get("zarr.json")).attributes
-    if attributes["digest"] != digest:
-        raise OSError(f"the cube {cube_path} holds study {attributes['digest']}, not {digest}")
-    return parse_study(json.loads(str(attributes["study"])))
+    described = description_of(open_shelf(cube_path))
+    if described.digest != digest:
+        raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
+    study = parse_study(json.loads(str(described.attributes["study"])))
+    # what is computed is what was asked, whatever has happened to its description since
+    if study.digest != digest:
+        raise OSError(
+            f"the definition in {cube_path} is that of study {study.digest}, not {digest}; "
+            "`damperlab verify --repair` writes the description anew"
+        )
+    return study

@@ -1,4 +1,4 @@
-"""Commands that keep the store: backup, restore, gc."""
+"""Commands that keep the store: backup, restore, rebuild, gc."""
 
 import re
 from pathlib import Path
@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, StoreAddress
 from damperlab.service.cli.output import note, print_json, working
-from damperlab.service.cli.store import open_store
+from damperlab.service.cli.store import open_store, settings_of
 
 if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
@@ -45,6 +46,24 @@ def restore(
     if not (folder / "catalogue.sqlite").is_file():
         raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
     _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}")
+
+
+def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
+    """Make the catalogue again from the cubes, or add what it lacks; run twice or cut short, it ends the same."""
+    from damperlab.studies.store.rebuild import rebuild as from_cubes
+
+    settings = settings_of(data_dir, store=place)
+    with working("Reading every cube"):
+        found = from_cubes(settings.data_dir, settings.catalogue, settings.store)
+    if found.set_aside is not None:
+        note(f"The catalogue was damaged and is now {found.set_aside}.")
+    for line in found.trouble:
+        note(f"damperlab: left out {line}")
+    note(f"Added {found.studies} studies and {found.blocks} blocks; {found.known} studies were known.")
+    if as_json:
+        print_json(vars(found))
+    if found.trouble:
+        raise typer.Exit(FAILED)
 
 
 def gc(

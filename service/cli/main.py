@@ -10,7 +10,7 @@ from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
-from damperlab.service.cli.keep import backup, gc, restore
+from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.queries import map_, optimum, response
 from damperlab.service.cli.reproduce import reproduce
@@ -73,6 +73,7 @@ for name, command, panel in (
     ("verify", verify, "Keep"),
     ("backup", backup, "Keep"),
     ("restore", restore, "Keep"),
+    ("rebuild", rebuild, "Keep"),
     ("gc", gc, "Keep"),
     ("serve", serve, "Serve"),
     ("accuracy", accuracy, "Serve"),

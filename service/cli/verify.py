@@ -51,7 +51,7 @@ def _verify(
     with working(f"Reading {label(record)}"):
         damages = list(damages_of(store, record))
     for damage in damages:
-        where = "description" if damage.block is None else f"block {damage.block}"
+        where = damage.part if damage.block is None else f"block {damage.block}"
         note(f"damperlab: {label(record)}: {where}: {damage.found}")
     note(f"{label(record)}: {record.blocks_done} blocks read, {len(damages)} damaged.")
     repaired = False
@@ -62,7 +62,7 @@ def _verify(
         except WrongCode as error:
             raise CommandFailed("wrong-code", str(error)) from error
         record = take_back(store, record, damages)
-        if damages[0].block is None:
+        if any(damage.block is None for damage in damages):
             # what the damaged description hid is seen now
             hidden = list(damages_of(store, record))
             record = take_back(store, record, hidden)

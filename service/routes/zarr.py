@@ -18,9 +18,16 @@ from starlette.responses import Response
 
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import StudyId, TheService
-from damperlab.studies.store.chunks import Marks, chunk_file, chunk_place, damaged
-from damperlab.studies.store.coding import Description, describe_cube
-from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.chunks import Marks, chunk_place, damaged
+from damperlab.studies.store.coding import StoredCoordinate
+from damperlab.studies.store.cube import block_grid, read_chunk
+from damperlab.studies.store.description import (
+    DESCRIPTION,
+    Description,
+    describe_cube,
+    node_metadata,
+    plain_metadata,
+)
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.grouped import Group, group_of, grouped_metadata
 from damperlab.studies.store.record import Record
@@ -87,7 +94,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
             if _has(request, tag):
                 return Response(status_code=304, headers=_headers(tag))
             try:
-                return _part(request, _content(shelf, variable, index, key, generation), tag)
+                return _part(request, _content(shelf, variable, index, generation), tag)
             except FileNotFoundError:
                 lost = damaged(shelf, index, variable, "its file is lost")
             if store.snapshot(study.id, revision) == (shelf, marks):
@@ -111,9 +118,17 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
     )
 
 
-def _content(shelf: Shelf, variable: str, index: int, key: str, generation: str) -> bytes:
-    content = _get(shelf, chunk_file(key, generation))
-    if not _description(shelf).arrays[variable].intact(content):
+def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
+    described = _description(shelf)
+    try:
+        content = read_chunk(shelf, described, variable, index, generation)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except ValueError as error:
+        raise damaged(shelf, index, variable, str(error)) from error
+    if not described.arrays[variable].intact(content):
         raise damaged(shelf, index, variable, "its file is not as it was written")
     return content
 
@@ -131,9 +146,9 @@ def _get(shelf: Shelf, key: str) -> bytes:
 def _description(shelf: Shelf) -> Description:
     # no study's arrays change, and no other study ever has its shelf
     try:
-        return describe_cube(_get(shelf, "zarr.json"))
+        return describe_cube(_get(shelf, DESCRIPTION))
     except (FileNotFoundError, ValueError) as error:
-        raise damaged(shelf, None, "zarr.json", str(error)) from error
+        raise damaged(shelf, None, "its description", str(error)) from error
 
 
 def _revision(key: str) -> tuple[int | None, str]:
@@ -158,24 +173,44 @@ def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Resp
 
 
 def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Response:
-    node, _, name = key.rpartition("/")
     described = _description(shelf)
-    known = node == "" or node in described.arrays or node in described.coordinates
-    coordinate = key.endswith("/c/0") and key.removesuffix("/c/0") in described.coordinates
-    if not (coordinate or (known and name == "zarr.json")):
+    node, _, name = key.rpartition("/")
+    chunk = next((one for one in described.coordinates.values() if one.key == key), None)
+    if chunk is not None:
+        content = _coordinate(shelf, chunk, key)
+    elif name == DESCRIPTION and (node == "" or node in described.arrays or node in described.coordinates):
+        content = _readable(shelf, DESCRIPTION)
+        content = plain_metadata(content) if node == "" else node_metadata(plain_metadata(content), node)
+        if complete:
+            content = grouped_metadata(content)
+    else:
         raise _nothing(key)
-    try:
-        content = _get(shelf, key)
-    except FileNotFoundError:
-        raise _nothing(key) from None
-    if complete and name == "zarr.json":
-        content = grouped_metadata(content)
     tag = f'"{shelf.name}-{blake2b(content, digest_size=8).hexdigest()}"'
     if _has(request, tag):
         return Response(status_code=304, headers=_headers(tag))
-    if coordinate:
+    if chunk is not None:
         return _part(request, content, tag)
     return Response(content, headers=_headers(tag), media_type="application/json")
+
+
+def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
+    if one.value is not None:
+        raise _nothing(key)  # it stands in the metadata, where its reader has found it
+    content = _readable(shelf, key)
+    if _description(shelf).packed:
+        try:
+            one.decode(content)
+        except ValueError as error:
+            raise damaged(shelf, None, f"the coordinates along {one.name}", str(error)) from error
+    return content
+
+
+def _readable(shelf: Shelf, key: str) -> bytes:
+    try:
+        return _get(shelf, key)
+    except FileNotFoundError as error:
+        # Zarr would take it for fill values
+        raise damaged(shelf, None, key, "the file is lost") from error
 
 
 def _part(request: Request, content: bytes, tag: str) -> Response:

@@ -14,9 +14,10 @@ from sqlalchemy import Row, func, insert, select, text
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
-from damperlab.studies.store.coding import coordinate_key, describe_cube
-from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.manifest import keep_marks
+from damperlab.studies.store.packed import BLOCKS, block_key
 from damperlab.studies.store.rows import ALIVE, record_of
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
@@ -97,6 +98,12 @@ def copy_store(source: Store, target: Store) -> Copied:
                 last = select(func.max(table.c.number)).scalar_subquery()
                 counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
                 connection.execute(select(func.setval(counter, func.coalesce(last, 1))))
+    for row, _, _ in copies:
+        if row.state in ("done", "cancelled", "failed"):
+            try:
+                keep_marks(target, row.id, {})
+            except OSError as error:
+                raise cannot_use(target.shelf.address, error) from error
     return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), sum(size for _, _, size in copies))
 
 
@@ -124,26 +131,19 @@ def _copy_study(
 def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row[Any]]) -> int:
     record = record_of(row)
     here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
-    grid = block_grid(record.shape, record.chunk)
     try:
-        metadata = here.get("zarr.json")
+        metadata = here.get(DESCRIPTION)
         described = describe_cube(metadata)
-        first = [f"{name}/zarr.json" for name in (*described.arrays, *described.coordinates)]
-        first += [coordinate_key(name) for name in described.coordinates]
-        first += parse_study(record.definition).attached
-        found = {"zarr.json": metadata, **{key: here.get(key) for key in first}}
+        first = (*described.pieces[1:], *parse_study(record.definition).attached)
+        found = {DESCRIPTION: metadata, **{key: here.get(key) for key in first}}
     except (OSError, ValueError) as error:
-        raise damaged(here, None, "zarr.json", str(error)) from error
+        raise damaged(here, None, "its description", str(error)) from error
     size = 0
     try:
         there.clear()
-        there.fill(found)
+        there.fill(found, (BLOCKS,) if described.packed else ())
         for mark in marks:
-            place = [int(at) for at in np.unravel_index(mark.block, grid)]
-            files = {}
-            for variable in described.arrays:
-                key = chunk_file(chunk_key(variable, place), mark.generation)
-                files[key] = _chunk(here, key, mark.block, variable)
+            files = {key: _piece(here, key, mark.block) for key in block_files(described, mark)}
             there.put_all(files)
             size += sum(map(len, files.values()))
     except OSError as error:
@@ -151,10 +151,18 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     return size
 
 
-def _chunk(shelf: Shelf, key: str, block: int, variable: str) -> bytes:
+def block_files(described: Description, mark: Row[Any]) -> list[str]:
+    """Give the keys of a block's files."""
+    if described.packed:
+        return [block_key(mark.block, mark.generation)]
+    place = [int(at) for at in np.unravel_index(mark.block, described.grid)]
+    return [chunk_file(chunk_key(variable, place), mark.generation) for variable in described.arrays]
+
+
+def _piece(shelf: Shelf, key: str, block: int) -> bytes:
     try:
         return shelf.get(key)
     except FileNotFoundError as error:
-        raise damaged(shelf, block, variable, "its file is lost") from error
+        raise damaged(shelf, block, key, "its file is lost") from error
     except OSError as error:
         raise cannot_use(shelf.address, error) from error

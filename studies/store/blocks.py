@@ -9,6 +9,8 @@ from sqlalchemy import delete, func, insert, select, update
 
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.claims import require_free
+from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.manifest import drop_marks
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.rows import log_event, marks_of, record_of, study_row
 from damperlab.studies.store.tables import done_blocks, studies
@@ -127,6 +129,12 @@ class Blocks(StoreBase):
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
             require_free(row, "take blocks back from")
+            shelf = self.cube_shelf(study_id, row.number)
+            try:
+                # first: should this be cut short, what the cube says of itself is too little and never too much
+                drop_marks(shelf)
+            except OSError as error:
+                raise cannot_use(shelf.address, error) from error
             for start in range(0, len(blocks), _AT_ONCE):
                 piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
                 connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))

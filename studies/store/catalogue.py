@@ -73,6 +73,18 @@ class Catalogue:
         with self._faults(), self._writer.begin() as connection:
             yield connection
 
+    def integrity(self) -> list[str]:
+        """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
+        if not self._sqlite:
+            return []
+        with self.reading() as connection:
+            found = [str(row[0]) for row in connection.exec_driver_sql("PRAGMA integrity_check(10)")]
+            found += [
+                f"a row of {row[0]} refers to none"
+                for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
+            ]
+        return [line for line in found if line != "ok"]
+
     def close(self) -> None:
         """Close every connection."""
         self._engine.dispose()

@@ -4,21 +4,27 @@ Zarr spends most of its time between chunks: a slice across the leading dimensio
 eighteen variables writes eighteen. What is encoded here any Zarr reader decodes, and the other way round.
 """
 
-from collections.abc import Mapping
+import struct
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import google_crc32c
 import numpy as np
-import zarr
 from numcodecs import blosc  # type: ignore[import-untyped]
-from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec
-from zarr.core.buffer import Buffer, default_buffer_prototype
-from zarr.storage import MemoryStore
 
-_CHECKSUM_BYTES = 4
+CHECKSUM_BYTES = 4
 _SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
+
+
+@dataclass(frozen=True)
+class Compressor:
+    """Settings of Zarr's codec `blosc`, by its own names."""
+
+    cname: str
+    clevel: int
+    shuffle: str
+    blocksize: int
+    typesize: int
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,7 @@ class StoredArray:
         Little-endian.
     fill : number
         Stands where nothing is stored.
-    compressor : BloscCodec
+    compressor : Compressor
         With its settings.
     checked : bool
         Whether the last four bytes of a chunk are the checksum of the others; the first cubes had none.
@@ -48,7 +54,7 @@ class StoredArray:
     chunks: tuple[int, ...]
     dtype: np.dtype[Any]
     fill: Any
-    compressor: BloscCodec
+    compressor: Compressor
     checked: bool
     attributes: dict[str, Any]
 
@@ -60,13 +66,13 @@ class StoredArray:
             values = whole
         body: bytes = blosc.compress(
             np.ascontiguousarray(values, self.dtype).reshape(-1).view(np.uint8),
-            self.compressor.cname.value.encode(),
+            self.compressor.cname.encode(),
             self.compressor.clevel,
-            _SHUFFLES[self.compressor.shuffle.value],
+            _SHUFFLES[self.compressor.shuffle],
             self.compressor.blocksize,
             self.compressor.typesize,
         )
-        return body + google_crc32c.value(body).to_bytes(_CHECKSUM_BYTES, "little") if self.checked else body
+        return with_checksum(body) if self.checked else body
 
     def decode(self, content: bytes) -> np.ndarray:
         """Decode a chunk.
@@ -76,103 +82,82 @@ class StoredArray:
         ValueError, RuntimeError
             If the bytes are not what was written.
         """
-        if not self.intact(content):
-            raise ValueError("the checksum of the file is not that of its contents")
-        body = content[:-_CHECKSUM_BYTES] if self.checked else content
+        body = without_checksum(content) if self.checked else content
         return np.frombuffer(blosc.decompress(body), self.dtype).reshape(self.chunks)
 
     def intact(self, content: bytes) -> bool:
         """Say whether a chunk's bytes are what was written, as far as can be told without decoding them."""
-        if not self.checked:
-            return True
-        body, checksum = content[:-_CHECKSUM_BYTES], content[-_CHECKSUM_BYTES:]
-        return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
+        return not self.checked or _checksum_holds(content)
 
 
 @dataclass(frozen=True)
-class Description:
-    """What a cube's metadata say.
+class StoredCoordinate:
+    """The values along one dimension, as a cube's metadata describe them.
 
     Parameters
     ----------
-    attributes : mapping
-        Of the cube.
-    dimensions : tuple of str
-        Of every array, in their order.
-    arrays : mapping
-        By name; coordinates are not among them.
-    coordinates : mapping
-        Attributes of each coordinate, by name.
+    name : str
+        The dimension.
+    size : int
+        Number of values.
+    text : bool
+        Whether they are texts and not doubles.
+    value : float, optional
+        The value of a dimension that has but one: it stands in the metadata, and no piece holds it.
+    key : str
+        Of the one chunk.
+    attributes : dict
+        Unit and meaning.
     """
 
-    attributes: Mapping[str, Any]
-    dimensions: tuple[str, ...]
-    arrays: Mapping[str, StoredArray]
-    coordinates: Mapping[str, Mapping[str, Any]]
+    name: str
+    size: int
+    text: bool
+    value: float | None
+    key: str
+    attributes: dict[str, Any]
 
-    @property
-    def grid(self) -> tuple[int, ...]:
-        """Blocks along each dimension."""
-        first = next(iter(self.arrays.values()))
-        return tuple(-(-extent // step) for extent, step in zip(first.shape, first.chunks, strict=True))
-
-
-def decode_coordinate(metadata: bytes, name: str, content: bytes) -> np.ndarray:
-    """Decode the one chunk of a coordinate, for which Zarr's own way is quick enough."""
-    memory = {
-        key: _buffer(piece) for key, piece in (("zarr.json", metadata), (coordinate_key(name), content))
-    }
-    array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[name]
-    assert isinstance(array, zarr.Array)
-    values = np.asarray(array[:])
-    # texts of one length, as numpy has always had them
-    return values if values.dtype.kind == "f" else np.array([str(value) for value in values])
+    def decode(self, content: bytes) -> np.ndarray:
+        """Decode the one chunk; raise `ValueError` if it is not what was written."""
+        body = without_checksum(content)
+        values = np.array(_texts(body)) if self.text else np.frombuffer(body, "<f8")
+        if len(values) != self.size:
+            raise ValueError(f"{len(values)} values in place of {self.size}")
+        return values
 
 
-def coordinate_key(name: str) -> str:
-    """Give the key under which Zarr knows the one chunk of a coordinate."""
-    return f"{name}/c/0"
+def encode_coordinate(values: np.ndarray) -> bytes:
+    """Encode the one chunk of a coordinate: doubles, or texts as Zarr's codec `vlen-utf8` has them."""
+    if values.dtype.kind != "U":
+        return with_checksum(values.astype("<f8").tobytes())
+    texts = [str(value).encode() for value in values]
+    body = struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
+    return with_checksum(body)
 
 
-@lru_cache(maxsize=64)
-def describe_cube(metadata: bytes) -> Description:
-    """Read a cube's consolidated metadata, the content of its first `zarr.json`.
-
-    Raises
-    ------
-    ValueError
-        If they are no such metadata.
-    """
-    group = zarr.open_group(MemoryStore({"zarr.json": _buffer(metadata)}), mode="r", use_consolidated=True)
-    arrays, coordinates = {}, {}
-    dimensions: tuple[str, ...] = ()
-    for name, array in group.arrays():
-        named = tuple(map(str, getattr(array.metadata, "dimension_names", None) or ()))
-        if named == (name,):
-            coordinates[name] = dict(array.attrs)
-        else:
-            arrays[name] = _stored(name, array)
-            dimensions = named
-    return Description(dict(group.attrs), dimensions, arrays, coordinates)
+def _texts(body: bytes) -> list[str]:
+    (count,) = struct.unpack_from("<I", body)
+    texts, at = [], 4
+    for _ in range(count):
+        (length,) = struct.unpack_from("<I", body, at)
+        texts.append(body[at + 4 : at + 4 + length].decode())
+        at += 4 + length
+    return texts
 
 
-def _buffer(content: bytes) -> Buffer:
-    return default_buffer_prototype().buffer.from_bytes(content)
+def with_checksum(body: bytes) -> bytes:
+    """Append the CRC-32C, as Zarr's codec `crc32c` does."""
+    checksum: int = google_crc32c.value(body)
+    return body + checksum.to_bytes(CHECKSUM_BYTES, "little")
 
 
-def _stored(name: str, array: "zarr.Array[Any]") -> StoredArray:
-    kinds = (BytesCodec, BloscCodec, Crc32cCodec)
-    codecs = tuple(getattr(array.metadata, "codecs", ()))
-    expected = len(codecs) in (2, 3) and all(map(isinstance, codecs, kinds[: len(codecs)]))
-    if not expected or array.dtype.byteorder == ">":
-        raise ValueError(f"{name} is coded as no cube is: {codecs}")
-    return StoredArray(
-        name,
-        array.shape,
-        array.chunks,
-        array.dtype,
-        array.fill_value,
-        codecs[1],
-        len(codecs) == 3,
-        dict(array.attrs),
-    )
+def without_checksum(content: bytes) -> bytes:
+    """Take the CRC-32C off; raise `ValueError` if it is not that of the bytes before it."""
+    if not _checksum_holds(content):
+        raise ValueError("the checksum of the file is not that of its contents")
+    return content[:-CHECKSUM_BYTES]
+
+
+def _checksum_holds(content: bytes) -> bool:
+    body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
+    return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")

@@ -1,34 +1,32 @@
-"""The cube of one study in Zarr v3: made once, and written a block at a time.
+"""The cube of one study: made once, and written a block at a time.
 
-One group per study, one array per stored variable and one chunk per block, so that workers never share a
-file. A chunk is renamed into place whole, but the variables of a block arrive one after the other. A reader
-is therefore shown only blocks with a done-mark (`damperlab.studies.store.opened`), set once the block's files are on the disk.
-A file that is lost or damaged is an error for its reader and never a fill value.
+A block's file is whole from the moment it can be seen, but only a done-mark makes it the block's: a reader is shown
+blocks with a mark alone (`damperlab.studies.store.opened`). A file that is lost or damaged is an error for its reader
+and never a fill value.
 """
 
 import hashlib
-import json
+import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
-import zarr
-from zarr.codecs import BloscCodec, Crc32cCodec
-from zarr.storage import MemoryStore
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import chunk_file, chunk_key
-from damperlab.studies.store.coding import describe_cube
+from damperlab.studies.store.description import (
+    DESCRIPTION,
+    Description,
+    describe_cube,
+    first_pieces,
+)
+from damperlab.studies.store.description import stored_variables as stored_variables
+from damperlab.studies.store.packed import BLOCKS, block_key, pack, read_part
 from damperlab.studies.store.shelf import Shelf, open_shelf
-from damperlab.studies.variables import Variable
-
-
-def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
-    """Give the variables that a study keeps: its metrics and always the status, in the registry's order."""
-    return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
+from damperlab.studies.variables import Status
 
 
 def bytes_per_point(study: AnyStudy) -> int:
@@ -41,7 +39,15 @@ def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
-def create_cube(shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> None:
+def create_cube(
+    shelf: Shelf,
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
+) -> None:
     """Make an empty cube and wait until it is safe; whatever lies on the shelf is removed.
 
     Parameters
@@ -54,6 +60,10 @@ def create_cube(shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenanc
         Extent of a block.
     provenance : mapping of str
         Kept with the cube; its `solver_version` becomes an attribute of its own.
+    reuse : bool
+        Whether the study may take points from others.
+    created : float, optional
+        When it was submitted, in seconds since 1970; now by default.
 
     Raises
     ------
@@ -61,20 +71,38 @@ def create_cube(shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenanc
         If the shelf cannot be written.
     """
     shelf.clear()
-    shelf.fill(_first_files(study, chunk, provenance) | study.attachments())
+    pieces = _pieces(study, chunk, provenance, reuse, created) | study.attachments()
+    shelf.fill(pieces, (BLOCKS,))
 
 
 def restore_metadata(
-    shelf: Shelf, study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]
+    shelf: Shelf,
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
 ) -> None:
-    """Write a cube's metadata and coordinates anew; the files of its blocks stay, and those that the study brought.
+    """Write a cube's description and coordinates anew; the files of its blocks stay, and those that the study brought.
 
     Raises
     ------
     OSError
         If the shelf cannot be written.
     """
-    shelf.fill(_first_files(study, chunk, provenance))
+    shelf.fill(_pieces(study, chunk, provenance, reuse, created))
+
+
+def _pieces(
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    reuse: bool,
+    created: float | None,
+) -> dict[str, bytes]:
+    at = datetime.fromtimestamp(time.time() if created is None else created, UTC)
+    return first_pieces(study, chunk, provenance, reuse=reuse, created=at)
 
 
 def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
@@ -95,48 +123,13 @@ def _sha256(shelf: Shelf, key: str) -> str:
         return ""
 
 
-def _first_files(study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str]) -> dict[str, bytes]:
-    """Give the files of a cube without blocks: the metadata and the coordinates."""
-    attributes = {
-        "title": study.name,
-        "study": json.dumps(study.document()),
-        "digest": study.digest,
-        "solver_version": provenance.get("solver_version", "unknown"),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "provenance": json.dumps(dict(provenance)),
-    }
-    memory: dict[str, Any] = {}
-    group = zarr.create_group(MemoryStore(memory), zarr_format=3, attributes=attributes)
-    for name, values in study.coordinates.items():
-        coordinate = group.create_array(
-            name,
-            shape=values.shape,
-            chunks=values.shape,
-            dtype="string" if values.dtype.kind == "U" else "f8",
-            fill_value="" if values.dtype.kind == "U" else float("nan"),
-            dimension_names=[name],
-            attributes=dict(study.labels[name]),
-        )
-        coordinate[:] = values
-    for variable in stored_variables(study):
-        group.create_array(
-            variable.name,
-            shape=study.shape,
-            chunks=chunk,
-            dtype=variable.dtype,
-            fill_value=variable.fill,
-            dimension_names=list(study.coordinates),
-            attributes=_attributes(variable),
-            # the last four bytes of every file are a checksum of the others, which every Zarr reader checks
-            compressors=[BloscCodec(cname="zstd", clevel=1, shuffle="shuffle"), Crc32cCodec()],
-            # one flat folder per variable: a block syncs one folder each instead of one per dimension
-            chunk_key_encoding={"name": "default", "separator": "."},
-        )
-    files = {key: content.to_bytes() for key, content in memory.items()}
-    return files | {"zarr.json": _consolidated(files)}
-
-
-def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray], generation: str = "") -> str:
+def write_region(
+    cube_path: str,
+    block: Block,
+    values: Mapping[str, np.ndarray],
+    generation: str = "",
+    told: Mapping[str, Any] | None = None,
+) -> str:
     """Write the region of one block and wait until it is safe; its done-mark may be set afterwards.
 
     Parameters
@@ -148,7 +141,9 @@ def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray],
     values : mapping of array
         Every stored variable by name, each of the block's shape.
     generation : str
-        Tells this attempt's files from those of every other; the done-mark must name it.
+        Tells this attempt's file from those of every other; the done-mark must name it.
+    told : mapping, optional
+        What else the block's file shall say of itself, by the names of the done-mark's columns.
 
     Returns
     -------
@@ -164,43 +159,65 @@ def write_region(cube_path: str, block: Block, values: Mapping[str, np.ndarray],
     ValueError
         If a variable has another shape than the block.
     OSError
-        If the disk refuses, a full one for instance.
+        If the disk refuses, a full one for instance, or the cube's description is damaged.
     """
     shelf = open_shelf(cube_path)
-    arrays = describe_cube(shelf.get("zarr.json")).arrays
+    described = description_of(shelf)
+    arrays = described.arrays
     for name in arrays:
         if values[name].shape != block.shape:
             raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
     stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
-    files: dict[str, bytes] = {}
-    for name, array in arrays.items():
-        place = (start // step for start, step in zip(block.start, array.chunks, strict=True))
-        # a chunk of nothing but NaN is written too: what is missing is then known to be lost
-        files[chunk_file(chunk_key(name, place), generation)] = array.encode(stored[name])
-    shelf.put_all(files)
-    return checksum(stored)
+    encoded = {name: array.encode(stored[name]) for name, array in arrays.items()}
+    found = checksum(stored)
+    if described.packed:
+        mark = {
+            "digest": described.digest,
+            "block": block.index,
+            "generation": generation,
+            "checksum": found,
+            "points": block.points,
+            "failed": int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+            "at": time.time(),
+            **(told or {}),
+        }
+        shelf.put(block_key(block.index, generation), pack(mark, encoded))
+        return found
+    chunks = next(iter(arrays.values())).chunks
+    place = [start // step for start, step in zip(block.start, chunks, strict=True)]
+    shelf.put_all(
+        {chunk_file(chunk_key(name, place), generation): content for name, content in encoded.items()}
+    )
+    return found
 
 
-def _attributes(variable: Variable) -> dict[str, Any]:
-    attributes: dict[str, Any] = {
-        "units": variable.units,
-        "long_name": variable.long_name,
-        "description": variable.doc,
-    }
-    if variable.flags is not None:
-        attributes["flag_values"] = [flag.value for flag in variable.flags]
-        attributes["flag_meanings"] = " ".join(flag.name.lower() for flag in variable.flags)
-    return attributes
+def description_of(shelf: Shelf) -> Description:
+    """Read a cube's description, as who computes does: damage is no fault of the points.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is not as it was written.
+    """
+    try:
+        return describe_cube(shelf.get(DESCRIPTION))
+    except ValueError as error:
+        raise OSError(
+            f"the description of {shelf.name} is damaged ({error}); `damperlab verify --repair` writes it anew"
+        ) from error
 
 
-def _consolidated(files: Mapping[str, bytes]) -> bytes:
-    # every array's metadata in the group's own file, in zarr-python's inline form: a cube opens with one
-    # read, also over HTTP, where nothing can be listed. By hand: zarr's own function warns about its format
-    document = json.loads(files["zarr.json"])
-    members = sorted(key.partition("/")[0] for key in files if key.endswith("/zarr.json"))
-    document["consolidated_metadata"] = {
-        "kind": "inline",
-        "must_understand": False,
-        "metadata": {name: json.loads(files[f"{name}/zarr.json"]) for name in members},
-    }
-    return json.dumps(document, indent=2).encode()
+def read_chunk(shelf: Shelf, described: Description, variable: str, index: int, generation: str) -> bytes:
+    """Read one variable of a block as it was encoded, a chunk of a Zarr array.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not the block's.
+    """
+    if described.packed:
+        return read_part(shelf, block_key(index, generation), variable, described.digest)
+    place = map(int, np.unravel_index(index, described.grid))
+    return shelf.get(chunk_file(chunk_key(variable, place), generation))

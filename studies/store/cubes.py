@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.chunks import Marks
-from damperlab.studies.store.faults import RevisionGone, cannot_use
+from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
 from damperlab.studies.store.quota import Taken, taken
 from damperlab.studies.store.rows import marks_of, study_row
 from damperlab.studies.store.shelf import Shelf
@@ -48,7 +48,9 @@ class Cubes(StoreBase):
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
 
-    def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
+    def snapshot(
+        self, study_id: str, revision: int | None = None, *, checked: bool = True
+    ) -> tuple[Shelf, Marks]:
         """Give a cube's shelf, and the generation of every block that is done.
 
         Parameters
@@ -57,6 +59,8 @@ class Cubes(StoreBase):
             The whole id.
         revision : int, optional
             Only blocks that were done by then; now by default.
+        checked : bool
+            Refuse a study of which the catalogue has lost done-marks, whose blocks would read as not computed.
 
         Raises
         ------
@@ -64,6 +68,8 @@ class Cubes(StoreBase):
             If there is no such study.
         RevisionGone
             If there was no such revision, or blocks were taken back since.
+        CatalogueDamaged
+            If done-marks are missing.
         """
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
@@ -90,6 +96,11 @@ class Cubes(StoreBase):
                 self._marks[row.number] = kept
                 while len(self._marks) > _MARKS_KEPT:
                     self._marks.pop(next(iter(self._marks)), None)
+            if checked and len(kept[1]) != row.blocks_done:
+                self._marks.pop(row.number, None)
+                raise catalogue_damaged(
+                    study_id, f"{len(kept[1])} done-marks where {row.blocks_done} blocks are done"
+                )
         return shelf, kept[1]
 
     def trouble(self) -> str | None:

@@ -31,7 +31,7 @@ class DecodedChunks:
 
     def __init__(self, limit: int = KEPT_BYTES) -> None:
         self._limit = limit
-        self._kept: OrderedDict[tuple[str, str, tuple[int, ...]], np.ndarray] = OrderedDict()
+        self._kept: OrderedDict[tuple[str, str, str, tuple[int, ...]], np.ndarray] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
 
@@ -39,8 +39,8 @@ class DecodedChunks:
         """Copy without what is kept: each process and each copy fills its own."""
         return DecodedChunks, (self._limit,)
 
-    def get(self, shelf: Shelf, key: str, decode: Callable[[bytes], np.ndarray]) -> np.ndarray:
-        """Give what a file holds, decoding it where it is not kept.
+    def get(self, shelf: Shelf, key: str, load: Callable[[], np.ndarray], part: str = "") -> np.ndarray:
+        """Give what a file, or a part of it, holds, loading it where it is not kept.
 
         Raises
         ------
@@ -49,13 +49,13 @@ class DecodedChunks:
         ValueError, RuntimeError
             If its bytes are not what was written.
         """
-        kept_as = (shelf.address, key, shelf.stamp(key))
+        kept_as = (shelf.address, key, part, shelf.stamp(key))
         with self._lock:
             found = self._kept.get(kept_as)
             if found is not None:
                 self._kept.move_to_end(kept_as)
                 return found
-        found = decode(shelf.get(key))
+        found = load()
         with self._lock:
             if kept_as not in self._kept:
                 self._kept[kept_as] = found
@@ -64,6 +64,12 @@ class DecodedChunks:
                 _, oldest = self._kept.popitem(last=False)
                 self._bytes -= oldest.nbytes
         return found
+
+    def clear(self) -> None:
+        """Keep nothing of what was read so far."""
+        with self._lock:
+            self._kept.clear()
+            self._bytes = 0
 
 
 KEPT = DecodedChunks()

@@ -42,6 +42,10 @@ class StoreAway(StoreFault):
     """What is stored cannot be reached, or may not be: nothing is known of its state."""
 
 
+class CatalogueDamaged(StoreFault):
+    """What the catalogue says of a study is not what was written."""
+
+
 class QuotaReached(StoreFault):
     """A study would take more than studies may."""
 
@@ -58,5 +62,18 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
             if place.startswith("s3://")
             else "check the disk's free space and the folder's permissions; a cube that is lost can be "
             "computed again after `damperlab delete`",
+        )
+    )
+
+
+def catalogue_damaged(study_id: str, found: str) -> CatalogueDamaged:
+    """Make the fault for a study whose rows in the catalogue are not what was written."""
+    return CatalogueDamaged(
+        Fault(
+            f"study {study_id}",
+            f"{found} in the catalogue",
+            "the rows that were written",
+            f"compare everything with `damperlab verify {study_id}`, and mend it with `damperlab verify {study_id} "
+            "--repair`; a catalogue that is beyond that is made again by `damperlab rebuild`",
         )
     )

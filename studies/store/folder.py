@@ -4,7 +4,7 @@ import math
 import os
 import shutil
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -35,6 +35,14 @@ class Folder(Shelf):
         with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
             return file.read()
 
+    def read(self, key: str, start: int, length: int) -> bytes:
+        """Read a part of a file."""
+        descriptor = os.open(f"{self.address}/{key}", os.O_RDONLY)
+        try:
+            return os.pread(descriptor, length, start)
+        finally:
+            os.close(descriptor)
+
     def stamp(self, key: str) -> tuple[int, ...]:
         """Give a file's time and size, so that one that was lost or damaged is not overlooked."""
         now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
@@ -60,7 +68,9 @@ class Folder(Shelf):
         sync_path(there.parent)
         sync_path(source.parent)
 
-    def _place(self, key: str, content: bytes, place: Callable[[Path, Path], None]) -> None:
+    def _place(
+        self, key: str, content: bytes, place: Callable[[Path, Path], None], *, sync: bool = True
+    ) -> None:
         target = self._path / key
         partial = target.with_name(f"{target.name}.{uuid.uuid4().hex}.partial")
         try:
@@ -72,13 +82,21 @@ class Folder(Shelf):
         finally:
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
-        sync_path(target.parent)
+        if sync:
+            sync_path(target.parent)
 
-    def fill(self, pieces: Mapping[str, bytes]) -> None:
+    def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
         """Write files into a folder that may not be there yet."""
-        for parent in {(self._path / key).parent for key in pieces}:
-            parent.mkdir(parents=True, exist_ok=True)
-        self.put_all(pieces)
+        folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
+        for folder in folders:
+            folder.mkdir(parents=True, exist_ok=True)
+        for key, content in pieces.items():
+            self._place(key, content, os.replace, sync=False)
+        # each folder once, and those between them and the first one
+        between = {above for folder in folders for above in (folder, *folder.parents)}
+        for folder in between:
+            if folder == self._path.parent or folder.is_relative_to(self._path):
+                sync_path(folder)
         sync_path(self._path)
         sync_path(self._path.parent)
 

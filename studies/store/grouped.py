@@ -16,8 +16,9 @@ from math import prod
 import numpy as np
 
 from damperlab.studies.store.chunks import Marks
-from damperlab.studies.store.coding import Description, StoredArray
+from damperlab.studies.store.coding import StoredArray
 from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.description import Description
 from damperlab.studies.store.opened import read_region
 from damperlab.studies.store.shelf import Shelf
 
@@ -31,6 +32,8 @@ class Group:
 
     Parameters
     ----------
+    described : Description
+        Of the cube.
     array : StoredArray
         Of its variable, with the blocks as chunks.
     chunks : tuple of int
@@ -39,6 +42,7 @@ class Group:
         Which one.
     """
 
+    described: Description
     array: StoredArray
     chunks: tuple[int, ...]
     place: tuple[int, ...]
@@ -63,7 +67,7 @@ class Group:
             slice(at * step, min((at + 1) * step, extent))
             for at, step, extent in zip(self.place, self.chunks, self.array.shape, strict=True)
         )
-        values = read_region(shelf, self.array, marks, region)
+        values = read_region(shelf, self.described, self.array, marks, region)
         return replace(self.array, chunks=self.chunks).encode(values)
 
 
@@ -80,7 +84,7 @@ def group_of(key: str, described: Description) -> Group | None:
     place = tuple(map(int, parts))
     grid = block_grid(array.shape, chunks)
     inside = all(at < count for at, count in zip(place, grid, strict=True))
-    return Group(array, chunks, place) if inside else None
+    return Group(described, array, chunks, place) if inside else None
 
 
 def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:

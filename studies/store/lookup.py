@@ -7,7 +7,8 @@ from sqlalchemy import func, select, update
 
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.store.base import StoreBase
-from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.manifest import keep_marks
 from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.store.rows import (
     ALIVE,
@@ -146,6 +147,8 @@ class Lookup(StoreBase):
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
+        if state in ("done", "cancelled", "failed"):
+            self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
             if row.state not in only_from or owner not in (None, row.claim_owner):
@@ -197,6 +200,17 @@ class Lookup(StoreBase):
         ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
         with self.catalogue.writing() as connection:
             connection.execute(update(studies).where(*ours).values(change))
+
+    def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
+        changes = {"state": state, "finished": now} | (
+            {} if message is None else {"message": message or None}
+        )
+        try:
+            keep_marks(self, study_id, changes)
+        except OSError as error:
+            if state == "done":
+                raise cannot_use(self.shelf.address, error) from error
+            # what is there says enough: an end that can be resumed needs no room on a full disk
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Give what has happened to a study, oldest first: seconds since 1970, and what."""

@@ -13,12 +13,13 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
-from damperlab.studies.registry import variables_of
 from damperlab.studies.store.chunks import Marks, chunk_file, chunk_key, damaged
-from damperlab.studies.store.coding import StoredArray, coordinate_key, decode_coordinate, describe_cube
-from damperlab.studies.store.cube import block_grid
+from damperlab.studies.store.coding import StoredArray, StoredCoordinate
+from damperlab.studies.store.cube import block_grid, read_chunk
 from damperlab.studies.store.decoded import KEPT, DecodedChunks, read_outer
+from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.packed import block_key
 from damperlab.studies.store.shelf import Shelf
 
 
@@ -48,34 +49,69 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
     OSError
         If there is no cube, or it cannot be read.
     """
-    metadata = shelf.get("zarr.json")
-    described = describe_cube(metadata)
-    variables: dict[str, xr.Variable] = {}
-    for name, attributes in described.coordinates.items():
-        values = kept.get(shelf, coordinate_key(name), partial(decode_coordinate, metadata, name))
-        variables[name] = xr.Variable((name,), values, dict(attributes))
+    metadata = shelf.get(DESCRIPTION)
+    try:
+        described = describe_cube(metadata)
+        variables: dict[str, xr.Variable] = {}
+        for name, one in described.coordinates.items():
+            values = _coordinate(shelf, described, one, metadata, kept)
+            variables[name] = xr.Variable((name,), values, dict(one.attributes))
+    except ValueError as error:
+        raise damaged(shelf, None, "its description", str(error)) from error
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_CheckedArray(shelf, array, marks, kept))
+        lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks, kept))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
-    names = (*described.dimensions, *variables_of(described.dimensions))
-    ordered = [name for name in names if name in variables]
-    return xr.Dataset({name: variables[name] for name in ordered}, attrs=dict(described.attributes))
+    complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
+    return xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
 
 
-def read_region(shelf: Shelf, array: StoredArray, marks: Marks, region: tuple[slice, ...]) -> np.ndarray:
+def _coordinate(
+    shelf: Shelf, described: Description, one: StoredCoordinate, metadata: bytes, kept: DecodedChunks
+) -> np.ndarray:
+    if one.value is not None:
+        return np.array([one.value])
+    if described.packed:
+        return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))
+    return kept.get(shelf, one.key, partial(_first_coordinate, shelf, one, metadata))
+
+
+def _first_coordinate(shelf: Shelf, one: StoredCoordinate, metadata: bytes) -> np.ndarray:
+    """Read a coordinate of a cube of the first layout, as Zarr wrote it by default."""
+    import zarr
+    from zarr.core.buffer import default_buffer_prototype
+    from zarr.storage import MemoryStore
+
+    buffer = default_buffer_prototype().buffer
+    memory = {
+        "zarr.json": buffer.from_bytes(metadata),
+        one.key: buffer.from_bytes(shelf.get(one.key)),
+    }
+    array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[one.name]
+    assert isinstance(array, zarr.Array)
+    values = np.asarray(array[:])
+    # texts of one length, as numpy has always had them
+    return values if values.dtype.kind == "f" else np.array([str(value) for value in values])
+
+
+def read_region(
+    shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
+) -> np.ndarray:
     """Read a part of one array; what is not done reads as not computed, and what cannot be read raises as in `open_cube`."""
-    return _CheckedArray(shelf, array, marks, KEPT).read(region)
+    return _CheckedArray(shelf, described, array, marks, KEPT).read(region)
 
 
 class _CheckedArray(BackendArray):
     """A stored array whose damaged chunks are told by their block."""
 
-    def __init__(self, shelf: Shelf, array: StoredArray, marks: Marks, kept: DecodedChunks) -> None:
+    def __init__(
+        self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks, kept: DecodedChunks
+    ) -> None:
         self._shelf = shelf
+        self._described = described
         self._array = array
         self._marks = marks
         self._kept = kept
@@ -100,8 +136,11 @@ class _CheckedArray(BackendArray):
             return None
         name = self._array.name
         try:
-            file = chunk_file(chunk_key(name, place), generation)
-            return self._kept.get(self._shelf, file, self._array.decode)
+            if self._described.packed:
+                file, part = block_key(index, generation), name
+            else:
+                file, part = chunk_file(chunk_key(name, place), generation), ""
+            return self._kept.get(self._shelf, file, partial(self._load, index, generation), part)
         except FileNotFoundError as error:
             found = "its file is lost, or replaced since the cube was opened"
             raise damaged(self._shelf, index, name, found) from error
@@ -109,3 +148,7 @@ class _CheckedArray(BackendArray):
             raise cannot_use(self._shelf.address, error) from error
         except (ValueError, RuntimeError) as error:
             raise damaged(self._shelf, index, name, str(error)) from error
+
+    def _load(self, index: int, generation: str) -> np.ndarray:
+        content = read_chunk(self._shelf, self._described, self._array.name, index, generation)
+        return self._array.decode(content)

@@ -5,7 +5,7 @@ be seen. Everything that stores or reads cubes goes through this door, so that b
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -50,6 +50,8 @@ class Shelf(ABC):
 
     readers = 1
     """How many pieces are best read side by side."""
+    first_bytes = 4096
+    """How much of a piece is best read at once where only its beginning is asked for."""
 
     def __init__(self, address: str) -> None:
         self.address = address
@@ -80,6 +82,10 @@ class Shelf(ABC):
         """Read a piece."""
 
     @abstractmethod
+    def read(self, key: str, start: int, length: int) -> bytes:
+        """Read a part of a piece; less where it ends earlier."""
+
+    @abstractmethod
     def stamp(self, key: str) -> tuple[int, ...]:
         """Tell one content under a name from the next, as far as that costs no request."""
 
@@ -96,8 +102,8 @@ class Shelf(ABC):
         """Give the shelf below this one of that name another name, which no shelf has yet."""
 
     @abstractmethod
-    def fill(self, pieces: Mapping[str, bytes]) -> None:
-        """Put the first pieces on a shelf, which is made where it is missing."""
+    def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
+        """Put the first pieces on a shelf, which is made where it is missing, and so are some shelves below it."""
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:

@@ -81,6 +81,7 @@ class Submissions(StoreBase):
             # a reader that keeps to a revision of a study that was deleted must not find it in the new one
             ever = select(func.coalesce(func.max(studies.c.revision) + 1, 0)).where(studies.c.id == study_id)
             revision = connection.execute(ever).scalar_one()
+            now = time.time()
             number = connection.execute(
                 insert(studies).values(
                     id=study_id,
@@ -96,7 +97,7 @@ class Submissions(StoreBase):
                     blocks_total=plan.count,
                     family=family_digest(study, provenance),
                     reuse=reuse,
-                    created=time.time(),
+                    created=now,
                     revision=revision,
                     taken_back=revision,
                 )
@@ -104,7 +105,7 @@ class Submissions(StoreBase):
             shelf = self.cube_shelf(study_id, number)
             try:
                 # made before the commit: who sees the study finds its cube
-                create_cube(shelf, study, plan.chunk, provenance)
+                create_cube(shelf, study, plan.chunk, provenance, reuse=reuse, created=now)
             except BaseException as error:
                 with suppress(OSError):
                     shelf.clear()

@@ -24,6 +24,7 @@ from damperlab.studies.store.cube import block_grid
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.home import parse_cube_name
+from damperlab.studies.store.packed import BLOCKS, parse_block_key
 from damperlab.studies.store.rows import ALIVE
 from damperlab.studies.store.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
@@ -244,6 +245,13 @@ def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
 def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> Iterator[Entry]:
     for entry in shelf.entries():
         variable, slash, name = entry.key.partition("/")
+        if variable == BLOCKS:
+            block = parse_block_key(entry.key)
+            partial = entry.key.endswith(".partial")
+            superseded = block is not None and marks.get(block[0], block[1]) != block[1]
+            if (partial or superseded) and entry.changed < limit:
+                yield entry
+            continue
         if slash and (variable not in EVERY_VARIABLE or name == "zarr.json"):
             continue
         if not slash and not variable.endswith(".partial"):

@@ -1,25 +1,40 @@
-"""Whether a study's files still hold what its done-marks say."""
+"""Whether what a study has stored is what was written: descriptions, coordinates, blocks, marks, and the catalogue.
 
-from collections.abc import Iterator, Mapping
+Two accounts are kept of every study, by the catalogue and by the cube itself, and each has checksums. So what was
+damaged can be told, and is made again from the other account; where both have lost a block, it is computed again.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from sqlalchemy import select
+from sqlalchemy import Row, select
 
-from damperlab.studies.definition import parse_study
+from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.shelf import Shelf as Records
+from damperlab.studies.ground.survey import Survey
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.cube import lost_attachments, restore_metadata
 from damperlab.studies.store.decoded import DecodedChunks
+from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
+from damperlab.studies.store.home import cube_name, parse_cube_name
+from damperlab.studies.store.manifest import keep_marks, read_marks
 from damperlab.studies.store.opened import open_cube
+from damperlab.studies.store.packed import block_key, read_header
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.rows import study_row
 from damperlab.studies.store.shelf import Shelf, ShelfAway
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks
+from damperlab.studies.store.tables import done_blocks, studies
+
+_HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
+_ENDED = ("done", "cancelled", "failed")
 
 
 @dataclass(frozen=True)
@@ -29,13 +44,16 @@ class Damage:
     Parameters
     ----------
     block : int or None
-        The block; None where it is the cube's description of itself, which can be written anew.
+        The block; None where it is the study as a whole.
     found : str
         In one sentence.
+    part : str
+        What it is of: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
     """
 
     block: int | None
     found: str
+    part: str = "block"
 
 
 def verify(store: Store, record: Record) -> Iterator[Damage]:
@@ -51,37 +69,79 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     Yields
     ------
     Damage
-        Block by block, in the order of their numbers. Of a description that is damaged nothing more can be read.
+        Of the study as a whole, then block by block in the order of their numbers. Of a description that is damaged
+        nothing more can be read.
 
     Raises
     ------
     StudyNotFound
         If the study is gone.
+    StoreAway
+        If the place of the cubes does not answer.
     """
-    shelf, _ = store.snapshot(record.id)
-    study = parse_study(record.definition)
-    found = _description(shelf, record, study.coordinates)
+    with store.catalogue.reading() as connection:
+        row = study_row(connection, record.id)
+        shelf = store.cube_shelf(record.id, row.number)
+        marks = connection.execute(
+            select(done_blocks).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
+        ).all()
+    found = _row(row, marks)
     if found is not None:
-        yield Damage(None, found)
+        yield Damage(None, found, "catalogue")
+    study = parse_study(record.definition)
+    if study.digest != record.digest:
+        yield Damage(
+            None, f"its definition in the catalogue is that of study {study.digest[:12]}", "catalogue"
+        )
+        return
+    described, found = _description(shelf, record, study)
+    if described is None:
+        yield Damage(None, found, "description")
         return
     for key in lost_attachments(shelf, study):
-        yield Damage(None, f"{key}, which the study brought along, is lost or not as it was written")
+        lost = f"{key}, which the study brought along, is lost or not as it was written"
+        yield Damage(None, lost, "description")
+    if described.packed:
+        yield from _marks(shelf, row, marks)
     plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
-    with store.catalogue.reading() as connection:
-        marks = connection.execute(
-            select(done_blocks.c.block, done_blocks.c.generation, done_blocks.c.checksum)
-            .where(done_blocks.c.study == store.number(connection, record.id))
-            .order_by(done_blocks.c.block)
-        ).all()
     cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))
     for mark in marks:
-        trouble = _trouble(cube, plan.block(mark.block), mark.checksum)
+        if not 0 <= mark.block < plan.count:
+            yield Damage(mark.block, "the study has no such block")
+            continue
+        trouble = _header(shelf, described, mark) if described.packed else None
+        trouble = trouble or _trouble(cube, plan.block(mark.block), mark.checksum)
         if trouble is not None:
             yield Damage(mark.block, trouble)
 
 
+def check_catalogue(store: Store) -> Iterator[str]:
+    """Compare the catalogue with itself and with the cubes that are there: one sentence for each finding.
+
+    Raises
+    ------
+    StoreFault
+        If it cannot be read, or the place of the cubes cannot.
+    """
+    for line in store.catalogue.integrity():
+        yield f"{store.catalogue.name}: {line}; make it again with `damperlab rebuild`"
+    try:
+        names = sorted(store.shelf.shelves())
+    except OSError as error:
+        raise cannot_use(store.shelf.address, error) from error
+    with store.catalogue.reading() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+    known = {cube_name(row.id, row.number) for row in rows}
+    alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
+    for name in names:
+        if parse_cube_name(name) and name not in known:
+            yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
+    for name in sorted(alive.difference(names)):
+        yield f"the cube {name} is lost; restore it from a backup, or delete its study"
+
+
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Make what is damaged computable again: descriptions are written anew, marks of damaged blocks taken back.
+    """Make what is damaged whole again or computable: written anew from the other account, or its marks taken back.
 
     Parameters
     ----------
@@ -104,30 +164,122 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     StudyFaults
         If a ground-motion record is lost here, and not among the records of the data directory either.
     """
-    if any(damage.block is None for damage in damages):
-        shelf, _ = store.snapshot(record.id)
+    parts = {damage.part for damage in damages}
+    shelf, _ = store.snapshot(record.id, checked=False)
+    if "description" in parts:
         study = parse_study(record.definition)
         lost = lost_attachments(shelf, study)
         if lost:
             whole = parse_study(record.definition, Records(store.data_dir)).attachments()
             shelf.fill({key: whole[key] for key in lost})
-        restore_metadata(shelf, study, record.chunk, record.provenance)
+        restore_metadata(
+            shelf,
+            study,
+            record.chunk,
+            record.provenance,
+            reuse=record.reuse,
+            created=record.created.timestamp(),
+        )
     blocks = [damage.block for damage in damages if damage.block is not None]
-    return store.forget(record.id, blocks, "damaged") if blocks else store.find(record.id)
+    if blocks or "catalogue" in parts:
+        record = store.forget(record.id, blocks, "damaged")
+    if record.state in _ENDED and parts & {"description", "marks"}:
+        keep_marks(store, record.id, {})
+    return store.find(record.id)
 
 
-def _description(shelf: Shelf, record: Record, coordinates: Mapping[str, np.ndarray]) -> str | None:
+def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
+    """Compare a study's row with its marks."""
+    sums = {
+        "blocks_done": len(marks),
+        "points_done": sum(mark.points for mark in marks),
+        "points_failed": sum(mark.failed for mark in marks),
+        "points_reused": sum(mark.reused for mark in marks),
+    }
+    wrong = [
+        f"{name} is {getattr(row, name)}, its marks say {value}"
+        for name, value in sums.items()
+        if getattr(row, name) != value
+    ]
+    if row.state == "done" and len(marks) < row.blocks_total:
+        wrong.append(
+            f"it is done, and {row.blocks_total - len(marks)} of {row.blocks_total} done-marks are missing"
+        )
+    return "; ".join(wrong) or None
+
+
+def _description(shelf: Shelf, record: Record, study: Study | Survey) -> tuple[Description | None, str]:
+    """Read the cube's description; None, and why, where it is not what the study's must be."""
     try:
+        described = describe_cube(shelf.get(DESCRIPTION))
         cube = open_cube(shelf, {}, DecodedChunks(0))
+    except StoreAway:
+        raise
     except (ShelfAway, PermissionError) as error:
         raise cannot_use(shelf.address, error) from error  # which says nothing of what is stored
-    except Exception as error:  # whatever Zarr raises for bytes that are no metadata
-        return f"the cube's description cannot be read ({type(error).__name__}: {error})"
-    if cube.attrs.get("digest") != record.digest:
-        return f"the cube says that it is study {cube.attrs.get('digest')}"
-    for name, values in coordinates.items():
+    except Exception as error:  # whatever bytes raise that are no metadata
+        return None, f"the cube's description cannot be read ({type(error).__name__}: {error})"
+    told = {
+        "digest": (described.digest, record.digest),
+        "definition": (_parse_json(described.attributes.get("study")), record.definition),
+        "provenance": (_parse_json(described.attributes.get("provenance")), record.provenance),
+        "blocks": (next(iter(described.arrays.values())).chunks, record.chunk),
+        "shape": (next(iter(described.arrays.values())).shape, record.shape),
+    }
+    for name, (theirs, ours) in told.items():
+        if theirs != ours:
+            return None, f"the {name} in the cube's description and in the catalogue differ"
+    for name, values in study.coordinates.items():
         if name not in cube.coords or not np.array_equal(cube[name].values, values):
-            return f"the coordinates along {name} are not the study's"
+            return None, f"the coordinates along {name} are not the study's"
+    for key in described.pieces:
+        try:
+            shelf.read(key, 0, 1)
+        except FileNotFoundError:
+            return None, f"{key} is lost"
+    return described, ""
+
+
+def _parse_json(text: Any) -> Any:
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError):
+        return None
+
+
+def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[Damage]:
+    """Compare the marks that the cube keeps with those of the catalogue."""
+    try:
+        kept = read_marks(shelf)
+    except ValueError as error:
+        yield Damage(None, f"the cube's list of marks cannot be read: {error}", "marks")
+        return
+    if kept is None:
+        if row.state in _ENDED:
+            yield Damage(None, "the cube's list of marks is lost", "marks")
+        return
+    ours = {mark.block: (mark.generation, mark.checksum) for mark in marks}
+    theirs = {mark["block"]: (mark["generation"], mark["checksum"]) for mark in kept[1]}
+    if row.state in _ENDED and ours != theirs:
+        yield Damage(None, "the marks in the cube and in the catalogue differ", "marks")
+
+
+def _header(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None:
+    """Compare what a block's file says of itself with its mark."""
+    key = block_key(mark.block, mark.generation)
+    try:
+        header, _ = read_header(shelf, key)
+        header.require(described.digest, mark.block, mark.generation)
+    except FileNotFoundError:
+        return "its file is lost"
+    except (ShelfAway, PermissionError) as error:
+        raise cannot_use(shelf.address, error) from error
+    except (OSError, ValueError) as error:
+        return f"its file cannot be read ({error})"
+    expected: Mapping[str, Any] = header.mark
+    for name in _HEADER_COLUMNS:
+        if name in expected and expected[name] != getattr(mark, name) and getattr(mark, name) is not None:
+            return f"its done-mark says {name} {getattr(mark, name)}, its file {expected[name]}"
     return None
 
 

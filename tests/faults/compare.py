@@ -16,7 +16,6 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks
 from damperlab.studies.store.verify import verify
-from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 
 
@@ -62,19 +61,19 @@ def _sums_agree(store: Store, record: Record) -> bool:
 
 
 def unexpected_files(store: Store) -> int:
-    """Count by hand, without the code that sweeps: one file for each variable of each done block, and no others."""
+    """Count by hand, without the code that sweeps: one file for each done block, and no others."""
     found: dict[str, Counter[str]] = {}
     for entry in store.shelf.entries():
         cube, _, key = entry.key.partition("/")
-        variable, chunk, name = key.partition("/c.")
-        if key and (not chunk or variable in DIMENSIONS):
-            continue  # a cube's description and its coordinates
-        found.setdefault(cube, Counter())[f"{variable}/{name.partition('~')[0]}" if chunk else entry.key] += 1
-    # a bucket's mark of whose it is
+        folder, _, name = key.partition("/")
+        if key and folder != "blocks":
+            continue  # a cube's description, its coordinates and its marks
+        found.setdefault(cube, Counter())[name.partition("~")[0] if key else entry.key] += 1
+    # whose the cubes are
     found = {cube: names for cube, names in found.items() if cube != MARKER}
     extra = 0
     for record in store.page(limit=1000).records:
         names = found.pop(Path(store.cube_path(record.id)).name, Counter())
-        expected = record.blocks_done * len(store.cube(record.id).data_vars)
+        expected = record.blocks_done
         extra += abs(names.total() - expected) + names.total() - len(names)
     return extra + sum(names.total() for names in found.values())

@@ -121,7 +121,7 @@ class Writer:
 
     def _damage(self) -> None:
         path = Path(self._store.cube_path(self.study_id))
-        for file in self._random.sample(sorted(path.glob("*/c.*~*")), 3):
+        for file in self._random.sample(sorted(path.glob("blocks/*~*")), 3):
             content = bytearray(file.read_bytes())
             match self._random.choice(["flip", "cut", "lose"]):
                 case "flip":

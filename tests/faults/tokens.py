@@ -40,11 +40,13 @@ def dask_setup(worker: object) -> None:
 
     write_region = damperlab.worker.tasks.write_region
 
-    def tell(cube_path: str, block: Any, values: Mapping[str, np.ndarray], generation: str) -> str:
+    def tell(
+        cube_path: str, block: Any, values: Mapping[str, np.ndarray], generation: str, *more: Any
+    ) -> str:
         told = {
             name: column if name == "status" else np.full_like(column, token(generation))
             for name, column in values.items()
         }
-        return write_region(cube_path, block, told, generation)
+        return write_region(cube_path, block, told, generation, *more)
 
     damperlab.worker.tasks.write_region = tell

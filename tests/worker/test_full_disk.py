@@ -101,5 +101,5 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
     times = kept["run_time"].values
     # run times never repeat: what was done before was not computed again
     np.testing.assert_array_equal(times[~np.isnan(times)], whole["run_time"].values[~np.isnan(times)])
-    assert sum(1 for _ in Path(store.cube_path(study_id), "status").glob("c.*")) == plan.count
+    assert sum(1 for _ in Path(store.cube_path(study_id), "blocks").iterdir()) == plan.count
     store.close()

@@ -132,7 +132,7 @@ def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store, clien
     mark_made_up(store, first, FIRST, 0)
     run_study(store, first.id, lambda: nullcontext(client), lambda now: None, threading.Event())
     # block 0 failed as a whole; of the three others one is lost
-    next(Path(store.cube_path(first.id), "cycles").glob("c.0.0.0.0.1.1~*")).unlink()
+    next(Path(store.cube_path(first.id), "blocks").glob("3~*")).unlink()
     refined = run(store, client, REFINED, chunk=13)
     frequencies = 7 - 4
     # the one block of friction that meets the lost one takes nothing from this study at all

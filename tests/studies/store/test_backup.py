@@ -38,7 +38,7 @@ def filled(store, make_study, make_plan_of, values_of):
     running = store.find("study 2").id
     store.claim(running, "runner 7")
     store.set_state(running, "running")
-    Path(store.cube_path(running), "status", "c.0.0.0.0.0.0~half").write_bytes(b"an attempt under way")
+    Path(store.cube_path(running), "blocks", "0~half").write_bytes(b"an attempt under way")
     return store
 
 
@@ -113,7 +113,7 @@ def test_a_store_with_studies_is_not_written_over(filled, store, tmp_path, make_
 
 
 def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(filled, tmp_path):
-    lost = next(Path(filled.cube_path(filled.find("study 0").id), "period").glob("c.*"))
+    lost = next(Path(filled.cube_path(filled.find("study 0").id), "blocks").glob("*"))
     lost.unlink()
     copy = Store.open(tmp_path / "copy")
     with pytest.raises(BlockDamaged, match="damperlab verify"):

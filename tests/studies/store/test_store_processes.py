@@ -89,7 +89,7 @@ def test_one_of_several_submitters_makes_the_study(data_dir):
     assert sorted(created for _, created in answers) == ["False", "False", "False", "True"]
     store = Store.open(data_dir)
     assert len(store.page().records) == 1
-    assert len(list((data_dir / "cubes").iterdir())) == 1
+    assert len(list((data_dir / "cubes").glob("*.zarr"))) == 1
     assert (store.cube(answers[0][0])["status"] == -1).all()
     store.close()
 

@@ -1,0 +1,270 @@
+"""The catalogue made again from the cubes: from their descriptions, their marks, and the headers of their blocks.
+
+Nothing is taken away: what the catalogue knows stays, and what it lacks is added, study by study, each in one
+transaction. So it may be killed at any moment and run again, and ends the same.
+"""
+
+import json
+import math
+import sqlite3
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, func, insert, select, update
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.digest import family_digest
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue import SQLITE_FILE, Catalogue, open_catalogue
+from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.home import (
+    CUBES,
+    fact,
+    mark_owner,
+    owner_of,
+    parse_cube_name,
+    remember,
+)
+from damperlab.studies.store.manifest import read_marks, study_columns
+from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
+from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.tables import done_blocks, studies
+
+_AT_ONCE = 1000  # rows in one statement
+_UNTOLD = {"reused": 0, "seconds": 0.0, "kernel_seconds": 0.0, "message": None, "revision": 0, "at": 0.0}
+
+
+@dataclass
+class Rebuilt:
+    """What was found.
+
+    Parameters
+    ----------
+    studies, blocks : int
+        Added to the catalogue.
+    known : int
+        Studies that it knew already.
+    trouble : list of str
+        Cubes that could not be read, each with why.
+    set_aside : str, optional
+        Where a catalogue that could not be read is now.
+    """
+
+    studies: int = 0
+    blocks: int = 0
+    known: int = 0
+    trouble: list[str] = field(default_factory=list)
+    set_aside: str | None = None
+
+
+def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None) -> Rebuilt:
+    """Add to a catalogue what its cubes hold, making it where it is missing.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory.
+    address : str, optional
+        Of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
+    cubes : str, optional
+        Where the cubes are, `s3://bucket/prefix`; by default where the catalogue says, or in the folder.
+
+    Raises
+    ------
+    StoreFault
+        If the catalogue is another's and has studies of its own, or the place cannot be read.
+    """
+    data_dir = Path(data_dir).expanduser().absolute()
+    found = Rebuilt()
+    if address is None:
+        found.set_aside = _set_damaged_aside(data_dir)
+    catalogue = open_catalogue(data_dir, address)
+    try:
+        shelf = _own(catalogue, data_dir, cubes)
+        for name in sorted(shelf.shelves(), key=lambda name: (parse_cube_name(name) or ("", 0))[1]):
+            parsed = parse_cube_name(name)
+            if parsed is None:
+                continue
+            try:
+                _add(catalogue, shelf.at(name), *parsed, found)
+            except (StoreFault, ValueError, FileNotFoundError) as error:
+                found.trouble.append(f"{name}: {error}")
+    except OSError as error:
+        raise cannot_use(str(data_dir), error) from error
+    finally:
+        catalogue.close()
+    return found
+
+
+def _set_damaged_aside(data_dir: Path) -> str | None:
+    """Rename a SQLite catalogue that is damaged, with what belongs to it; None where there is none."""
+    file = data_dir / SQLITE_FILE
+    if not file.is_file():
+        return None
+    with suppress(sqlite3.DatabaseError):
+        connection = sqlite3.connect(file, timeout=60.0)
+        try:
+            if connection.execute("PRAGMA integrity_check(1)").fetchall() == [("ok",)]:
+                return None
+        finally:
+            connection.close()
+    aside = file.with_name(f"{SQLITE_FILE}.damaged-{time.strftime('%Y%m%dT%H%M%S')}")
+    for suffix in ("-wal", "-shm", ""):
+        with suppress(FileNotFoundError):
+            file.with_name(file.name + suffix).rename(aside.with_name(aside.name + suffix))
+    return str(aside)
+
+
+def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
+    """Let the catalogue be that of the cubes, and give their shelf."""
+    with catalogue.reading() as connection:
+        address = address or fact(connection, "cubes")
+        mine = fact(connection, "id")
+        used = connection.execute(select(studies.c.number).limit(1)).first() is not None
+    if address is None:
+        place: Shelf = Folder(data_dir / CUBES)
+        shelf = place
+    else:
+        from damperlab.studies.store.bucket import open_bucket
+
+        place = open_bucket(address)
+        shelf = place.at(CUBES)
+    owner = owner_of(place)
+    if owner is not None and used and mine is not None and owner != mine:
+        raise StoreFault(
+            Fault(
+                "catalogue",
+                f"{catalogue.name}, which holds the studies of other cubes than those in {place.address}",
+                "the catalogue of these cubes, an empty one, or none",
+                "move it away, or name an empty database, and run `damperlab rebuild` again",
+            )
+        )
+    with catalogue.writing() as connection:
+        if owner is not None:
+            remember(connection, "id", owner)
+        elif mine is None:
+            mine = remember(connection, "id", uuid.uuid4().hex)
+        if address is not None:
+            remember(connection, "cubes", place.address)
+        else:
+            remember(connection, "marked", "yes")
+    if owner is None:
+        assert mine is not None
+        mark_owner(place, mine)
+    return shelf
+
+
+def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: Rebuilt) -> None:
+    described = describe_cube(shelf.get(DESCRIPTION))
+    study = parse_study(json.loads(str(described.attributes["study"])))
+    if study.digest != described.digest or study.digest[:12] != study_id:
+        raise ValueError(f"its description is that of study {study.digest[:12]}")
+    kept, marks = read_marks(shelf) or ({}, [])
+    known = {int(mark["block"]) for mark in marks}
+    marks += [mark for mark in _headers(shelf, described, found) if mark["block"] not in known]
+    provenance = json.loads(str(described.attributes["provenance"]))
+    total = math.prod(described.grid)
+    with catalogue.writing() as connection:
+        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+        other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
+        if row is None and connection.execute(other).first() is not None:
+            raise ValueError(f"study {study_id} has another cube")
+        if row is not None and (row.id != study_id or row.deleted is not None):
+            return  # its study was deleted, and its number given to no other
+        if row is None:
+            values = {
+                "number": number,
+                "id": study_id,
+                "digest": study.digest,
+                "name": study.name,
+                "state": "queued",
+                "definition": json.dumps(study.document()),
+                "provenance": json.dumps(provenance),
+                "shape": json.dumps(study.shape),
+                "chunk": json.dumps(next(iter(described.arrays.values())).chunks),
+                "points_total": study.points,
+                "bytes_total": study.points * bytes_per_point(study),
+                "blocks_total": total,
+                "family": family_digest(study, provenance),
+                "reuse": described.reuse,
+                "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
+            }
+            values |= {name: value for name, value in kept.items() if name in study_columns()}
+            connection.execute(insert(studies).values(values))
+            found.studies += 1
+        else:
+            found.known += 1
+        have = set(
+            connection.execute(select(done_blocks.c.block).where(done_blocks.c.study == number)).scalars()
+        )
+        fresh = [mark for mark in marks if 0 <= mark["block"] < total and mark["block"] not in have]
+        if row is not None and not fresh:
+            return
+        _insert_marks(connection, number, fresh)
+        found.blocks += len(fresh)
+        _sum_up(connection, number, total, kept)
+
+
+def _headers(shelf: Shelf, described: Description, found: Rebuilt) -> Iterator[dict[str, Any]]:
+    """Give the marks that whole blocks carry themselves; of several files of one block the first by name."""
+    seen: set[int] = set()
+    if not described.packed:
+        return
+    for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):
+        key = f"{BLOCKS}/{entry.key}"
+        parsed = parse_block_key(key)
+        if parsed is None or key.endswith(".partial") or parsed[0] in seen:
+            continue
+        try:
+            header, _ = read_header(shelf, key)
+            header.require(described.digest, *parsed)
+        except (ValueError, FileNotFoundError) as error:
+            found.trouble.append(f"{shelf.name}/{key}: {error}")
+            continue
+        if header.mark.get("message") is None:
+            seen.add(parsed[0])
+            yield dict(header.mark)
+
+
+def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any]]) -> None:
+    names = [column.name for column in done_blocks.c if column.name != "study"]
+    rows = [
+        {"study": number, **{name: mark[name] for name in names if name in mark}}
+        for mark in ({**_UNTOLD, **mark} for mark in marks)
+    ]
+    for start in range(0, len(rows), _AT_ONCE):
+        connection.execute(insert(done_blocks), rows[start : start + _AT_ONCE])
+
+
+def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any]) -> None:
+    b = done_blocks.c
+    names = ("points", "failed", "reused", "seconds", "kernel_seconds")
+    sums = connection.execute(
+        select(func.count(), *(func.coalesce(func.sum(b[name]), 0) for name in names)).where(
+            b.study == number
+        )
+    ).one()
+    change = dict(
+        zip(
+            ("blocks_done", "points_done", "points_failed", "points_reused", "seconds", "kernel_seconds"),
+            sums,
+            strict=True,
+        )
+    )
+    # what was seen of an earlier catalogue's revisions must not be taken for what is there now
+    revision = max(int(kept.get("revision", 0)), 0) + total + 1
+    change |= {"revision": revision, "taken_back": revision}
+    if sums[0] == total:
+        change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
+    elif kept.get("state") not in ("cancelled", "failed"):
+        change |= {"state": "queued", "finished": None}
+    connection.execute(update(studies).where(studies.c.number == number).values(change))

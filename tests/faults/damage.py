@@ -1,0 +1,207 @@
+"""Single bits flipped over all files of a store, and every file lost once: found, harmless or refused, never silent.
+
+Each case is a fresh copy of one store, in which one thing is damaged. It is then opened, every study is listed, read
+whole and verified. The outcome is one of
+
+    refused    something raised a fault in words, as the store's users get it
+    found      all was read, and `verify` told of damage
+    harmless   every answer is what it was, to the last bit
+    silent     an answer differs, and nobody said so: a defect
+    crashed    an exception that is no fault: a defect
+"""
+
+import argparse
+import shutil
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.checksum import checksum
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.opened import KEPT
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import check_catalogue, verify
+
+CHUNK = (1, 1, 1, 2, 2, 3)
+
+
+@dataclass
+class Report:
+    """What became of the cases.
+
+    Parameters
+    ----------
+    outcomes : Counter
+        By kind of file and outcome.
+    defects : list of str
+        The cases that were silent or crashed.
+    """
+
+    outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
+    defects: list[str] = field(default_factory=list)
+
+    def table(self) -> str:
+        """Give the counts, one line each, and the defects."""
+        lines = [f"{kind:12} {outcome:9} {count}" for (kind, outcome), count in sorted(self.outcomes.items())]
+        return "\n".join((*lines, *self.defects))
+
+
+def make_store(folder: Path) -> None:
+    """Make a store of three studies: done, cancelled half-way, and queued."""
+    store = Store.open(folder)
+    random = np.random.default_rng(3)
+    for name, zeta, blocks, state in (
+        ("done", 0.01, 12, "done"),
+        ("half", 0.02, 5, "cancelled"),
+        ("new", 0.03, 0, None),
+    ):
+        study = parse_study(
+            {
+                "name": name,
+                "damping_ratio": zeta,
+                "axes": {
+                    "clearance_ratio": [1.0, 2.0, 3.0, 5.0, 8.0],
+                    "friction_ratio": [0.0, 0.2, 0.4],
+                    "restitution": 0.47,
+                    "mass_ratio": 0.1,
+                    "frequency_ratio": [0.8, 0.9, 1.0, 1.1],
+                },
+                "metrics": ["amplitude_ratio", "period", "response_class"],
+            }
+        )
+        plan = plan_with_chunk(study, CHUNK, lambda _, at: np.ones(len(at["mass_ratio"])))
+        record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"}, key=f"key of {name}")
+        for index in range(blocks):
+            block = plan.block(index)
+            values = {
+                v.name: (random.random(block.shape) * 4).astype(v.dtype) for v in stored_variables(study)
+            } | {"status": np.zeros(block.shape, np.int8)}
+            told = {"seconds": 0.5, "kernel_seconds": 0.25}
+            found = write_region(store.cube_path(record.id), block, values, "g", told)
+            outcome = BlockOutcome(index, block.points, 0, 0.5, 0.25, None, "g", found)
+            store.mark(record.id, outcome)
+        if state is not None:
+            store.set_state(record.id, state)
+    store.close()
+
+
+def answers(folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """Ask a store for everything: its answers, and what `verify` says of them."""
+    KEPT.clear()
+    store = Store.open(folder)
+    try:
+        found: dict[str, Any] = {}
+        told = list(check_catalogue(store))
+        for record in store.page(limit=100).records:
+            document = record.document()
+            found[record.id] = repr(sorted(document.items())), repr(store.events(record.id))
+            cube = store.cube(record.id).load()
+            values = {str(name): array.values for name, array in cube.data_vars.items()}
+            axes = {str(name): array.values for name, array in cube.coords.items()}
+            attributes = repr((cube.attrs, [(name, cube[name].attrs) for name in cube.variables]))
+            found[f"{record.id} cube"] = checksum(values), checksum(axes), attributes
+            by_name = store.find(record.name)
+            found[f"{record.name} by name"] = by_name.id
+            told += [damage.found for damage in verify(store, record)]
+        return found, told
+    finally:
+        store.close()
+
+
+def judge(folder: Path, expected: dict[str, Any]) -> tuple[str, str]:
+    """Say what comes of a damaged store: the outcome, and in words."""
+    try:
+        found, told = answers(folder)
+    except StoreFault as error:
+        return "refused", str(error)
+    except Exception as error:
+        return "crashed", f"{type(error).__name__}: {error}"
+    if told:
+        return "found", told[0]
+    if found == expected:
+        return "harmless", ""
+    differ = [key for key in expected if found.get(key) != expected[key]]
+    return "silent", f"{differ or 'more studies'} differ"
+
+
+def kind_of(file: Path) -> str:
+    """Name the kind of a file of a store."""
+    if file.name.startswith("catalogue.sqlite"):
+        return "catalogue"
+    if file.parent.name == "blocks":
+        return "block"
+    return {"zarr.json": "description", "marks.json": "marks", "damperlab.json": "owner"}.get(
+        file.name, "axis"
+    )
+
+
+def flips(store: Path, number: int, seed: int) -> Iterator[tuple[Path, int, int]]:
+    """Draw files, each kind as often as every other, and a bit of each: file, byte, bit."""
+    random = np.random.default_rng(seed)
+    by_kind: dict[str, list[Path]] = {}
+    for file in sorted(path for path in store.rglob("*") if path.is_file()):
+        by_kind.setdefault(kind_of(file), []).append(file)
+    kinds = sorted(by_kind)
+    for place in range(number):
+        files = by_kind[kinds[place % len(kinds)]]
+        file = files[int(random.integers(len(files)))]
+        # a database is mostly zeros that nothing reads: half of its bits are drawn where something is written
+        content = np.frombuffer(file.read_bytes(), np.uint8)
+        where = np.flatnonzero(content) if place // len(kinds) % 2 else np.arange(content.size)
+        yield file, int(random.choice(where)), int(random.integers(8))
+
+
+def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False) -> Report:
+    """Flip bits one at a time, then lose every file one at a time."""
+    report = Report()
+    with tempfile.TemporaryDirectory() as made:
+        whole, case = Path(made, "whole"), Path(made, "case")
+        make_store(whole)
+        expected, told = answers(whole)
+        assert not told, told
+
+        def add(file: Path, what: str) -> None:
+            outcome, words = judge(case, expected)
+            report.outcomes[kind_of(file), outcome] += 1
+            if outcome in ("silent", "crashed"):
+                report.defects.append(f"{file.relative_to(whole)} {what}: {outcome}: {words}")
+                if say:
+                    print(report.defects[-1], flush=True)
+            shutil.rmtree(case)
+
+        for file, at, bit in flips(whole, number, seed):
+            shutil.copytree(whole, case)
+            damaged = bytearray(file.read_bytes())
+            damaged[at] ^= 1 << bit
+            (case / file.relative_to(whole)).write_bytes(bytes(damaged))
+            add(file, f"byte {at} bit {bit}")
+        for file in sorted(path for path in whole.rglob("*") if path.is_file()) if losses else ():
+            shutil.copytree(whole, case)
+            (case / file.relative_to(whole)).unlink()
+            add(file, "lost")
+    return report
+
+
+def main() -> None:
+    """Run the campaign and print what came of it; status 1 where anything was silent."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--flips", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    report = run_damage(options.flips, options.seed, say=True)
+    print(report.table())
+    sys.exit(bool(report.defects))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,157 @@
+"""The catalogue made again from the cubes: the same studies, the same bits, from a folder and from a bucket."""
+
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
+
+METRICS = ["amplitude_ratio", "period"]
+VOLATILE = {"revision"}
+
+
+def fill(store: Store, study, plan, values_of, blocks, generation: str = "g") -> str:
+    record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"})
+    for index in blocks:
+        block = plan.block(index)
+        told = {"seconds": 0.5, "kernel_seconds": 0.25}
+        found = write_region(store.cube_path(record.id), block, values_of(study, block), generation, told)
+        store.mark(record.id, BlockOutcome(index, block.points, 0, 0.5, 0.25, None, generation, found))
+    return record.id
+
+
+@pytest.fixture
+def filled(store, make_study, make_plan_of, values_of):
+    """Studies that are done, cancelled half-way, queued, and running with blocks that only their files tell of."""
+    states = (("done", 12), ("cancelled", 5), (None, 0), ("running", 4))
+    for number, (state, blocks) in enumerate(states):
+        study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
+        study_id = fill(store, study, make_plan_of(study), values_of, range(blocks))
+        if state is not None:
+            store.set_state(study_id, state, "stopped" if state == "cancelled" else None)
+    return store
+
+
+def told(store: Store) -> dict:
+    found = {}
+    for record in store.page().records:
+        document = record.document()
+        if document["state"] == "running":
+            document |= {"state": "queued", "phase": "queued", "started": None, "seconds_left": None}
+        found[record.id] = {key: value for key, value in document.items() if key not in VOLATILE}
+    return found
+
+
+def test_a_lost_catalogue_is_made_again(filled):
+    data = filled.data_dir
+    before, cubes = told(filled), {r.id: filled.cube(r.id).load() for r in filled.page().records}
+    filled.close()
+    for file in data.glob("catalogue.sqlite*"):
+        file.unlink()
+    with pytest.raises(StoreFault, match="damperlab rebuild"):
+        Store.open(data)
+    found = rebuild(data)
+    assert (found.studies, found.blocks, found.trouble) == (4, 21, [])
+    again = Store.open(data)
+    assert told(again) == before
+    for study_id, cube in cubes.items():
+        assert again.cube(study_id).load().identical(cube)
+        assert list(verify(again, again.find(study_id))) == []
+    again.close()
+    once_more = rebuild(data)
+    assert (once_more.studies, once_more.blocks, once_more.known) == (0, 0, 4)
+
+
+def test_a_damaged_catalogue_is_set_aside(filled):
+    data, before = filled.data_dir, told(filled)
+    filled.close()
+    file = data / "catalogue.sqlite"
+    content = bytearray(file.read_bytes())
+    content[4096:12288] = bytes(8192)
+    file.write_bytes(bytes(content))
+    found = rebuild(data)
+    assert found.set_aside is not None
+    assert Path(found.set_aside).read_bytes() == bytes(content)
+    again = Store.open(data)
+    assert told(again) == before
+    again.close()
+
+
+def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, values_of):
+    data = filled.data_dir
+    filled.close()
+    older = sqlite3.connect(data / "catalogue.sqlite")
+    copy = sqlite3.connect(data / "older")
+    older.backup(copy)
+    copy.close()
+    older.close()
+    store = Store.open(data)
+    study = make_study("new", damping_ratio=0.3, metrics=METRICS)
+    fill(store, study, make_plan_of(study), values_of, range(3))
+    first = make_study("study 1", damping_ratio=0.02, metrics=METRICS)
+    fill(store, first, make_plan_of(first), values_of, range(5, 9))
+    before = {key: value["blocks_done"] for key, value in told(store).items()}
+    store.close()
+    (data / "older").replace(data / "catalogue.sqlite")
+    with pytest.raises(StoreFault, match="older copy"):
+        Store.open(data)
+    found = rebuild(data)
+    assert (found.studies, found.blocks) == (1, 7)
+    again = Store.open(data)
+    assert {key: value["blocks_done"] for key, value in told(again).items()} == before
+    again.close()
+
+
+def test_a_rebuild_that_is_killed_and_run_again_ends_the_same(filled):
+    data, before = filled.data_dir, told(filled)
+    filled.close()
+    program = f"from pathlib import Path\nfrom damperlab.studies.store.rebuild import rebuild\nrebuild(Path({str(data)!r}))"
+    for tenth in (6, 9, 12, 15, 18):
+        for file in data.glob("catalogue.sqlite*"):
+            file.unlink()
+        process = subprocess.Popen([sys.executable, "-c", program])
+        time.sleep(tenth / 10)
+        process.kill()
+        process.wait()
+        rebuild(data)
+        again = Store.open(data)
+        assert told(again) == before
+        again.close()
+
+
+def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
+    data = filled.data_dir
+    lost = filled.find("study 1").id
+    description = Path(filled.cube_path(lost), "zarr.json")
+    filled.close()
+    content = bytearray(description.read_bytes())
+    content[len(content) // 2] ^= 1
+    description.write_bytes(bytes(content))
+    for file in data.glob("catalogue.sqlite*"):
+        file.unlink()
+    found = rebuild(data)
+    assert found.studies == 3
+    (trouble,) = found.trouble
+    assert lost in trouble
+    assert description.read_bytes() == bytes(content)
+
+
+def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path, make_study, make_plan_of):
+    other = Store.open(tmp_path / "other")
+    other.submit(
+        make_study("other", damping_ratio=0.5), make_plan_of(make_study("other", damping_ratio=0.5)), {}
+    )
+    other.close()
+    filled.close()
+    (tmp_path / "other" / "catalogue.sqlite").replace(filled.data_dir / "catalogue.sqlite")
+    with pytest.raises(StoreFault, match="other cubes"):
+        rebuild(filled.data_dir)
