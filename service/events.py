@@ -19,6 +19,9 @@ _SHOWN = (
     "id",
     "name",
     "state",
+    "phase",
+    "phase_done",
+    "phase_total",
     "points_total",
     "points_done",
     "points_failed",
@@ -33,7 +36,7 @@ _SHOWN = (
 
 def event_id(record: Record) -> str:
     """Name what a client has seen: events are cumulative, so the last one it saw tells all that it knows."""
-    return f"{record.blocks_done}-{record.points_failed}-{record.state}"
+    return f"{record.blocks_done}-{record.points_failed}-{record.phase}-{record.phase_done or 0}"
 
 
 async def progress(service: Service, record: Record, last_seen: str | None) -> AsyncIterator[ServerSentEvent]:

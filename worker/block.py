@@ -44,6 +44,8 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     count = points["frequency_ratio"].size
     values = {name: np.full(count, v.fill, dtype=v.dtype) for name, v in VARIABLES.items()}
     if isinstance(study.solver, Rk4Solver):
+        for scene in scenes(study):
+            warm(scene)
         _solve_stepped(study, study.solver, points, known, values)
         return {name: values[name].reshape(block.shape) for name in VARIABLES if name in study.metrics}
     linear = ~(has_friction(points) | has_particle(points, study.particle))

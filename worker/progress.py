@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass
 
 WINDOW_SECONDS = 60.0
-"""Speed is that of the last minute: the first block compiles kernels, and the longest blocks come first."""
+"""Speed is that of the last minute: the longest blocks come first."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,10 @@ class Progress:
         Of this run, lately; 0 before its first block.
     seconds_left : float or None
         Expected, or None before there is a speed to go by; 0 at the end.
+    phase : str
+        As in `Record`: starting or compiling before the blocks.
+    phase_done, phase_total : int, optional
+        Kernels compiled, of how many, while the phase is compiling.
     """
 
     points_total: int
@@ -31,6 +35,9 @@ class Progress:
     blocks_done: int
     points_per_second: float
     seconds_left: float | None
+    phase: str = "running"
+    phase_done: int | None = None
+    phase_total: int | None = None
 
 
 class Meter:

@@ -3,7 +3,8 @@
 import time
 import uuid
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing, suppress
+from dataclasses import replace
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Out
 from damperlab.worker.progress import Meter, Progress
 from damperlab.worker.provenance import WrongCode, code_hash, require_solver
 from damperlab.worker.tasks import failed_values, run_block
+from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -143,6 +145,7 @@ class _Run:
         self._on_progress = on_progress
         self._stop = stop
         self._failures: list[str] = []
+        self._phase: tuple[str | None, int | None, int | None] = None, None, None
         self._reported = 0.0
         record = store.find(self._study_id)
         # why it was put down before holds no more; what is said of blocks that failed does
@@ -157,7 +160,8 @@ class _Run:
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         pending = self._store.pending(self._study_id)
-        self._meter = Meter(_progress(self._record), work_left=float(self._plan.block_seconds[pending].sum()))
+        work_left = float(self._plan.block_seconds[pending].sum())
+        self._meter = Meter(_progress(self._record), work_left)
         self._report(at_once=True)
         if not pending.size or self._stopping:
             return
@@ -176,11 +180,18 @@ class _Run:
             return cube_path, self._record.digest, block, code_hash(), generation, overlaps.of(block)
 
         if self._plan.block_seconds[pending].sum() <= here_seconds:
+            self._compile_here(missing(scenes(study)))
+            self._begin_blocks(work_left)
             self._pump(Here(lambda index, key: run_block(*arguments(index, key)), order), cube_path)
             return
+        self._enter("starting")
         with client_factory() as client:
             # known here alone: what is computed in this process needs no cluster's library
+            from damperlab.worker.preparation import compile_at_workers
             from damperlab.worker.window import Window
+
+            compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping)
+            self._begin_blocks(work_left)
 
             def submit(index: int, key: str) -> "Future":
                 return client.submit(run_block, *arguments(index, key), key=key, pure=False)
@@ -190,6 +201,35 @@ class _Run:
                 self._pump(window, cube_path)
             finally:
                 window.close()
+
+    def _compile_here(self, lacking: list[Scene]) -> None:
+        """Compile what a study lacks that this process computes, in processes that leave it free."""
+        if not lacking:
+            return
+        from damperlab.worker.cluster import core_count
+
+        self._compiling(0, len(lacking))
+        # what fails here the blocks compile themselves, and say what is wrong
+        with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
+            for done, _ in enumerate(compiled, 1):
+                self._compiling(done, len(lacking))
+                if self._stopping:
+                    return
+
+    def _begin_blocks(self, work_left: float) -> None:
+        """Go over from preparation to blocks; what it took says nothing about their pace."""
+        self._enter(None)
+        self._meter = Meter(_progress(self._record), work_left)
+
+    def _compiling(self, done: int, total: int) -> None:
+        self._enter("compiling", done, total)
+
+    def _enter(self, phase: str | None, done: int | None = None, total: int | None = None) -> None:
+        """Let everybody see what the study is at."""
+        if (phase, done, total) != self._phase:
+            self._phase = phase, done, total
+            self._store.set_phase(self._study_id, phase, done, total, owner=self._lease.owner)
+        self._report(at_once=True)
 
     def end(self, stopped_as: Callable[[], str]) -> None:
         """Put the study into the state that its blocks say."""
@@ -289,7 +329,11 @@ class _Run:
         now = time.monotonic()
         if at_once or now - self._reported >= REPORT_SECONDS:
             self._reported = now
-            self._on_progress(self._meter.progress())
+            phase, done, total = self._phase
+            now_at = self._meter.progress()
+            if phase is not None:
+                now_at = replace(now_at, phase=phase, phase_done=done, phase_total=total)
+            self._on_progress(now_at)
 
 
 def _progress(record: Record) -> Progress:

@@ -40,7 +40,7 @@ from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.linear import linear_response
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
-from damperlab.worker.warm import scene_of, warm
+from damperlab.worker.warm import Purpose, Scene, contact_name, warm
 
 _SEGMENTS_PER_CYCLE = 20_000
 _LOG_SEGMENTS = 100_000
@@ -137,6 +137,45 @@ def simulate(
     ValueError
         For rk4 without `cycles`, or with a contact time.
     """
+    for scene in scenes_of(design, cycles, history, method, settings):
+        warm(scene)
+    return simulate_ready(design, cycles, history, method, steps_per_cycle, settings)
+
+
+def scenes_of(
+    design: Design,
+    cycles: int | None = None,
+    history: int = 0,
+    method: Literal["event", "rk4"] = "event",
+    settings: Settings | None = None,
+) -> list[Scene]:
+    """Scenes that `simulate` needs for the same arguments."""
+    friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
+    if method == "rk4":
+        return [Scene("rk4", friction, contact)]
+    found = []
+    if cycles is None:
+        acting = contact if design.particle is not None and design.particle.mass_ratio > 0.0 else ""
+        if friction or acting:
+            purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
+            found.append(Scene(purpose, friction, acting))
+        cycles = max(history, 1)
+    if history < cycles or cycles > _LONGEST_HISTORY:
+        found.append(Scene("march", friction, contact))
+    if history > 0:
+        found.append(Scene("history", friction, contact))
+    return found
+
+
+def simulate_ready(
+    design: Design,
+    cycles: int | None = None,
+    history: int = 0,
+    method: Literal["event", "rk4"] = "event",
+    steps_per_cycle: int = 400,
+    settings: Settings | None = None,
+) -> Simulation:
+    """Compute what `simulate` does with kernels that are there; else they are compiled on the way, and timed."""
     began = perf_counter()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -152,9 +191,6 @@ def simulate(
         return _march(design, friction, cycles, history, None, began)
     settings = settings or Settings(4000, 1e-4, 1e-9)
     acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
-    if friction is not None or acting is not None:
-        warm(scene_of(friction, acting, settings.energies))
-        began = perf_counter()
     response, steady = _steady(design, friction, acting, settings)
     measured = {name: _plain(number) for name, number in response.items()}
     found = measured["status"] <= Status.MAX_CYCLES

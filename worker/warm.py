@@ -1,68 +1,239 @@
 """Kernels compiled once per machine, by one process at a time.
 
-numba's disk cache lets every process that misses compile for itself; with several workers starting together each would
-spend the same half minute. A file lock in the cache folder lets the first compile and the others load.
+A kernel is compiled for a scene: what acts in it and what is asked of it. Compiled on the way, each process that lacks it
+would compile it for itself; a file lock in the cache folder lets the first compile and the others load. What a scene needs
+is found by computing it once, as small as can be, so that no list of kernels has to be kept beside the code. A marker beside
+the kernels says that all of a scene are there.
 """
 
-from collections.abc import Iterator
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
+from typing import Literal, NamedTuple
 
+import numpy as np
+
+from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
+from damperlab.studies.ground.survey import Survey
+from damperlab.studies.kind import AnyStudy
 from damperlab.worker.jit import CACHE_FOLDER
 from damperlab.worker.lower import wants_energies
 from damperlab.worker.solver.scene import Particle, Wall
-from damperlab.worker.steady.settle import Settings, settle
-from damperlab.worker.steady.start import at_rest
 
 try:
     import fcntl
 except ImportError:  # not a POSIX system: every process compiles for itself
     fcntl = None  # type: ignore[assignment]
 
+Purpose = Literal["steady", "peaks", "march", "history", "record", "record-history", "stepped", "rk4"]
+"""What is asked: the steady response with energies or without; a march under a sine without or with its time history;
+the same under a record; the steady response and a march by fixed steps."""
+
+SECONDS: dict[Purpose, float] = {
+    "steady": 20.0,
+    "peaks": 18.0,
+    "march": 8.0,
+    "history": 10.0,
+    "record": 12.0,
+    "record-history": 12.0,
+    "stepped": 4.0,
+    "rk4": 3.0,
+}
+"""About what compiling takes where friction and a particle with instantaneous contact act [CPU s]; an estimate says it."""
+CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2}
+"""The same relative to instantaneous contact."""
+
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 
 
-Scene = tuple[bool, bool, str, bool]
-"""Whether there is friction, a particle, the model of its contact ("" without one), and whether energies are measured."""
+class Scene(NamedTuple):
+    """What a kernel is compiled for.
+
+    Parameters
+    ----------
+    purpose : str
+        What is asked.
+    friction : bool
+        Whether friction acts.
+    contact : str
+        Model of the particle's contact; empty where no particle acts.
+    """
+
+    purpose: Purpose
+    friction: bool
+    contact: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its name in files and on the command line."""
+        parts = [
+            self.purpose,
+            "friction" if self.friction else "",
+            self.contact and f"particle-{self.contact}",
+        ]
+        return "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
+
+    @property
+    def seconds(self) -> float:
+        """About what compiling it takes [CPU s]."""
+        return SECONDS[self.purpose] * CONTACT_FACTOR[self.contact]
 
 
-def scenes(study: Study) -> list[Scene]:
-    """Kernels that a study needs; none for its linear points."""
-    rubs = {bool(value > 0.0) for value in study.coordinates["friction_ratio"][[0, -1]]}
-    rattles = {bool(value > 0.0) and study.particle for value in study.coordinates["mass_ratio"][[0, -1]]}
-    energies = bool(wants_energies(study))
-    return sorted((f, p, study.contact.model if p else "", energies) for f in rubs for p in rattles if f or p)
+def every_scene() -> list[Scene]:
+    """Every scene that there is, the dearest first."""
+    acting: list[tuple[bool, str]] = [(True, "")]
+    acting += [
+        (friction, contact) for friction in (True, False) for contact in ("instant", "dwell", "compliant")
+    ]
+    found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
+    found += [Scene(purpose, *what) for purpose in ("march", "history") for what in (*acting, (False, ""))]
+    under_record = [what for what in (*acting, (False, "")) if what[1] != "compliant"]
+    found += [Scene(purpose, *what) for purpose in ("record", "record-history") for what in under_record]
+    stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
+    found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
+    return sorted(found, key=lambda scene: -scene.seconds)
 
 
-def scene_of(friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
-    """Kernel that a point needs."""
-    model = ""
-    if particle is not None:
-        model = "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"
-    return friction is not None, particle is not None, model, bool(energies)
+def usual_scenes() -> list[Scene]:
+    """Scenes of a study, a point and an earthquake with what they are by default, the dearest first."""
+    purposes = ("steady", "march", "history", "record")
+    return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
+
+
+def scene_named(name: str) -> Scene:
+    """The scene of a name; KeyError where there is none."""
+    return {scene.name: scene for scene in every_scene()}[name]
+
+
+def scenes(study: AnyStudy) -> list[Scene]:
+    """Scenes that the blocks of a study need; none where every point has a closed form."""
+    if isinstance(study, Survey):
+        dwells = "instant" if study.contact.model == "instant" else "dwell"
+        forces, masses = (
+            _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
+        )
+        return sorted(Scene("record", f, dwells if p else "") for f in forces for p in masses)
+    if not isinstance(study, Study):
+        raise TypeError(f"no kernels are known of a {type(study).__name__}")
+    rubs = _signs(study.coordinates["friction_ratio"])
+    rattles = {p and study.particle for p in _signs(study.coordinates["mass_ratio"])}
+    if isinstance(study.solver, Rk4Solver):
+        return sorted(Scene("stepped", f, "instant" if p else "") for f in rubs for p in rattles)
+    purpose: Purpose = "steady" if wants_energies(study) else "peaks"
+    return sorted(
+        Scene(purpose, f, study.contact.model if p else "") for f in rubs for p in rattles if f or p
+    )
+
+
+def _signs(values: np.ndarray) -> set[bool]:
+    """Whether values that ascend are above 0: some, all or none."""
+    return {bool(value > 0.0) for value in values[[0, -1]]}
+
+
+def contact_name(particle: Particle | None) -> str:
+    """Model of a particle's contact; empty without a particle."""
+    if particle is None:
+        return ""
+    return "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"
+
+
+def is_ready(scene: Scene) -> bool:
+    """Whether all kernels of a scene are compiled already: loading them takes less than a second."""
+    return _marker(scene).exists()
+
+
+def missing(wanted: Iterable[Scene]) -> list[Scene]:
+    """Those scenes whose kernels must be compiled first, the dearest first."""
+    return sorted((scene for scene in set(wanted) if not is_ready(scene)), key=lambda scene: -scene.seconds)
 
 
 @cache
 def warm(scene: Scene) -> None:
-    """Compile (or load) the kernel of a scene while no other process does the same."""
-    rubs, rattles, model, energies = scene
-    particle = _PARTICLE._replace(
-        contact_time=_CONTACT_TIME if model == "dwell" else None,
-        wall=Wall(1.0, 0.1) if model == "compliant" else None,
+    """Compile (or load) the kernels of a scene while no other process does the same."""
+    with _alone(scene.name):
+        _compute_once(scene)
+        with _marker(scene).open("w"):
+            pass
+
+
+def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scene, float], None, None]:
+    """Compile scenes in processes of their own, several beside each other.
+
+    Parameters
+    ----------
+    wanted : sequence of Scene
+        In the order in which they begin.
+    at_once : int
+        Most processes at a time.
+
+    Yields
+    ------
+    scene : Scene
+        One that is ready, in the order in which they end.
+    seconds : float
+        How long its process took [s].
+
+    Raises
+    ------
+    RuntimeError
+        With the last line that a process wrote, where one failed; the others are ended.
+    """
+    waiting = list(wanted)
+    running: dict[Scene, tuple[subprocess.Popen[str], float]] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < at_once:
+                scene = waiting.pop(0)
+                running[scene] = start_apart(scene), time.monotonic()
+            ended = [scene for scene, (process, _) in running.items() if process.poll() is not None]
+            for scene in ended:
+                process, began = running.pop(scene)
+                require_done(scene, process)
+                yield scene, time.monotonic() - began
+            if not ended:
+                time.sleep(0.02)
+    finally:
+        for process, _ in running.values():
+            process.kill()
+            process.communicate()
+
+
+def start_apart(scene: Scene) -> "subprocess.Popen[str]":
+    """Start a process that compiles a scene into this process's cache folder, and ends."""
+    command = [sys.executable, "-m", __name__, scene.name]
+    # where this process has its kernels, the other must put them, whatever either has been told
+    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(CACHE_FOLDER.parent)}
+    return subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
     )
-    name = f"{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{model and '-' + model}"
-    with alone(name if energies else f"{name}-peaks"):
-        friction = 0.5 if rubs else None
-        start = at_rest(1.0, friction, particle if rattles else None)
-        settle(
-            0.1, 1.0, friction, particle if rattles else None, Settings(1, 0.5, 1e-2, energies or None), start
-        )
+
+
+def require_done(scene: Scene, process: "subprocess.Popen[str]") -> None:
+    """Wait for a process of `start_apart`; RuntimeError with what it wrote last, where it failed."""
+    written = process.communicate()[1].strip()
+    if process.returncode:
+        last = written.splitlines()[-1] if written else f"it ended with status {process.returncode}"
+        raise RuntimeError(f"the kernels of {scene.name} could not be compiled: {last}")
+
+
+def _marker(scene: Scene) -> Path:
+    return CACHE_FOLDER / f"{scene.name}.ready"
 
 
 @contextmanager
-def alone(name: str) -> Iterator[None]:
+def _alone(name: str) -> Iterator[None]:
     """Hold what one process of this machine holds at a time: the making of the kernels of this name."""
     if fcntl is None:
         yield
@@ -70,3 +241,68 @@ def alone(name: str) -> Iterator[None]:
     with (CACHE_FOLDER / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
+
+
+def _compute_once(scene: Scene) -> None:
+    """Compute the smallest thing that calls every kernel of a scene, in the way of whoever asks for it."""
+    if scene.purpose in ("record", "record-history"):
+        _record(scene)
+    elif scene.purpose in ("steady", "peaks"):
+        _steady(scene)
+    elif scene.purpose == "stepped":
+        _stepped(scene)
+    else:
+        _point(scene)
+
+
+def _particle(scene: Scene) -> Particle | None:
+    if not scene.contact:
+        return None
+    return _PARTICLE._replace(
+        contact_time=_CONTACT_TIME if scene.contact == "dwell" else None,
+        wall=Wall(1.0, 0.1) if scene.contact == "compliant" else None,
+    )
+
+
+def _steady(scene: Scene) -> None:
+    from damperlab.worker.steady.settle import Settings, settle
+    from damperlab.worker.steady.start import at_rest
+
+    friction, particle = 0.5 if scene.friction else None, _particle(scene)
+    settings = Settings(1, 0.5, 1e-2, True if scene.purpose == "steady" else None)
+    settle(0.1, 1.0, friction, particle, settings, at_rest(1.0, friction, particle))
+
+
+def _stepped(scene: Scene) -> None:
+    from damperlab.worker.steady.settle import Settings
+    from damperlab.worker.steady.stepped import settle_stepped
+
+    settings = Settings(1, 0.5, 1e-2, True)
+    settle_stepped(0.1, 1.0, 0.5 if scene.friction else None, _particle(scene), 20, settings)
+
+
+def _point(scene: Scene) -> None:
+    from damperlab.worker.simulate import Design, simulate_ready
+
+    design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene))
+    method: Literal["event", "rk4"] = "rk4" if scene.purpose == "rk4" else "event"
+    simulate_ready(design, 1, 1 if scene.purpose == "history" else 0, method)
+
+
+def _record(scene: Scene) -> None:
+    from damperlab.studies.ground.motion import GroundMotion
+    from damperlab.worker.ground.design import Damper, Structure
+    from damperlab.worker.ground.response import ground_history, ground_response
+
+    still = GroundMotion("", 0.01, np.array([0.0, 1.0, 0.0]))
+    contact = 1e-3 if scene.contact == "dwell" else None
+    damper = Damper(float(scene.friction), float(bool(scene.contact)), contact_time_s=contact)
+    if scene.purpose == "record-history":
+        ground_history(Structure(), damper, still)
+    else:
+        ground_response(Structure(), damper, still)
+
+
+if __name__ == "__main__":
+    for wanted_name in sys.argv[1:]:
+        warm(scene_named(wanted_name))

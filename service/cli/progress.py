@@ -19,6 +19,15 @@ BAR_WIDTH, NAME_WIDTH = 12, 16
 """So that all of it stays on one line of 80 characters."""
 
 
+def preparation(phase: str, done: int | None, total: int | None) -> str | None:
+    """Put a phase into words, where it is one of those before the first block."""
+    if phase == "starting":
+        return "starting workers"
+    if phase == "compiling":
+        return f"compiling kernels, {done} of {total} done"
+    return None
+
+
 class StudyProgress:
     """Shows points done, points failed, the rate and the time left of one study.
 
@@ -60,16 +69,36 @@ class StudyProgress:
         if self._bars is not None:
             self._bars.stop()
 
-    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
-        """Take the figures of the study as they are now; None is not known."""
+    def update(
+        self,
+        done: int,
+        failed: int,
+        rate: float | None,
+        seconds_left: float | None,
+        preparation: str | None = None,
+    ) -> None:
+        """Take the figures of the study as they are now; None is not known.
+
+        Parameters
+        ----------
+        done, failed : int
+            Points.
+        rate : float, optional
+            Points per second.
+        seconds_left : float, optional
+            To the end [s].
+        preparation : str, optional
+            What goes on before the first block (`preparation`).
+        """
         phrases = [f"{failed} failed"]
-        if rate:
+        if preparation is not None:
+            phrases = [preparation]
+        elif rate:
             phrases.append(f"{rate:.3g} points/s")
         elif done:
             phrases.append("waiting for the next block")
         else:
-            # on a new machine that takes a minute or two, in which nothing else would move
-            phrases.append("compiling, or in the first block")
+            phrases.append("in the first block")
         if seconds_left is not None:
             phrases.append(f"{duration(seconds_left)} left")
         figures = ", ".join(phrases)

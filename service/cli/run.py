@@ -21,7 +21,7 @@ from damperlab.service.cli.options import (
     check_cluster,
 )
 from damperlab.service.cli.output import duration, note, print_json, say, working
-from damperlab.service.cli.progress import StudyProgress
+from damperlab.service.cli.progress import StudyProgress, preparation
 from damperlab.service.cli.store import data_folder, label, open_store, settings_of
 from damperlab.service.cli.studies import summary
 
@@ -184,7 +184,11 @@ def compute(
                     record.id,
                     client or own,
                     lambda now: progress.update(
-                        now.points_done, now.points_failed, now.points_per_second, now.seconds_left
+                        now.points_done,
+                        now.points_failed,
+                        now.points_per_second,
+                        now.seconds_left,
+                        preparation(now.phase, now.phase_done, now.phase_total),
                     ),
                     stop,
                     here_seconds=HERE_SECONDS if no_cluster_named else 0.0,
@@ -200,7 +204,8 @@ def _watch(store: "Store", study_id: str, progress: StudyProgress, stop: threadi
     """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
     while True:
         record = store.find(study_id)
-        progress.update(record.points_done, record.points_failed, None, record.seconds_left)
+        before = preparation(record.phase, record.phase_done, record.phase_total)
+        progress.update(record.points_done, record.points_failed, None, record.seconds_left, before)
         if record.ended or record.owner is None or stop.wait(WATCH_SECONDS):
             return record
 

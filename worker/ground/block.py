@@ -1,7 +1,6 @@
 """One block of a survey, computed: dampers and scales beside each other under one record share what it is made of."""
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from damperlab.studies.plan import Block
 from damperlab.worker.ground.comparison import spread
 from damperlab.worker.ground.design import Damper, Structure, contact_time_s
 from damperlab.worker.ground.response import Ready, ground_response, made_ready
-from damperlab.worker.warm import alone
+from damperlab.worker.warm import scenes, warm
 
 
 def solve_survey_block(
@@ -46,6 +45,8 @@ def solve_survey_block(
     )
     sources = survey.records[block.slices[0]]
     shared: tuple[int, ...] = ()
+    for scene in scenes(survey):
+        warm(scene)
     for place in np.ndindex(block.shape):
         if known is not None and known[place]:
             continue
@@ -60,7 +61,6 @@ def solve_survey_block(
             ready = made_ready(structure, motion, 1.0, survey.numbers["tail_s"])
         contact = contact_time_s(survey.contact, structure)
         damper = Damper(force, mass, clearance, restitution, contact)
-        _warm(force > 0.0, mass > 0.0, contact is not None)
         found = _point(survey, structure, damper, motion, scale, ready, draw_of(survey, source, point))
         for name, number in found.items():
             values[name][place] = number
@@ -93,13 +93,3 @@ def _point(
             for statistic in STATISTICS:
                 values[spread_name(measure, statistic)] = over[measure_name(measure)][statistic]
     return values
-
-
-@cache
-def _warm(rubs: bool, rattles: bool, dwells: bool) -> None:
-    """Have the kernel of a scene compiled, or loaded, while no other process does the same."""
-    name = f"ground-{'friction' if rubs else 'free'}-{'particle' if rattles else 'alone'}{'-dwell' if dwells else ''}"
-    still = GroundMotion("", 0.01, np.array([0.0, 1.0, 0.0]))
-    damper = Damper(float(rubs), float(rattles), contact_time_s=1e-3 if dwells else None)
-    with alone(name):
-        ground_response(Structure(), damper, still)

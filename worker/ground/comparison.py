@@ -22,6 +22,7 @@ from damperlab.studies.vocabulary import Criterion
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, contact_time_s, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
+from damperlab.worker.warm import Scene, warm
 
 SPREAD = (
     "peak_relative_displacement_m",
@@ -65,6 +66,18 @@ def absorber_of(asked: Earthquake) -> Absorber | None:
     return tuned(asked.criterion, mass / values["mass_kg"], values["damping_ratio"])
 
 
+def scenes_of(asked: Earthquake) -> list[Scene]:
+    """Scenes that the cases of a comparison need."""
+    dampers = [damper_of(asked, case) for case in asked.cases if case != "tmd"]
+    contact = "instant" if asked.contact.model == "instant" else "dwell"
+    return sorted(
+        {
+            Scene("record", d.friction_force_n > 0.0, contact if d.particle_mass_kg > 0.0 else "")
+            for d in dampers
+        }
+    )
+
+
 def compare(asked: Earthquake) -> dict[str, Any]:
     """Compute every case of a comparison.
 
@@ -78,6 +91,8 @@ def compare(asked: Earthquake) -> dict[str, Any]:
     absorber = absorber_of(asked)
     factor, tail = asked.values["scale"], asked.values["tail_s"]
     cases: dict[str, Any] = {}
+    for scene in scenes_of(asked):
+        warm(scene)
     for case in asked.cases:
         if case == "tmd":
             response = absorber_response(structure, absorber, asked.motion, factor, tail)

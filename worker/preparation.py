@@ -1,0 +1,69 @@
+"""Kernels that a cluster's workers lack, compiled there before the blocks of a study: side by side, each once a machine."""
+
+from collections.abc import Callable, Sequence
+
+from distributed import CancelledError, Client, wait
+
+from damperlab.worker.jit import CACHE_FOLDER
+from damperlab.worker.provenance import identity
+from damperlab.worker.warm import Scene, missing, warm
+
+LOOK_SECONDS = 0.2
+"""Between two looks at what is compiled: how late a stop is noticed."""
+
+
+def compile_at_workers(
+    client: Client,
+    wanted: Sequence[Scene],
+    on_progress: Callable[[int, int], None],
+    stopping: Callable[[], bool],
+) -> None:
+    """Have every kernel of some scenes compiled at each machine of a cluster.
+
+    What fails here is left to the blocks: they compile what they lack themselves, and say what is wrong.
+
+    Parameters
+    ----------
+    client : Client
+        Of the cluster.
+    wanted : sequence of Scene
+        What the study needs.
+    on_progress : callable
+        Told how many scenes are compiled, and of how many; not called where none is missing.
+    stopping : callable
+        Says whether to stop waiting; what has begun goes on at its worker.
+    """
+    if not wanted:
+        return
+    places: dict[tuple[str, str], tuple[list[Scene], list[str]]] = {}
+    for address, answer in client.run(_lacking, list(wanted), on_error="ignore").items():
+        host, folder, lacking = answer
+        places.setdefault((host, folder), (lacking, []))[1].append(address)
+    tasks = [
+        # another worker may take over from one that dies: machines differ less than that costs
+        client.submit(_warm, scene, pure=False, workers=[workers[i % len(workers)]], allow_other_workers=True)
+        for lacking, workers in places.values()
+        for i, scene in enumerate(lacking)
+    ]
+    done = 0
+    if tasks:
+        on_progress(0, len(tasks))
+    waiting = set(tasks)
+    while waiting and not stopping():
+        try:
+            waiting = set(wait(waiting, timeout=LOOK_SECONDS, return_when="FIRST_COMPLETED").not_done)
+        except TimeoutError:
+            continue
+        except CancelledError:
+            return  # the scheduler is lost: who sends blocks notices that and knows what to do
+        done = len(tasks) - len(waiting)
+        on_progress(done, len(tasks))
+
+
+def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
+    """Name this machine and its kernels' folder, and what is missing there."""
+    return identity()["host"], str(CACHE_FOLDER), missing(wanted)
+
+
+def _warm(scene: Scene) -> None:
+    warm(scene)
