@@ -1,5 +1,6 @@
 """Answers as documents: what HTTP sends and what the command line prints with --json."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.cube import bytes_per_point
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.worker.warm import Scene, missing, scenes
 
 
 def estimate_document(study: AnyStudy, plan: Plan) -> dict[str, Any]:
@@ -23,16 +25,44 @@ def estimate_document(study: AnyStudy, plan: Plan) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core), ``digest``,
-        ``definition``.
+        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included),
+        ``compiling_seconds`` (the part of it that compiling takes) and ``kernels_missing`` (scenes to compile on
+        this machine), ``digest``, ``definition``.
     """
+    lacking = missing(scenes(study))
+    compiling = sum(scene.seconds for scene in lacking)
     return {
         "digest": study.digest,
         "points": study.points,
         "blocks": plan.count,
         "bytes": study.points * bytes_per_point(study),
-        "seconds": plan.seconds,
+        "seconds": plan.seconds + compiling,
+        "compiling_seconds": compiling,
+        "kernels_missing": len(lacking),
         "definition": study.document(),
+    }
+
+
+def readiness_document(wanted: Sequence[Scene]) -> dict[str, Any]:
+    """Say whether what a request needs is compiled, before it is computed.
+
+    Parameters
+    ----------
+    wanted : sequence of Scene
+        What it needs.
+
+    Returns
+    -------
+    dict
+        ``phase``: ready, or compiling where something must be compiled first; ``phase_done`` of ``phase_total``
+        scenes are compiled; ``compiling_seconds`` (of one core) is about what the others take.
+    """
+    lacking = missing(wanted)
+    return {
+        "phase": "compiling" if lacking else "ready",
+        "phase_done": len(wanted) - len(lacking),
+        "phase_total": len(wanted),
+        "compiling_seconds": sum(scene.seconds for scene in lacking),
     }
 
 

@@ -20,6 +20,7 @@ from damperlab.service.access import AccessLog
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.examples import complete
+from damperlab.service.kernels import Kernels
 from damperlab.service.routes import (
     accuracy,
     axes,
@@ -133,15 +134,19 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     store = await run_sync(lambda: settings.open_store(wait_seconds=wait))
     cluster = SharedCluster(settings.workers, settings.scheduler)
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
+    kernels = Kernels(core_count())
     service = Service(
-        settings, store, dispatcher, CapacityLimiter(core_count()), CapacityLimiter(SUBMISSIONS)
+        settings, store, dispatcher, CapacityLimiter(core_count()), CapacityLimiter(SUBMISSIONS), kernels
     )
     app.state.service = service
     dispatcher.start()
+    if settings.warm:
+        kernels.start()
     try:
         yield
     finally:
         service.closing.set()
+        await run_sync(kernels.close)
         await run_sync(dispatcher.close)
         await run_sync(store.close)
         await run_sync(runs.close)

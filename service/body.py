@@ -2,10 +2,22 @@
 
 from email.message import Message
 
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault
+
+
+class ComputeQuery(BaseModel):
+    """Parameters of a request that is computed at once."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    dry_run: bool = Field(
+        False, description="Compute nothing; say whether the kernels are there or must be compiled first."
+    )
+
 
 JSON_TYPES = ("application/json",)
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")

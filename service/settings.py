@@ -49,6 +49,9 @@ class Settings(BaseSettings):
     scheduler: str | None = Field(
         None, description="Address of a Dask scheduler to use instead of an own cluster."
     )
+    warm: bool = Field(
+        True, description="Compile missing kernels of the usual scenes in the background from the start."
+    )
     studies_at_once: int = Field(
         2, ge=1, le=64, description="Studies that run side by side on the one cluster."
     )

@@ -17,9 +17,10 @@ from damperlab.studies.quantity import RATIOS, read_count
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 from damperlab.worker.lower import contact_time_of, wall_of
-from damperlab.worker.simulate import Design, Simulation, simulate
+from damperlab.worker.simulate import Design, Simulation, scenes_of, simulate
 from damperlab.worker.solver.scene import Particle
 from damperlab.worker.steady.settle import Settings as Steadiness
+from damperlab.worker.warm import Scene
 
 KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method")
 
@@ -159,9 +160,9 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
         ``status`` and ``response_class`` in words; ``wall`` with the ``stiffness`` over k and the ``damping`` over k/ω_n
         of a compliant one.
     """
-    slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
-    settings = Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
-    answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
+    answer = simulate(
+        asked.design, asked.cycles, asked.history, asked.method, settings=_settings(asked, cycles_limit)
+    )
     found = simulation_document(answer, asked.samples)
     if asked.cycles is not None and answer.metrics["status"] == Status.MAX_CYCLES:
         found["status"] = (
@@ -171,6 +172,16 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
     if asked.design.particle is not None and asked.design.particle.wall is not None:
         found["wall"] = asked.design.particle.wall._asdict()
     return found
+
+
+def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
+    """Scenes whose kernels `compute` needs for the same arguments."""
+    return scenes_of(asked.design, asked.cycles, asked.history, asked.method, _settings(asked, cycles_limit))
+
+
+def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
+    slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
+    return Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
 
 
 def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from fastapi import Depends, Path
 from starlette.requests import Request
 
 from damperlab.service.dispatch import Dispatcher
+from damperlab.service.kernels import Kernels
 from damperlab.service.settings import Settings
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.store.faults import StudyNotFound
@@ -32,6 +33,8 @@ class Service:
         Bounds the simulations that compute at once, so that they leave threads to the queries.
     submissions : CapacityLimiter
         Bounds those that wait for a turn at writing, for the same reason.
+    kernels : Kernels
+        Has kernels compiled that requests need.
     closing : Event
         Set when the service shuts down: streams end.
     """
@@ -41,6 +44,7 @@ class Service:
     dispatcher: Dispatcher
     simulations: CapacityLimiter
     submissions: CapacityLimiter
+    kernels: Kernels
     closing: threading.Event = field(default_factory=threading.Event)
 
 

@@ -17,6 +17,7 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import data_folder
+from damperlab.service.cli.warm import have_ready
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -153,6 +154,7 @@ def earthquake(
     from damperlab.service.earthquakes import answer_comparison
     from damperlab.studies.ground.question import read_earthquake
     from damperlab.studies.ground.shelf import Shelf
+    from damperlab.worker.ground.comparison import scenes_of
 
     shelf = Shelf(data_folder(data_dir))
     given = {
@@ -179,7 +181,8 @@ def earthquake(
     else:
         document["record"] = record
     asked = read_earthquake(document, shelf)
-    with working("Computing (the first time, kernels are compiled)"):
+    have_ready(scenes_of(asked), apart=True)
+    with working("Computing"):
         answer = answer_comparison(asked)
     if output is not None:
         if output.suffix == ".csv":

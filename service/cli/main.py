@@ -20,6 +20,7 @@ from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.studies import cancel, delete, show, studies
 from damperlab.service.cli.tmd import precision, refine, robust, tmd
 from damperlab.service.cli.verify import verify
+from damperlab.service.cli.warm import warm
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
@@ -78,6 +79,7 @@ for name, command, panel in (
     ("serve", serve, "Serve"),
     ("accuracy", accuracy, "Serve"),
     ("doctor", doctor, "Serve"),
+    ("warm", warm, "Serve"),
 ):
     app.command(name, rich_help_panel=panel)(command)
 

@@ -5,7 +5,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -72,10 +72,16 @@ def duration(seconds: float | None) -> str:
 
 
 @contextmanager
-def working(what: str) -> Iterator[None]:
-    """Show on standard error that `what` goes on and for how long, once it has taken two seconds."""
+def working(what: str | Callable[[], str]) -> Iterator[None]:
+    """Show on standard error that `what` goes on and for how long, once it has taken two seconds.
+
+    A function is asked again and again: for what says how far it is.
+    """
     done = threading.Event()
     started = time.monotonic()
+
+    def words() -> str:
+        return what if isinstance(what, str) else what()
 
     def show() -> None:
         if done.wait(2.0):
@@ -83,11 +89,11 @@ def working(what: str) -> Iterator[None]:
         if NOTES.is_terminal:
             with NOTES.status("") as status:
                 while not done.wait(0.5):
-                    status.update(f"{what} … {duration(time.monotonic() - started)}")
+                    status.update(f"{words()} … {duration(time.monotonic() - started)}")
         else:
-            note(f"{what} …")
+            note(f"{words()} …")
             while not done.wait(10.0):
-                note(f"{what} … {duration(time.monotonic() - started)}")
+                note(f"{words()} … {duration(time.monotonic() - started)}")
 
     thread = threading.Thread(target=show, daemon=True)
     thread.start()

@@ -243,8 +243,10 @@ def _print_size(asked: "AnyStudy", as_json: bool) -> None:
     if as_json:
         print_json(size)
     else:
+        compiling = size["compiling_seconds"]
+        first = f", {duration(compiling)} of them for kernels that are compiled first" if compiling else ""
         say(
             f"{asked.name or 'The study'}: {size['points']} points in {size['blocks']} blocks, "
             f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, "
-            f"about {duration(size['seconds'])} of one core. Nothing was stored."
+            f"about {duration(size['seconds'])} of one core{first}. Nothing was stored."
         )

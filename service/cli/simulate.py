@@ -17,6 +17,7 @@ from damperlab.service.cli.options import (
     read_at,
 )
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.warm import have_ready
 from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
@@ -83,10 +84,12 @@ def simulate(
     document["history"] = _history(history, output, cycles, method, given["frequency_ratio"])
     if cycles is not None:
         document["cycles"] = cycles
-    with working("Computing (the first time, kernels are compiled)"):
-        from damperlab.service.simulation import compute, decimated, read_simulation
+    with working("Reading the design"):
+        from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
 
         asked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
+    have_ready(scenes_asked(asked, CYCLES_LIMIT))
+    with working("Computing"):
         answer = compute(asked, CYCLES_LIMIT)
     if output is not None:
         _write(answer["history"], {name: given[name] for name in DIMENSIONS if name in document}, output)

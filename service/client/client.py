@@ -113,7 +113,8 @@ class Client:
         """
         answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
         names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
-        return Estimate(**{name: answer[name] for name in names})
+        compiling = answer.get("compiling_seconds", 0.0)  # a service of before does not say
+        return Estimate(**{name: answer[name] for name in names}, compiling_seconds=compiling)
 
     def study(self, reference: str) -> Study:
         """Find a study.

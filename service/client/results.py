@@ -27,9 +27,11 @@ class Estimate:
     points, blocks, bytes : int
         How many points, in how many blocks, and their size before compression.
     seconds : float
-        Of one core, kernels alone [s].
+        Of one core [s]: kernels, and compiling them where they are missing.
     definition : dict
         The study with everything that was left out filled in.
+    compiling_seconds : float
+        What compiling takes of `seconds` [s].
     """
 
     digest: str
@@ -38,6 +40,7 @@ class Estimate:
     bytes: int
     seconds: float
     definition: dict[str, Any]
+    compiling_seconds: float = 0.0
 
 
 @dataclass(frozen=True)

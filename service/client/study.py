@@ -113,7 +113,7 @@ class Study:
         """
         from contextlib import ExitStack
 
-        from damperlab.service.client.waiting import follow, shown
+        from damperlab.service.client.waiting import follow, preparation, shown
 
         began = time.monotonic()
         first: int | None = None
@@ -127,7 +127,8 @@ class Study:
                 seconds = time.monotonic() - began
                 rate = (done - first) / seconds if done > first else None
                 if bar is not None:
-                    bar.update(done, int(now["points_failed"]), rate, now["seconds_left"])
+                    before = preparation(now)
+                    bar.update(done, int(now["points_failed"]), rate, now["seconds_left"], before)
                 state = now["state"]
         if state not in ("done", "cancelled", "failed"):
             message = f"{self} is {state} after {timeout:g} s, {done} of {now['points_total']} points done."

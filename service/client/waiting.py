@@ -75,10 +75,26 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
                 yield event
 
 
+def preparation(record: Mapping[str, Any]) -> str | None:
+    """Say what a study does before its first block; None where it is beyond that, or the service does not tell."""
+    if record.get("phase") == "starting":
+        return "starting workers"
+    if record.get("phase") == "compiling":
+        return f"compiling kernels, {record['phase_done']} of {record['phase_total']} done"
+    return None
+
+
 class Shown(Protocol):
     """What shows the progress of a study."""
 
-    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
+    def update(
+        self,
+        done: int,
+        failed: int,
+        rate: float | None,
+        seconds_left: float | None,
+        preparation: str | None = None,
+    ) -> None:
         """Take the figures as they are now; None is not known."""
 
 
@@ -108,12 +124,20 @@ class _NotebookBar:
     ) -> None:
         return None
 
-    def update(self, done: int, failed: int, rate: float | None, seconds_left: float | None) -> None:
+    def update(
+        self,
+        done: int,
+        failed: int,
+        rate: float | None,
+        seconds_left: float | None,
+        preparation: str | None = None,
+    ) -> None:
         """Draw the bar anew."""
         from IPython.display import display
 
         phrases = [f"{done:,} of {self._points:,} points"]
         phrases += [f"{failed} failed"] if failed else []
+        phrases += [preparation] if preparation else []
         phrases += [f"{seconds_left:.0f} s left"] if seconds_left is not None and done < self._points else []
         text = f"{self._name}: {', '.join(phrases)}"
         if text == self._text:

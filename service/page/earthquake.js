@@ -1,9 +1,10 @@
 /** Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its parts alone. */
 
-import { faultText, Refusal, refusalBox, send } from "./api.js";
+import { faultText, Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose, say } from "./dom.js";
 import { CURVES, figure } from "./figure.js";
 import { short } from "./numbers.js";
+import { sendPatiently } from "./patience.js";
 import { STRUCTURE, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
 import { tunings } from "./vocabulary.js";
@@ -30,13 +31,14 @@ export function earthquakeTab(session, place) {
   const answer = el("div");
   const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340 });
   const fields = el("div", { class: "pairs" });
-  const shown = el("div", { class: "left" }, el("p", { class: "quiet" }, "Computing … The first comparison on a machine takes a minute: its kernels are compiled."));
+  const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
+  const shown = el("div", { class: "left" }, goesOn);
   let number = 0;
 
   const look = debounced(400, async () => {
     const mine = ++number;
     try {
-      const found = await send("earthquake-comparisons", asked);
+      const found = await sendPatiently("earthquake-comparisons", asked, (words) => fill(goesOn, words || "Computing …"));
       if (mine !== number) return;
       showFaults([]);
       if (!chart.element.isConnected) fill(shown, chart.element, answer);

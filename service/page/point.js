@@ -1,9 +1,10 @@
 /** One design point: its curve over the frequency, its motion, and what is known about it. */
 
-import { ask, refusalBox, send, studyPath } from "./api.js";
+import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
 import { duration, short } from "./numbers.js";
+import { sendPatiently } from "./patience.js";
 import { FREQUENCY } from "./selection.js";
 import { inUnit } from "./sliders.js";
 import { CLASS_LOOKS, DIMENSIONS, symbol } from "./vocabulary.js";
@@ -74,9 +75,16 @@ export function pointPanel(session, best) {
 
   /** @param {number} r @param {AbortSignal} signal */
   async function drawMotion(r, signal) {
-    if (!time.element.isConnected) fill(motion, el("p", { class: "quiet" }, "Computing the motion …"));
+    const goesOn = el("p", { class: "quiet", role: "status" }, "Computing the motion …");
+    if (!time.element.isConnected) fill(motion, goesOn);
+    /** @param {string} words */
+    const tell = (words) => {
+      // a motion that is shown stays until the next is there, unless that takes as long as a compiler
+      if (words && !goesOn.isConnected) fill(motion, goesOn);
+      fill(goesOn, words || "Computing the motion …");
+    };
     try {
-      const answer = await send("simulate", design(session, r), {}, signal);
+      const answer = await sendPatiently("simulate", design(session, r), tell, signal);
       fill(
         motion,
         el("h3", {}, `Motion at r = ${short(r)}`),

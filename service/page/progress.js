@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { confirmed, el, fill, say } from "./dom.js";
 import { counted, count, duration } from "./numbers.js";
+import { compiling } from "./patience.js";
 
 const SIGNS = /** @type {Record<string, string>} */ ({
   queued: "◷",
@@ -27,13 +28,20 @@ export function badge(state) {
   );
 }
 
+/** What a study does before its first block; empty where it is beyond that. @param {any} record */
+function preparation(record) {
+  if (record.phase === "starting") return "Starting workers …";
+  return record.phase === "compiling" ? compiling(record) : "";
+}
+
 /** How far a study is, as a bar and in words. @param {any} record */
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
   const left = record.state === "running" && record.seconds_left !== null ? `, ${duration(record.seconds_left)} left` : "";
   const failed = record.points_failed ? `, ${count(record.points_failed)} failed` : "";
-  const words = done === total ? counted(total, "point") + failed : `${count(done)} of ${counted(total, "point")}${failed}${left}`;
+  const before = preparation(record);
+  const words = before ? before : done === total ? counted(total, "point") + failed : `${count(done)} of ${counted(total, "point")}${failed}${left}`;
   return el(
     "span",
     { class: "progress" },

@@ -241,13 +241,18 @@ function fieldOf(fields, path) {
   return null;
 }
 
+/** How much of the time kernels take that are compiled first. @param {any} cost */
+function compilingPart(cost) {
+  return cost.compiling_seconds ? `, ${duration(cost.compiling_seconds)} of it to compile kernels` : "";
+}
+
 /** @param {any} cost */
 function estimated(cost) {
   return el(
     "dl",
     { class: "facts" },
     el("div", {}, el("dt", {}, "Points"), el("dd", {}, count(cost.points))),
-    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}`)),
+    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}${compilingPart(cost)}`)),
     el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
     el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
   );

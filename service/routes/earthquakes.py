@@ -7,7 +7,8 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
-from damperlab.service.body import JSON_TYPES, media_type, read_body
+from damperlab.service.answers import readiness_document
+from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
@@ -21,6 +22,7 @@ from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
+from damperlab.worker.ground.comparison import scenes_of
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 
@@ -104,13 +106,21 @@ def _generated(body: bytes) -> GroundMotion:
     openapi_extra={"requestBody": COMPARISON_BODY},
     summary="Dampers under a record",
 )
-async def compare_dampers(request: Request, service: TheService) -> Document:
+async def compare_dampers(
+    request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]
+) -> Document:
     """Compare no damper, a tuned mass damper, friction, a particle and both under one record (the paper's Table A1)."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
-    return await run_sync(_compare, service, body, limiter=service.simulations)
+    if query.dry_run:
+        return await run_sync(_compare, service, body, True)
+    return await run_sync(_compare, service, body, False, limiter=service.simulations)
 
 
-def _compare(service: Service, body: bytes) -> Document:
+def _compare(service: Service, body: bytes, dry_run: bool) -> Document:
     asked = read_earthquake(load_text(body, "json"), Shelf(service.settings.data_dir))
+    wanted = scenes_of(asked)
+    if dry_run:
+        return Document(readiness_document(wanted))
+    service.kernels.require(wanted)
     return Document(answer_comparison(asked))

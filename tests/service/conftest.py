@@ -59,6 +59,7 @@ def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
     """Start `damperlab serve` and wait until it listens."""
     command = [str(Path(sys.executable).with_name("damperlab")), "serve"]
     defaults = {"DAMPERLAB_DATA_DIR": str(data_dir), "DAMPERLAB_PORT": "0", "DAMPERLAB_WORKERS": "1"}
+    defaults["DAMPERLAB_WARM"] = "false"  # a background that compiles would take the cores from the tests
     variables = {**os.environ, **defaults, **environment}
     with log.open("wb") as out:
         process = subprocess.Popen(command, env=variables, stdout=out, stderr=subprocess.STDOUT)

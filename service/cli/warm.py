@@ -1,0 +1,80 @@
+"""The command warm: kernels compiled now, before anybody waits for them."""
+
+import time
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from damperlab.service.cli.options import AsJson
+from damperlab.service.cli.output import duration, print_json, print_table, say, working
+from damperlab.studies.faults import counted
+
+if TYPE_CHECKING:
+    from damperlab.worker.warm import Scene
+
+BYTES_PER_KILOBYTE = 1e3
+
+
+def warm(
+    all_: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="Every scene; else those of a study, a point and an earthquake by default."
+        ),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compile the kernels now, on every core, so that nobody waits for the compiler later."""
+    from damperlab.worker.cluster import core_count
+    from damperlab.worker.jit import CACHE_FOLDER
+    from damperlab.worker.warm import compile_apart, every_scene, missing, usual_scenes
+
+    wanted = every_scene() if all_ else usual_scenes()
+    lacking = missing(wanted)
+    began = time.monotonic()
+    compiled: dict[str, float] = {}
+    with working(lambda: f"Compiling kernels, {len(compiled)} of {counted(len(lacking), 'scene')} done"):
+        for scene, seconds in compile_apart(lacking, core_count()):
+            compiled[scene.name] = seconds
+    took = time.monotonic() - began
+    size = sum(file.stat().st_size for file in CACHE_FOLDER.rglob("*.nb*"))
+    if as_json:
+        folder = str(CACHE_FOLDER)
+        print_json(
+            {"scenes": len(wanted), "compiled": compiled, "seconds": took, "folder": folder, "bytes": size}
+        )
+        return
+    if compiled:
+        print_table(("scene", "seconds"), ((name, f"{seconds:.1f}") for name, seconds in compiled.items()))
+    ready = len(wanted) - len(compiled)
+    say(
+        f"{counted(len(wanted), 'scene')}: {ready} ready before, {len(compiled)} compiled in "
+        f"{duration(took)}; {size / BYTES_PER_KILOBYTE:.0f} kB in {CACHE_FOLDER}."
+    )
+
+
+def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
+    """Compile what a command needs and is missing, and say so while that takes.
+
+    Parameters
+    ----------
+    wanted : iterable of Scene
+        What the command needs.
+    apart : bool
+        In processes of their own, on every core: sooner where there are many. Else here, which costs less in all.
+    """
+    from damperlab.worker.cluster import core_count
+    from damperlab.worker.warm import compile_apart, missing
+    from damperlab.worker.warm import warm as compile_here
+
+    lacking = missing(wanted)
+    done: list[Scene] = []
+    with working(lambda: f"Compiling kernels, {len(done)} of {counted(len(lacking), 'scene')} done"):
+        if apart:
+            for scene, _ in compile_apart(lacking, core_count()):
+                done.append(scene)
+            return
+        for scene in lacking:
+            compile_here(scene)
+            done.append(scene)

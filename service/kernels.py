@@ -1,0 +1,81 @@
+"""Kernels of a running service: compiled in processes of their own, so that requests are answered meanwhile."""
+
+import logging
+import threading
+from collections.abc import Iterable
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from subprocess import Popen
+
+from damperlab.worker.warm import Scene, missing, require_done, start_apart, usual_scenes
+
+_log = logging.getLogger("damperlab.kernels")
+
+
+class Kernels:
+    """Has kernels compiled, each by one process: in the background, and when a request needs them.
+
+    Parameters
+    ----------
+    at_once : int
+        Most processes at a time.
+    """
+
+    def __init__(self, at_once: int) -> None:
+        self._pool = ThreadPoolExecutor(max(2, at_once), thread_name_prefix="compile")
+        self._lock = threading.Lock()
+        self._coming: dict[Scene, Future[None]] = {}
+        self._processes: set[Popen[str]] = set()
+        self._closed = False
+        self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
+
+    def start(self) -> None:
+        """Begin to compile what studies, points and earthquakes need by default, one scene after the other."""
+        self._thread.start()
+
+    def require(self, wanted: Iterable[Scene]) -> None:
+        """Wait until the kernels of some scenes are compiled.
+
+        What cannot be compiled is logged and left to whoever computes, who compiles on the way or says what is wrong.
+        """
+        for scene, future in [(scene, self._begin(scene)) for scene in missing(wanted)]:
+            try:
+                future.result()
+            except (CancelledError, OSError, RuntimeError) as error:
+                _log.warning("%s: %s", scene.name, error)
+
+    def close(self) -> None:
+        """End what compiles; nothing begins any more."""
+        with self._lock:
+            self._closed = True
+            for process in self._processes:
+                process.kill()
+        self._pool.shutdown(cancel_futures=True)
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _begin(self, scene: Scene) -> Future[None]:
+        with self._lock:
+            if scene in self._coming:
+                return self._coming[scene]
+            future = self._coming[scene] = self._pool.submit(self._compile, scene)
+        return future
+
+    def _compile(self, scene: Scene) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            process = start_apart(scene)
+            self._processes.add(process)
+        try:
+            require_done(scene, process)
+            _log.info("the kernels of %s are ready", scene.name)
+        finally:
+            with self._lock:
+                self._processes.discard(process)
+                del self._coming[scene]
+
+    def _warm(self) -> None:
+        for scene in usual_scenes():
+            if self._closed:
+                return
+            self.require([scene])

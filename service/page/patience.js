@@ -1,0 +1,40 @@
+/** A request that may wait for a compiler: what goes on is said until the answer is there. */
+
+import { send } from "./api.js";
+import { counted } from "./numbers.js";
+
+const LOOK_MILLISECONDS = 1000;
+
+/**
+ * Send a document that is computed, and say meanwhile whether kernels are compiled for it first.
+ *
+ * @param {string} path
+ * @param {any} document
+ * @param {(words: string) => void} tell told what goes on where that is not computing
+ * @param {AbortSignal} [signal]
+ */
+export async function sendPatiently(path, document, tell, signal = undefined) {
+  let waits = true;
+  const look = async () => {
+    if (!waits || signal?.aborted) return;
+    try {
+      const ready = await send(path, document, { dry_run: true }, signal);
+      if (waits) tell(ready.phase === "compiling" ? compiling(ready) : "");
+    } catch {
+      return; // what is wrong with the request its own answer says
+    }
+    if (waits) setTimeout(look, LOOK_MILLISECONDS);
+  };
+  const timer = setTimeout(look, LOOK_MILLISECONDS);
+  try {
+    return await send(path, document, {}, signal);
+  } finally {
+    waits = false;
+    clearTimeout(timer);
+  }
+}
+
+/** That kernels are compiled, and how many are. @param {any} at what has a phase, with how much of it is over */
+export function compiling(at) {
+  return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total, "scene")} done …`;
+}
