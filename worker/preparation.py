@@ -1,8 +1,9 @@
 """Kernels that a cluster's workers lack, compiled there before the blocks of a study: side by side, each once a machine."""
 
+import time
 from collections.abc import Callable, Sequence
 
-from distributed import CancelledError, Client, wait
+from distributed import Client
 
 from damperlab.worker.jit import CACHE_FOLDER
 from damperlab.worker.provenance import identity
@@ -45,19 +46,12 @@ def compile_at_workers(
         for lacking, workers in places.values()
         for i, scene in enumerate(lacking)
     ]
-    done = 0
-    if tasks:
-        on_progress(0, len(tasks))
-    waiting = set(tasks)
-    while waiting and not stopping():
-        try:
-            waiting = set(wait(waiting, timeout=LOOK_SECONDS, return_when="FIRST_COMPLETED").not_done)
-        except TimeoutError:
-            continue
-        except CancelledError:
-            return  # the scheduler is lost: who sends blocks notices that and knows what to do
-        done = len(tasks) - len(waiting)
+    while tasks:
+        done = sum(task.done() for task in tasks)  # failed, or lost with its scheduler, is done too
         on_progress(done, len(tasks))
+        if done == len(tasks) or stopping():
+            return
+        time.sleep(LOOK_SECONDS)
 
 
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:

@@ -34,6 +34,13 @@ compliant = st.builds(
 )
 alone = st.builds(Design, damping_ratios, frequency_ratios)
 rubbing = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios)
+slipping = st.builds(
+    lambda damping, frequency, share: Design(damping, frequency, min(share * frequency**2, 2.0)),
+    st.floats(0.05, 0.95),
+    frequency_ratios,
+    st.floats(0.01, 0.95),
+)
+"""Friction below the largest force of inertia, which therefore never locks the mass, and transients that die soon."""
 rattling = st.builds(Design, damping_ratios, frequency_ratios, st.just(0.0), particles)
 hybrid = st.builds(Design, damping_ratios, frequency_ratios, friction_ratios, particles)
 any_design = st.one_of(alone, rubbing, rattling, hybrid)

@@ -2,13 +2,16 @@
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 import damperlab.studies.store.claims
@@ -59,6 +62,24 @@ if __name__ == "__main__":
 """
 
 
+def stop_between_transactions(pid: int, catalogue: Path) -> None:
+    """Stop a process while it does not hold the catalogue's write lock: nobody else could write until it goes on."""
+    while True:
+        os.kill(pid, signal.SIGSTOP)
+        # the signal takes effect when the process is next scheduled
+        while psutil.Process(pid).status() != psutil.STATUS_STOPPED:
+            time.sleep(0.001)
+        with closing(sqlite3.connect(catalogue, isolation_level=None, timeout=0.0)) as other:
+            try:
+                other.execute("BEGIN IMMEDIATE")
+            except sqlite3.OperationalError:
+                os.kill(pid, signal.SIGCONT)
+                time.sleep(0.01)
+                continue
+            other.execute("ROLLBACK")
+            return
+
+
 def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,10 +110,12 @@ def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     try:
         assert first.stdout is not None
         with first.stdout:
-            while int(first.stdout.readline() or "-1") < 5:
-                pass
+            for line in first.stdout:
+                if int(line) >= 5:
+                    break
+            assert first.poll() is None
             # the coordinator alone: its worker goes on with what it was sent
-            os.kill(first.pid, signal.SIGSTOP)
+            stop_between_transactions(first.pid, store.data_dir / "catalogue.sqlite")
             time.sleep(2.5)
             before = store.cube(study_id)["run_time"].values
             kept = store.find(study_id).blocks_done
