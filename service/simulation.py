@@ -176,7 +176,7 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
 
 def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
     """Scenes whose kernels `compute` needs for the same arguments."""
-    return scenes_of(asked.design, asked.cycles, asked.history, asked.method, _settings(asked, cycles_limit))
+    return scenes_of(asked.design, asked.cycles, asked.method, _settings(asked, cycles_limit))
 
 
 def _settings(asked: Asked, cycles_limit: int) -> Steadiness:

@@ -137,7 +137,7 @@ def simulate(
     ValueError
         For rk4 without `cycles`, or with a contact time.
     """
-    for scene in scenes_of(design, cycles, history, method, settings):
+    for scene in scenes_of(design, cycles, method, settings):
         warm(scene)
     return simulate_ready(design, cycles, history, method, steps_per_cycle, settings)
 
@@ -145,11 +145,10 @@ def simulate(
 def scenes_of(
     design: Design,
     cycles: int | None = None,
-    history: int = 0,
     method: Literal["event", "rk4"] = "event",
     settings: Settings | None = None,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments."""
+    """Scenes that `simulate` needs for the same arguments, whatever time history is wanted."""
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":
         return [Scene("rk4", friction, contact)]
@@ -159,11 +158,9 @@ def scenes_of(
         if friction or acting:
             purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
             found.append(Scene(purpose, friction, acting))
-        cycles = max(history, 1)
-    if history < cycles or cycles > _LONGEST_HISTORY:
-        found.append(Scene("march", friction, contact))
-    if history > 0:
-        found.append(Scene("history", friction, contact))
+        found.append(Scene("orbit", friction, contact))
+    else:
+        found.append(Scene("transient", friction, contact))
     return found
 
 
@@ -195,6 +192,12 @@ def simulate_ready(
     measured = {name: _plain(number) for name, number in response.items()}
     found = measured["status"] <= Status.MAX_CYCLES
     return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
+
+
+def show_orbit(design: Design) -> Simulation:
+    """March one cycle from rest as along a steady response: sampled, and not measured."""
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, perf_counter())
 
 
 def _steady(
@@ -250,9 +253,7 @@ def _march(
     for half in range(2 * cycles):
         sampled = half >= 2 * (cycles - history)
         log.cursor[0] = 0
-        state, outcome = half_cycle(
-            state, base, free, loaded, friction, particle, work, counts, meter, log if sampled else None
-        )
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, log)
         if outcome != ARRIVED:
             break
         if sampled:

@@ -13,7 +13,6 @@ import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.survey import Survey
 from damperlab.studies.kind import AnyStudy
-from damperlab.worker.jit import CACHE_FOLDER
+from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.lower import wants_energies
 from damperlab.worker.solver.scene import Particle, Wall
 
@@ -31,15 +30,15 @@ try:
 except ImportError:  # not a POSIX system: every process compiles for itself
     fcntl = None  # type: ignore[assignment]
 
-Purpose = Literal["steady", "peaks", "march", "history", "record", "record-history", "stepped", "rk4"]
-"""What is asked: the steady response with energies or without; a march under a sine without or with its time history;
-the same under a record; the steady response and a march by fixed steps."""
+Purpose = Literal["steady", "peaks", "orbit", "transient", "record", "record-history", "stepped", "rk4"]
+"""What is asked: the steady response with energies or without; its motion, shown; a motion from rest, measured; the response
+to a record without or with its time history; the steady response and a motion from rest by fixed steps."""
 
 SECONDS: dict[Purpose, float] = {
     "steady": 20.0,
     "peaks": 18.0,
-    "march": 8.0,
-    "history": 10.0,
+    "orbit": 8.0,
+    "transient": 10.0,
     "record": 12.0,
     "record-history": 12.0,
     "stepped": 4.0,
@@ -93,7 +92,7 @@ def every_scene() -> list[Scene]:
         (friction, contact) for friction in (True, False) for contact in ("instant", "dwell", "compliant")
     ]
     found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
-    found += [Scene(purpose, *what) for purpose in ("march", "history") for what in (*acting, (False, ""))]
+    found += [Scene(purpose, *what) for purpose in ("orbit", "transient") for what in (*acting, (False, ""))]
     under_record = [what for what in (*acting, (False, "")) if what[1] != "compliant"]
     found += [Scene(purpose, *what) for purpose in ("record", "record-history") for what in under_record]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
@@ -103,7 +102,7 @@ def every_scene() -> list[Scene]:
 
 def usual_scenes() -> list[Scene]:
     """Scenes of a study, a point and an earthquake with what they are by default, the dearest first."""
-    purposes = ("steady", "march", "history", "record")
+    purposes = ("steady", "orbit", "transient", "record")
     return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
 
 
@@ -145,8 +144,8 @@ def contact_name(particle: Particle | None) -> str:
 
 
 def is_ready(scene: Scene) -> bool:
-    """Whether all kernels of a scene are compiled already: loading them takes less than a second."""
-    return _marker(scene).exists()
+    """Whether all kernels of a scene are compiled already, here or in the package: loading them takes less than a second."""
+    return any((folder / _marker(scene)).exists() for folder in (shipped_folder(), CACHE_FOLDER))
 
 
 def missing(wanted: Iterable[Scene]) -> list[Scene]:
@@ -156,11 +155,13 @@ def missing(wanted: Iterable[Scene]) -> list[Scene]:
 
 @cache
 def warm(scene: Scene) -> None:
-    """Compile (or load) the kernels of a scene while no other process does the same."""
+    """Load the kernels of a scene; where they are missing compile them, while no other process does the same."""
+    if is_ready(scene):
+        _compute_once(scene)
+        return
     with _alone(scene.name):
         _compute_once(scene)
-        with _marker(scene).open("w"):
-            pass
+        (CACHE_FOLDER / _marker(scene)).touch()
 
 
 def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scene, float], None, None]:
@@ -228,8 +229,8 @@ def require_done(scene: Scene, process: "subprocess.Popen[str]") -> None:
         raise RuntimeError(f"the kernels of {scene.name} could not be compiled: {last}")
 
 
-def _marker(scene: Scene) -> Path:
-    return CACHE_FOLDER / f"{scene.name}.ready"
+def _marker(scene: Scene) -> str:
+    return f"{scene.name}.ready"
 
 
 @contextmanager
@@ -282,11 +283,11 @@ def _stepped(scene: Scene) -> None:
 
 
 def _point(scene: Scene) -> None:
-    from damperlab.worker.simulate import Design, simulate_ready
+    from damperlab.worker.simulate import Design, show_orbit, simulate_ready
 
     design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene))
     method: Literal["event", "rk4"] = "rk4" if scene.purpose == "rk4" else "event"
-    simulate_ready(design, 1, 1 if scene.purpose == "history" else 0, method)
+    show_orbit(design) if scene.purpose == "orbit" else simulate_ready(design, 1, 1, method)
 
 
 def _record(scene: Scene) -> None:
