@@ -56,7 +56,7 @@ def page_version() -> str:
 @cache
 def page_names() -> tuple[str, ...]:
     """Names of the page's own files, sorted."""
-    folder = files("service") / "page"
+    folder = files("damperlab.service") / "page"
     return tuple(sorted(entry.name for entry in folder.iterdir() if Path(entry.name).suffix in MEDIA_TYPES))
 
 
@@ -82,7 +82,7 @@ def first_page() -> PageFile:
 
 
 def _read(name: str) -> bytes:
-    return (files("service") / "page" / name).read_bytes()
+    return (files("damperlab.service") / "page" / name).read_bytes()
 
 
 def _plotly_path() -> Path:
