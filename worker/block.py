@@ -92,7 +92,9 @@ def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
     """Each point from rest by fixed steps, those with a closed form too: the method is what is asked about."""
-    settings = _settings(study)
+    settings = _settings(study)._replace(
+        energies=None
+    )  # fixed steps measure none: one kernel for every study
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
     for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen):

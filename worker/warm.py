@@ -278,7 +278,7 @@ def _stepped(scene: Scene) -> None:
     from damperlab.worker.steady.settle import Settings
     from damperlab.worker.steady.stepped import settle_stepped
 
-    settings = Settings(1, 0.5, 1e-2, True)
+    settings = Settings(1, 0.5, 1e-2, None)
     settle_stepped(0.1, 1.0, 0.5 if scene.friction else None, _particle(scene), 20, settings)
 
 

@@ -1,0 +1,111 @@
+"""A scene that is ready leaves nothing to compile: what a point takes is its own time, and a wheel holds all that is asked."""
+
+from collections.abc import Callable
+
+import pytest
+from numba.core.event import install_recorder
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.ground.question import read_earthquake
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.plan import Block
+from damperlab.worker.block import solve_block
+from damperlab.worker.ground.comparison import compare
+from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison
+from damperlab.worker.simulate import Design, scenes_of, simulate
+from damperlab.worker.solver.scene import Particle
+from damperlab.worker.warm import (
+    Scene,
+    every_scene,
+    is_ready,
+    missing,
+    scene_named,
+    scenes,
+    usual_scenes,
+    warm,
+)
+
+PARTICLE = Particle(2.0, 0.47, 0.1)
+DESIGNS = {
+    "linear": Design(0.05, 1.0),
+    "friction": Design(0.05, 1.0, 0.3),
+    "particle": Design(0.05, 1.0, 0.0, PARTICLE),
+    "hybrid": Design(0.05, 1.0, 0.3, PARTICLE),
+    "massless": Design(0.05, 1.0, 0.0, PARTICLE._replace(mass_ratio=0.0)),
+}
+
+
+def compiled_by(act: Callable[[], object], wanted: list[Scene]) -> int:
+    """Count what is compiled by an act whose scenes were made ready before."""
+    for scene in wanted:
+        warm(scene)
+    assert all(map(is_ready, wanted))
+    assert missing(wanted) == []
+    with install_recorder("numba:compile") as recorder:
+        act()
+    return len(recorder.buffer)
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+@pytest.mark.parametrize(
+    ("cycles", "history"),
+    [(None, 0), (None, 2), (3, 0), (3, 2)],
+    ids=["steady", "orbit", "transient", "history"],
+)
+def test_a_point_compiles_nothing_more(design: Design, cycles: int | None, history: int) -> None:
+    assert compiled_by(lambda: simulate(design, cycles, history), scenes_of(design, cycles)) == 0
+
+
+def test_a_point_by_fixed_steps_compiles_nothing_more() -> None:
+    design = DESIGNS["hybrid"]
+    wanted = scenes_of(design, 2, "rk4")
+    assert compiled_by(lambda: simulate(design, 2, method="rk4"), wanted) == 0
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"metrics": ["amplitude_ratio"]},
+        {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
+        {"start": {"kind": "continuation", "direction": "up"}},
+        {"solver": {"method": "rk4", "steps_per_cycle": 50}},
+    ],
+    ids=["whole", "peaks", "ensemble", "continuation", "stepped"],
+)
+def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
+    study = _study(more)
+    block = Block(0, (0,) * 6, study.shape)
+    assert compiled_by(lambda: solve_block(study, block), scenes(study)) == 0
+
+
+def _study(more: dict[str, object]) -> Study:
+    axes = {
+        "friction_ratio": [0, 0.3],
+        "mass_ratio": [0, 0.1],
+        "clearance_ratio": 2,
+        "frequency_ratio": [0.9, 1.0],
+    }
+    return parse_study({"damping_ratio": 0.05, "axes": axes, "steady": {"max_cycles": 60}} | more)
+
+
+def test_a_comparison_compiles_nothing_more(tmp_path) -> None:
+    asked = read_earthquake({"record": "northridge", "starts": 1}, Shelf(tmp_path))
+    wanted = scenes_of_comparison(asked)
+    assert {scene.purpose for scene in wanted} == {"record"}
+    assert compiled_by(lambda: compare(asked), wanted) == 0
+
+
+def test_a_linear_study_needs_no_kernel() -> None:
+    study = parse_study(
+        {"damping_ratio": 0.05, "particle": False, "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1]}}
+    )
+    assert scenes(study) == []
+
+
+def test_every_scene_has_its_own_name_and_what_is_usual_is_among_them() -> None:
+    every = every_scene()
+    assert len({scene.name for scene in every}) == len(every)
+    assert all(scene_named(scene.name) == scene for scene in every)
+    assert set(usual_scenes()) < set(every)
+    assert {one for design in DESIGNS.values() for one in scenes_of(design)} <= set(usual_scenes())
