@@ -17,8 +17,11 @@ COPY src src
 COPY studies studies
 COPY worker worker
 COPY service service
+# Kernels are compiled into the installed package, so that no container waits for the compiler. Sources first: what follows
+# changes seldom then.
 RUN python -m pip install --no-deps --no-build-isolation . \
     && rm -rf /app/* \
+    && python -m damperlab.worker.shipping \
     && useradd --create-home --uid 1000 damperlab \
     && install --directory --owner damperlab --group damperlab /data
 

@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo test lint docs bench faults dist lock clean
+.PHONY: help install install-dev install-bench demo test lint docs bench faults kernels dist lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -65,7 +65,10 @@ faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many
 	$(BIN)/python -m tests.faults.damage --flips 1000
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
-dist: install ## the wheel and the source archive, in dist/
+kernels: install ## the kernels of every scene, compiled into the package, so that a wheel answers at once
+	$(BIN)/python -m damperlab.worker.shipping
+
+dist: kernels ## the wheel and the source archive, with kernels, in dist/
 	rm -rf build dist
 	$(BIN)/python -c "from setuptools import build_meta as b; b.build_sdist('dist'); b.build_wheel('dist')" >/dev/null
 
@@ -78,4 +81,4 @@ lock: ## renew the lock files (needs uv); names and hashes only
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
 
 clean: ## what the commands above made, and nothing else
-	rm -rf $(VENV) $(DEMO) site build dist node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(DEMO) site build dist worker/kernels node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

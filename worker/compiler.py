@@ -10,6 +10,7 @@ Built from numba's documented `pipeline_class`, by subclasses; nothing of numba 
 """
 
 import gc
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -25,7 +26,7 @@ _V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
 """Features of a processor of level x86-64-v3, as LLVM names them."""
 
 
-def target_of(triple: str, features: dict[str, bool]) -> tuple[str, str]:
+def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple[str, str]:
     """Processor and features for which kernels are compiled: the same on every machine that has AVX2.
 
     Parameters
@@ -34,6 +35,9 @@ def target_of(triple: str, features: dict[str, bool]) -> tuple[str, str]:
         LLVM's name of the platform, such as x86_64-unknown-linux-gnu.
     features : dict of bool
         What the machine's processor has.
+    wanted : str
+        `generic` for the baseline of the architecture, whatever the processor has: equal bits in a fleet some of whose
+        machines lack AVX2.
 
     Returns
     -------
@@ -43,13 +47,15 @@ def target_of(triple: str, features: dict[str, bool]) -> tuple[str, str]:
     """
     if not triple.startswith("x86_64"):
         return "generic", ""
-    if all(features.get(name, False) for name in _V3):
+    if wanted != "generic" and all(features.get(name, False) for name in _V3):
         return "x86-64-v3", ""
     return "x86-64", ""
 
 
 TRIPLE: str = binding.get_process_triple()
-PROCESSOR, FEATURES = target_of(TRIPLE, dict(binding.get_host_cpu_features()))
+PROCESSOR, FEATURES = target_of(
+    TRIPLE, dict(binding.get_host_cpu_features()), os.environ.get("DAMPERLAB_TARGET", "")
+)
 config.CPU_NAME, config.CPU_FEATURES = PROCESSOR, FEATURES  # read when numba compiles for the first time
 
 

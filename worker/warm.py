@@ -13,6 +13,7 @@ import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -145,7 +146,7 @@ def contact_name(particle: Particle | None) -> str:
 
 def is_ready(scene: Scene) -> bool:
     """Whether all kernels of a scene are compiled already, here or in the package: loading them takes less than a second."""
-    return any((folder / _marker(scene)).exists() for folder in (shipped_folder(), CACHE_FOLDER))
+    return any((folder / marker(scene)).exists() for folder in (shipped_folder(), CACHE_FOLDER))
 
 
 def missing(wanted: Iterable[Scene]) -> list[Scene]:
@@ -161,10 +162,12 @@ def warm(scene: Scene) -> None:
         return
     with _alone(scene.name):
         _compute_once(scene)
-        (CACHE_FOLDER / _marker(scene)).touch()
+        (CACHE_FOLDER / marker(scene)).touch()
 
 
-def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scene, float], None, None]:
+def compile_apart(
+    wanted: Sequence[Scene], at_once: int, cache: Path = CACHE_FOLDER.parent
+) -> Generator[tuple[Scene, float], None, None]:
     """Compile scenes in processes of their own, several beside each other.
 
     Parameters
@@ -173,6 +176,8 @@ def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scen
         In the order in which they begin.
     at_once : int
         Most processes at a time.
+    cache : Path
+        Where to: as in DAMPERLAB_CACHE_DIR.
 
     Yields
     ------
@@ -192,7 +197,7 @@ def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scen
         while waiting or running:
             while waiting and len(running) < at_once:
                 scene = waiting.pop(0)
-                running[scene] = start_apart(scene), time.monotonic()
+                running[scene] = start_apart(scene, cache), time.monotonic()
             ended = [scene for scene, (process, _) in running.items() if process.poll() is not None]
             for scene in ended:
                 process, began = running.pop(scene)
@@ -206,11 +211,10 @@ def compile_apart(wanted: Sequence[Scene], at_once: int) -> Generator[tuple[Scen
             process.communicate()
 
 
-def start_apart(scene: Scene) -> "subprocess.Popen[str]":
-    """Start a process that compiles a scene into this process's cache folder, and ends."""
+def start_apart(scene: Scene, cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
+    """Start a process that compiles a scene, by default into this process's cache folder, and ends."""
     command = [sys.executable, "-m", __name__, scene.name]
-    # where this process has its kernels, the other must put them, whatever either has been told
-    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(CACHE_FOLDER.parent)}
+    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(
         command,
         env=environment,
@@ -229,7 +233,8 @@ def require_done(scene: Scene, process: "subprocess.Popen[str]") -> None:
         raise RuntimeError(f"the kernels of {scene.name} could not be compiled: {last}")
 
 
-def _marker(scene: Scene) -> str:
+def marker(scene: Scene) -> str:
+    """Name of the file beside the kernels that says that those of a scene are there."""
     return f"{scene.name}.ready"
 
 

@@ -1,7 +1,9 @@
 """The command warm: kernels compiled now, before anybody waits for them."""
 
+import os
 import time
 from collections.abc import Iterable
+from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -16,6 +18,12 @@ if TYPE_CHECKING:
 BYTES_PER_KILOBYTE = 1e3
 
 
+class Target(StrEnum):
+    """What to compile for."""
+
+    generic = "generic"
+
+
 def warm(
     all_: Annotated[
         bool,
@@ -23,9 +31,19 @@ def warm(
             "--all", help="Every scene; else those of a study, a point and an earthquake by default."
         ),
     ] = False,
+    target: Annotated[
+        Target | None,
+        typer.Option(
+            help="generic: for any processor of this architecture, slower. Where DAMPERLAB_TARGET=generic is set on every "
+            "machine of a fleet, those with and without AVX2 compute the same bits."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compile the kernels now, on every core, so that nobody waits for the compiler later."""
+    if target is not None:
+        # read as the compiler is imported, here and in the processes that compile
+        os.environ["DAMPERLAB_TARGET"] = target.value
     from damperlab.worker.cluster import core_count
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.warm import compile_apart, every_scene, missing, usual_scenes
