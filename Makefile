@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo test lint docs bench faults kernels dist lock clean
+.PHONY: help install install-dev install-bench demo warm test lint docs bench faults kernels dist lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -36,8 +36,12 @@ demo: install ## Figure 11 of the paper: computed, stored, its optimum in words,
 	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --exclude-locked --top 1
 	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
 
-test: install-dev ## every test that ends in minutes
-	$(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile
+warm: install ## every kernel, compiled on every core; at once where that is done
+	$(BIN)/damperlab warm --all
+
+# Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests.
+test: install-dev warm ## every test that ends in minutes
+	$(BIN)/python -m pytest -n auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff check .

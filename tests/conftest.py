@@ -1,12 +1,43 @@
-"""How every test draws its examples: the same ones each time, so that no run fails by chance.
+"""How every test draws its examples, and the order in which files begin.
 
-`HYPOTHESIS_PROFILE=explore` draws others on every run, to look for what these leave out.
+Examples are the same ones each time, so that no run fails by chance; `HYPOTHESIS_PROFILE=explore` draws others on every
+run, to look for what these leave out. The files that take longest begin first, by `durations.json`, so that no core waits
+at the end for a long one that began late; `DAMPERLAB_DURATIONS=tests/durations.json make test` measures them anew.
 """
 
+import json
 import os
+from collections import defaultdict
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+HERE = Path(__file__).parent
+UNKNOWN_SECONDS = 10.0
+"""Of a file that was never measured: before the many short ones, for it may be long."""
 
 settings.register_profile("fixed", derandomize=True, deadline=None, print_blob=True)
 settings.register_profile("explore", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
+
+_measured: dict[str, float] = defaultdict(float)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Sort files by how long they take, longest first; tests of a file stay in their order."""
+    seconds: dict[str, float] = json.loads((HERE / "durations.json").read_text())
+    items.sort(key=lambda item: -seconds.get(item.path.relative_to(HERE).as_posix(), UNKNOWN_SECONDS))
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up what a file's tests and their fixtures take."""
+    _measured[report.nodeid.partition("::")[0].removeprefix("tests/")] += report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write what was measured, where that is wished; not in the processes that pytest-xdist starts."""
+    file = os.environ.get("DAMPERLAB_DURATIONS")
+    if file and not hasattr(session.config, "workerinput"):
+        rounded = {name: round(seconds, 1) for name, seconds in sorted(_measured.items())}
+        (session.config.rootpath / file).write_text(json.dumps(rounded, indent=1) + "\n")

@@ -10,10 +10,14 @@ import tomllib
 import zipfile
 from importlib.metadata import Distribution, PackageNotFoundError, PathDistribution, distribution
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+if TYPE_CHECKING:
+    from damperlab.worker.simulate import Design
 
 ROOT = Path(__file__).parents[2]
 PUBLIC = ("Client", "Study", "open_store", "read_study")
@@ -216,3 +220,57 @@ print(cube.amplitude_ratio.sel(frequency_ratio=2.0).item())
     r, damping = 2.0, 0.0038
     exact = abs((1 + 2j * damping * r) / (1 - r**2 + 2j * damping * r))
     assert float(asked.stdout) == pytest.approx(exact, rel=1e-12), asked.stderr
+
+
+@pytest.fixture(scope="module")
+def swift_python(tmp_path_factory: pytest.TempPathFactory, archives: tuple[Path, Path]) -> Path:
+    """Return the interpreter of an environment whose wheel holds kernels, as `make dist` puts them there.
+
+    What is put there is what this machine has compiled for the same sources; `make kernels` compiles it anew.
+    """
+    from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
+    from damperlab.worker.simulate import scenes_of
+    from damperlab.worker.warm import warm
+
+    for scene in scenes_of(_hybrid()):
+        warm(scene)
+    folder = tmp_path_factory.mktemp("swift")
+    tree = folder / archives[1].name.removesuffix(".tar.gz")
+    with tarfile.open(archives[1]) as archive:
+        archive.extractall(folder, filter="data")
+    place = tree / "src" / "damperlab" / "worker" / shipped_folder().relative_to(shipped_folder().parents[1])
+    place.mkdir(parents=True, exist_ok=True)
+    found = shipped_folder() if shipped_folder().exists() else CACHE_FOLDER
+    for file in (*found.glob("*.nbc"), *found.glob("*.ready")):
+        shutil.copyfile(file, place / file.name)
+    return _environment(Path(_backend(tree, "build_wheel", folder)), folder / "environment", "service")
+
+
+def _hybrid() -> "Design":
+    from damperlab.worker.simulate import Design
+    from damperlab.worker.solver.scene import Particle
+
+    return Design(0.0038, 1.0, 0.3, Particle(5.0, 0.47, 0.1))
+
+
+def test_a_wheel_with_kernels_answers_without_compiling(swift_python: Path, tmp_path: Path) -> None:
+    from damperlab.worker.simulate import simulate
+
+    empty = tmp_path / "cache"
+    options = ("--clearance-ratio", "5", "--friction-ratio", "0.3", "--json")
+    script = (
+        "from numba.core.event import install_recorder; from damperlab.__main__ import main; import sys\n"
+        "with install_recorder('numba:compile') as compiled:\n"
+        "    try:\n        main()\n    except SystemExit:\n        pass\n"
+        "print(len(compiled.buffer), file=sys.stderr)\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    ended = subprocess.run(
+        [str(swift_python), "-c", script, "simulate", *options],
+        cwd=tmp_path, env=environment | {"DAMPERLAB_CACHE_DIR": str(empty)}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stderr.splitlines()[-1] == "0", ended.stderr
+    assert [file for file in empty.rglob("*") if file.is_file()] == []
+    here = simulate(_hybrid())
+    assert json.loads(ended.stdout)["metrics"]["amplitude_ratio"] == here.metrics["amplitude_ratio"]
