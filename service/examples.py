@@ -170,7 +170,10 @@ RECORD: dict[str, Any] = {
                     "points_total": {"type": "integer"},
                     "points_done": {"type": "integer"},
                     "points_failed": {"type": "integer"},
-                    "points_reused": {"type": "integer", "description": "taken from earlier studies"},
+                    "points_reused": {
+                        "type": "integer",
+                        "description": "Points reused from earlier studies.",
+                    },
                     "blocks_total": {"type": "integer"},
                     "blocks_done": {"type": "integer"},
                     "created": {"type": "string", "format": "date-time"},

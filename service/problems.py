@@ -180,7 +180,12 @@ def _store(request: Request, error: Exception) -> Response:
         case KeyTaken():
             problem = Problem(422, "key-taken", "The key stands for another definition.", (error.fault,))
         case RevisionGone():
-            problem = Problem(410, "revision-gone", "The study is not what it was then.", (error.fault,))
+            problem = Problem(
+                410,
+                "revision-gone",
+                "This revision is no longer available: the study has changed since.",
+                (error.fault,),
+            )
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
         case CatalogueDamaged():

@@ -40,14 +40,12 @@ class Settings(BaseSettings):
         None, ge=0, description="Most bytes that studies may take before compression, as in 50GB."
     )
     quota_points: int | None = Field(None, ge=0, description="Most points that studies may have.")
-    reuse: bool = Field(True, description="Take points that earlier studies hold from them.")
-    host: str = Field(
-        "127.0.0.1", description="Address to listen on. Loopback unless told otherwise: no login yet."
-    )
+    reuse: bool = Field(True, description="Reuse points already computed by earlier studies.")
+    host: str = Field("127.0.0.1", description="Address to listen on; loopback by default.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
     workers: int | None = Field(None, ge=1, le=1024, description="Worker processes of the embedded cluster.")
     scheduler: str | None = Field(
-        None, description="Address of a Dask scheduler to use instead of an own cluster."
+        None, description="Address of a Dask scheduler to use in place of an embedded cluster."
     )
     warm: bool = Field(
         True, description="Compile missing kernels of the usual scenes in the background from the start."
@@ -56,7 +54,10 @@ class Settings(BaseSettings):
         2, ge=1, le=64, description="Studies that run side by side on the one cluster."
     )
     catalogue_wait_seconds: float = Field(
-        10.0, gt=0.0, le=60.0, description="How long a request waits for its turn to change the catalogue."
+        10.0,
+        gt=0.0,
+        le=60.0,
+        description="How long a request waits for the catalogue's write lock, in seconds.",
     )
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
@@ -78,8 +79,8 @@ class Settings(BaseSettings):
     def _one_cluster(self) -> "Settings":
         if self.workers is not None and self.scheduler is not None:
             raise ValueError(
-                f"found {self.workers} workers and scheduler {self.scheduler!r}; allowed is one of the two: "
-                "a scheduler brings its own workers, so leave `workers` out"
+                f"found {self.workers} workers and scheduler {self.scheduler!r}; allowed: one of the two. "
+                "A scheduler has workers of its own, so leave `workers` out"
             )
         return self
 

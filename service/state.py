@@ -58,7 +58,7 @@ TheService = Annotated[Service, Depends(_service)]
 """The running service, as a parameter of a route."""
 
 
-StudyId = Annotated[str, Path(description="A study's id, the start of it, or its name.")]
+StudyId = Annotated[str, Path(description="Id of a study, the first digits of its id, or its name.")]
 """What names a study in an address."""
 
 

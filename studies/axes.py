@@ -110,7 +110,7 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
         if len(faults) == MAX_FAULTS_PER_AXIS:
             rest = f"{counted(len(raw) - index, 'more value')} that may be faulty too"
             faults.append(
-                Fault(field, rest, "valid values only", "mend the ones listed first, then submit again")
+                Fault(field, rest, "valid values only", "fix the ones listed first, then submit again")
             )
             break
         try:

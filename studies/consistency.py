@@ -27,7 +27,10 @@ def compliant_fault(restitution: float, field: str) -> Fault | None:
         return None
     allowed = f"from {LEAST_COMPLIANT:g} to 1 with contact compliant"
     return Fault(
-        field, f"{restitution:g}", allowed, "write a larger e, or contact dwell or instant, which know e = 0"
+        field,
+        f"{restitution:g}",
+        allowed,
+        "write a larger e, or contact dwell or instant, which support e = 0",
     )
 
 

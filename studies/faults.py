@@ -37,9 +37,8 @@ class Fault:
 
     def __str__(self) -> str:
         """Put the fault in one sentence."""
-        advice = self.advice[:1].upper() + self.advice[1:]
-        end = "" if advice.endswith("?") else "."
-        return f"{self.field}: found {self.found}; allowed: {self.allowed}. {advice}{end}"
+        end = "" if self.advice.endswith("?") else "."
+        return f"{self.field}: found {self.found}; allowed: {self.allowed}; {self.advice}{end}"
 
     def under(self, parent: str) -> "Fault":
         """Return the same fault, seen from a document that holds this one at ``parent``."""
@@ -61,7 +60,7 @@ class StudyFaults(ValueError):
             more = len(listed) - MAX_FAULTS
             listed = listed[:MAX_FAULTS]
             listed.append(
-                Fault("study", f"{more} more faults", "none", "mend the ones listed first, then submit again")
+                Fault("study", f"{more} more faults", "none", "fix the ones listed first, then submit again")
             )
         self.faults: tuple[Fault, ...] = tuple(listed)
         super().__init__("\n".join(str(fault) for fault in listed))

@@ -181,7 +181,7 @@ def simulate_ready(
         one = design.particle
         if one is not None and (one.contact_time is not None or one.wall is not None):
             raise ValueError(
-                "rk4 knows impacts at once only: leave `contact_time` and `wall` out, or use the event solver"
+                "rk4 supports instantaneous impacts only: leave `contact_time` and `wall` out, or use the event solver"
             )
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:

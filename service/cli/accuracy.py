@@ -24,11 +24,11 @@ def accuracy(
     ] = Path("accuracy"),
     data_dir: DataDir = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Long runs of 10,000 cycles, not a million.")
+        bool, typer.Option("--quick", help="Limit the long runs to 10,000 cycles; a million by default.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the solver: error against run time on the scenes of the solver, and a table of extreme cases."""
+    """Measure the solver: error against run time, and a table of extreme cases."""
     from damperlab.service.documents import plain
     from damperlab.service.figures.accuracy import draw_work_precision
     from damperlab.service.figures.style import save
@@ -37,7 +37,7 @@ def accuracy(
     from damperlab.worker.accuracy.report import FIGURE, in_markdown, make_report
 
     if output.exists() and not output.is_dir():
-        raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")
+        raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
     with working("Measuring (the first time, kernels are compiled)"):
         report = plain(make_report(long_run_cycles=10_000 if quick else LONG_RUN_CYCLES))

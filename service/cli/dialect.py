@@ -11,7 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
-from damperlab.service.cli.options import read_at
+from damperlab.service.cli.options import read_at, read_number
+from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.registry import EVERY_DIMENSION
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS
 from damperlab.studies.vocabulary import DESIGN_POINT
@@ -85,6 +86,8 @@ def _extended(command: Command, options: Mapping[str, Any]) -> Command:
             if value is not None:
                 if name in named:
                     _refuse_twice(name)
+                if name != RECORD:
+                    read_number(option_of(name), value)
                 at.append(f"{name}={value}")
         command(**{**given, "at": at or None})
 

@@ -59,11 +59,11 @@ def doctor(
     place: StoreAddress = None,
     scheduler: Scheduler = None,
     cluster: Annotated[
-        bool, typer.Option(help="Also start (or reach) a Dask cluster; takes some seconds.")
+        bool, typer.Option(help="Also start, or connect to, a Dask cluster; this takes some seconds.")
     ] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Try what the program needs on this machine: versions, cores, kernels, store, cluster."""
+    """Check this machine: versions, cores, kernels, store, cluster."""
     tries: dict[str, Callable[[], str]] = {
         "versions": _versions,
         "cores": _cores,

@@ -34,31 +34,37 @@ COLUMNS = (
 
 Generate = Annotated[
     int | None,
-    typer.Option("--kanai-tajimi", metavar="SEED", help="An artificial record from this seed instead."),
+    typer.Option(
+        "--kanai-tajimi",
+        metavar="SEED",
+        help="Generate an artificial (Kanai–Tajimi) record from this seed in place of a file.",
+    ),
 ]
-Duration = Annotated[float | None, typer.Option(help="Length of the artificial record, in s.")]
-PeakG = Annotated[float | None, typer.Option(help="Largest acceleration of the artificial record, in g.")]
+Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
+PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
 
 
 def records(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="FILE", help="Keep this record: PEER .at2, or two columns .csv.", show_default=False
+            metavar="FILE",
+            help="File to store: PEER .at2, or .csv with two columns (time, acceleration).",
+            show_default=False,
         ),
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option(help="Of its acceleration where the file does not say: g, m/s2 or cm/s2."),
+        typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
     ] = None,
-    name: Annotated[str, typer.Option(help="Its name.")] = "",
+    name: Annotated[str, typer.Option(help="Name of the stored record.")] = "",
     seed: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the ground-motion records, or keep a new one."""
+    """List the ground-motion records, or store a new one."""
     from damperlab.studies.ground.shelf import Shelf
 
     _check_recipe(seed, duration_s, peak_g)
@@ -85,7 +91,7 @@ def records(
         )
         return
     if file is not None and seed is not None:
-        raise typer.BadParameter("found a FILE and --kanai-tajimi, allowed: one of them")
+        raise typer.BadParameter("A FILE and --kanai-tajimi cannot be combined. Leave one of them out.")
     motion = read_file(file, units, name) if file is not None else _generated(seed, duration_s, peak_g, name)
     record_id, new = shelf.put(motion)
     summary: dict[str, Any] = {"id": record_id, **motion.summary()}
@@ -100,36 +106,57 @@ def records(
 
 def earthquake(
     record: Annotated[
-        str, typer.Argument(metavar="RECORD", help="An earthquake's name, a record's id, or a file.")
+        str, typer.Argument(metavar="RECORD", help="Name of an earthquake, id of a record, or a file.")
     ] = "loma-prieta",
-    scale: Annotated[float | None, typer.Option(help="Factor on the record.")] = None,
-    mass_kg: Annotated[float | None, typer.Option(help="M of the structure.")] = None,
-    natural_frequency_hz: Annotated[float | None, typer.Option(help="Of the structure.")] = None,
-    damping_ratio: Annotated[float | None, typer.Option(help="ζ of the structure.")] = None,
-    particle_mass_kg: Annotated[float | None, typer.Option(help="m.")] = None,
-    clearance_m: Annotated[float | None, typer.Option(help="d, half the free cavity.")] = None,
-    restitution: Annotated[float | None, typer.Option(help="e.")] = None,
-    friction_force_n: Annotated[float | None, typer.Option(help="F_f.")] = None,
+    scale: Annotated[float | None, typer.Option(help="Scale factor of the record.")] = None,
+    mass_kg: Annotated[float | None, typer.Option(help="Mass M of the structure, in kg.")] = None,
+    natural_frequency_hz: Annotated[
+        float | None, typer.Option(help="Natural frequency of the structure, in Hz.")
+    ] = None,
+    damping_ratio: Annotated[float | None, typer.Option(help="Damping ratio ζ of the structure.")] = None,
+    particle_mass_kg: Annotated[float | None, typer.Option(help="Mass m of the particle, in kg.")] = None,
+    clearance_m: Annotated[
+        float | None, typer.Option(help="Clearance d on either side of the particle, in metres.")
+    ] = None,
+    restitution: Annotated[float | None, typer.Option(help="Coefficient of restitution e.")] = None,
+    friction_force_n: Annotated[
+        float | None, typer.Option(help="Coulomb friction force F_f, in newtons.")
+    ] = None,
     contact: RecordContact = RecordContactModel.instant,
     contact_time: RecordContactTime = None,
     tmd_mass_kg: Annotated[
-        float | None, typer.Option(help="Of the tuned mass damper; the particle's by default.")
+        float | None,
+        typer.Option(help="Mass of the tuned mass damper, in kg; that of the particle by default."),
     ] = None,
     tmd_criterion: Annotated[
-        str | None, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
+        str | None,
+        typer.Option(
+            help="How the tuned mass damper is tuned: den_hartog, den_hartog_table4, hinf, h2 or minimax."
+        ),
     ] = None,
-    tail_s: Annotated[float | None, typer.Option(help="Free vibration after the record, in s.")] = None,
+    tail_s: Annotated[
+        float | None, typer.Option(help="Free vibration computed after the end of the record, in seconds.")
+    ] = None,
     starts: Annotated[
-        int | None, typer.Option(help="Perturbed starts that show what is chance; 0 for none.")
+        int | None,
+        typer.Option(
+            help="Number of perturbed initial states that show how sensitive the response is; 0 for none."
+        ),
     ] = None,
-    perturbation_m: Annotated[float | None, typer.Option(help="Their size, in m.")] = None,
+    perturbation_m: Annotated[
+        float | None, typer.Option(help="Size of the perturbations, in metres.")
+    ] = None,
     at: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=VALUE", help="The same as the options above, as in --at clearance_m=0.01."
+            metavar="NAME=VALUE",
+            help="Another spelling of the parameters above, as in --at clearance_m=0.01. May be repeated.",
         ),
     ] = None,
-    units: Annotated[str | None, typer.Option(help="Of a file that does not say: g, m/s2 or cm/s2.")] = None,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
+    ] = None,
     seed: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
@@ -139,15 +166,15 @@ def earthquake(
             "--output",
             "-o",
             metavar="FILE",
-            help="Draw the histories as .png, .svg or .pdf; the table as .csv.",
+            help="Write the time histories as a .png, .svg or .pdf figure, or the table as .csv.",
         ),
     ] = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare no damper, a tuned mass damper, a particle, friction and both under a record, as the paper's Table A1.
+    """Compare dampers under a ground-motion record as in the paper's Table A1: none, tuned mass, particle, friction, hybrid.
 
-    What is not given is the paper's prototype.
+    Parameters that are not given are those of the paper's prototype.
     """
     check_file(output)
     _check_recipe(seed, duration_s, peak_g)

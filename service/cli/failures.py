@@ -81,7 +81,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
     else:
         note(text if _asks_for_help(error) else f"damperlab: {text}")
         if not _asks_for_help(error):
-            note("`damperlab --help` and `damperlab COMMAND --help` list what is allowed.")
+            note("`damperlab --help` lists the commands, `damperlab COMMAND --help` their options.")
     return error.exit_code
 
 

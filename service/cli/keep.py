@@ -18,11 +18,11 @@ _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def backup(
-    folder: Annotated[Path, typer.Argument(help="A folder that is not there yet.")],
+    folder: Annotated[Path, typer.Argument(help="Folder to create.")],
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy every study with what it has so far, also while studies run; the copy is a data directory of its own."""
+    """Copy every study, even while studies run; the copy is a data folder that can be used directly."""
     from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
@@ -35,12 +35,12 @@ def backup(
 
 
 def restore(
-    folder: Annotated[Path, typer.Argument(help="What `damperlab backup` made.")],
+    folder: Annotated[Path, typer.Argument(help="Folder that `damperlab backup` created.")],
     data_dir: DataDir = None,
     place: StoreAddress = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy a backup into a data directory without studies, and into the catalogue that the settings name."""
+    """Copy a backup into a data folder without studies, and into the configured catalogue."""
     from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
@@ -120,7 +120,7 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
 
 def _refuse_used(folder: Path) -> None:
     if folder.exists():
-        raise typer.BadParameter(f"found {str(folder)!r}, which is there; allowed: a folder that is not")
+        raise typer.BadParameter(f"{str(folder)!r} exists already. Name a folder that does not exist yet")
 
 
 def _seconds(text: str, option: str) -> float:

@@ -44,10 +44,12 @@ QuotaBytes = Annotated[
 
 StudyId = Annotated[
     str,
-    typer.Argument(metavar="ID", help="A study's id, the start of it, or its name.", show_default=False),
+    typer.Argument(
+        metavar="ID", help="Id of a study, the first digits of its id, or its name.", show_default=False
+    ),
 ]
 AsJson = Annotated[
-    bool, typer.Option("--json", help="One JSON document on standard output, nothing else there.")
+    bool, typer.Option("--json", help="Print one JSON document on standard output, and nothing else there.")
 ]
 Workers = Annotated[
     int | None,
@@ -55,7 +57,10 @@ Workers = Annotated[
 ]
 Scheduler = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Work on this Dask scheduler (tcp://host:8786) instead."),
+    typer.Option(
+        metavar="ADDRESS",
+        help="Compute on this Dask scheduler (tcp://HOST:8786) in place of an embedded cluster.",
+    ),
 ]
 At = Annotated[
     list[str] | None,
@@ -74,24 +79,29 @@ Output = Annotated[
 ]
 Objective = Annotated[
     str | None,
-    typer.Option(help="What counts: peak, resonance, band_mean or band_rms; peak where there is a band."),
+    typer.Option(
+        help="What designs are ranked by; peak by default, resonance where the study has one frequency."
+    ),
 ]
-Band = Annotated[str | None, typer.Option(metavar="LO,HI", help="Only frequency ratios in this band count.")]
+Band = Annotated[
+    str | None, typer.Option(metavar="LO,HI", help="Consider only frequency ratios in this band.")
+]
 ExcludeLocked = Annotated[
-    bool, typer.Option("--exclude-locked", help="Leave out designs that friction locks to the base.")
+    bool,
+    typer.Option("--exclude-locked", help="Exclude designs in which friction locks the mass to its base."),
 ]
 MaxImpactSpeed = Annotated[
-    float | None, typer.Option(help="Leave out designs that impact faster than this, over Z·ω_n.")
+    float | None, typer.Option(help="Exclude designs with impacts faster than this speed, in units of Z·ω_n.")
 ]
 Within = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=LO,HI",
-        help="Only designs with a dimension, or a result such as stick_fraction at every frequency that counts, in "
-        "this range; may be repeated.",
+        help="Keep only designs whose dimension, or whose result at every considered frequency (such as "
+        "stick_fraction), lies in this range. May be repeated.",
     ),
 ]
-Top = Annotated[int, typer.Option(min=1, max=10_000, help="How many designs.")]
+Top = Annotated[int, typer.Option(min=1, max=10_000, help="Number of designs to list.")]
 
 
 class ContactModel(StrEnum):
@@ -109,24 +119,24 @@ class RecordContactModel(StrEnum):
     dwell = "dwell"
 
 
-_NAMED_TIMES = f"in units of 1/ω_n, or {', '.join(CONTACT_TIMES)}."
+_NAMED_TIMES = f"in units of 1/ω_n, or one of the paper's: {', '.join(CONTACT_TIMES)}."
 
 Contact = Annotated[
     ContactModel,
     typer.Option(
-        help="Impacts at once, or with a contact time: dwelling on the wall, or on a compliant one."
+        help="Model of an impact: instantaneous, a dwell on the wall for the contact time, or a compliant wall (Kelvin–Voigt)."
     ),
 ]
 ContactTime = Annotated[
     str | None,
-    typer.Option(metavar="TIME", help=f"Of contact dwell or compliant, {_NAMED_TIMES}"),
+    typer.Option(metavar="TIME", help=f"Duration of a contact (dwell or compliant), {_NAMED_TIMES}"),
 ]
 RecordContact = Annotated[
     RecordContactModel,
-    typer.Option(help="Impacts at once, or with a contact time: dwelling on the wall."),
+    typer.Option(help="Model of an impact: instantaneous, or a dwell on the wall for the contact time."),
 ]
 RecordContactTime = Annotated[
-    str | None, typer.Option(metavar="TIME", help=f"Of contact dwell, {_NAMED_TIMES}")
+    str | None, typer.Option(metavar="TIME", help=f"Duration of a contact (dwell), {_NAMED_TIMES}")
 ]
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
@@ -157,14 +167,14 @@ def check_cluster(workers: int | None, scheduler: str | None) -> None:
     """Refuse a number of workers for a scheduler that brings its own."""
     if workers is not None and scheduler is not None:
         raise typer.BadParameter(
-            "found both --workers and --scheduler; a scheduler brings its own workers: leave one of them out"
+            "--workers and --scheduler cannot be combined: a scheduler has workers of its own. Leave one of them out."
         )
 
 
 def read_at(assignments: list[str] | None, names: tuple[str, ...] = EVERY_DIMENSION) -> dict[str, Any]:
     """Read `--at dimension=value …` into a mapping; the value of a record is its name."""
     pairs = _pairs("--at", assignments, names)
-    return {name: text if name == RECORD else _float("--at", text) for name, text in pairs}
+    return {name: text if name == RECORD else read_number("--at", text) for name, text in pairs}
 
 
 def read_judging(
@@ -191,7 +201,7 @@ def read_range(option: str, text: str) -> tuple[float, float]:
     parts = text.split(",")
     if len(parts) != 2:
         raise typer.BadParameter(f"found {text!r}, allowed: two numbers, lo,hi", param_hint=option)
-    low, high = (_float(option, part) for part in parts)
+    low, high = (read_number(option, part) for part in parts)
     if not low <= high:
         raise typer.BadParameter(f"found {text!r}, allowed: lo not above hi; swap them", param_hint=option)
     return low, high
@@ -226,7 +236,8 @@ def _pairs(
     return pairs
 
 
-def _float(option: str, text: str) -> float:
+def read_number(option: str, text: str) -> float:
+    """Read a finite number that was given to an option."""
     try:
         value = float(text)
     except ValueError:

@@ -44,26 +44,30 @@ if TYPE_CHECKING:
 Interpolate = Annotated[
     bool,
     typer.Option(
-        "--interpolate", help="Take values between grid points, where the class of response does not change."
+        "--interpolate", help="Interpolate between grid points where the response class does not change."
     ),
 ]
 MapMetric = Annotated[
     str | None,
     typer.Option(
-        help="Which result variable; amplitude_ratio by default, of a survey peak_relative_displacement_m."
+        help="Result variable to show; amplitude_ratio by default, peak_relative_displacement_m for a ground-motion suite."
     ),
 ]
-Metric = Annotated[str, typer.Option(help="Which result variable.")]
+Metric = Annotated[str, typer.Option(help="Result variable to show.")]
 
 
 @fixes_dimensions
 def map_(
     study: StudyId,
-    x: Annotated[str | None, typer.Option(help="Dimension across.")] = None,
-    y: Annotated[str | None, typer.Option(help="Dimension upwards.")] = None,
+    x: Annotated[str | None, typer.Option(help="Dimension on the horizontal axis.")] = None,
+    y: Annotated[str | None, typer.Option(help="Dimension on the vertical axis.")] = None,
     metric: MapMetric = None,
-    over: Annotated[str | None, typer.Option(help="A third dimension, to be reduced.")] = None,
-    reduce: Annotated[str | None, typer.Option(help="How it is reduced: max (default), min or mean.")] = None,
+    over: Annotated[
+        str | None, typer.Option(help="A third dimension, over which the result is reduced.")
+    ] = None,
+    reduce: Annotated[
+        str | None, typer.Option(help="How the third dimension is reduced: max (default), min or mean.")
+    ] = None,
     at: At = None,
     interpolate: Interpolate = False,
     output: Output = None,
@@ -108,17 +112,19 @@ def response(
     with_: Annotated[
         str | None,
         typer.Option(
-            "--with", metavar="ID", help="A second study to show beside it, as the way down of a hysteresis."
+            "--with",
+            metavar="ID",
+            help="A second study to compare with, such as the downward sweep of a hysteresis.",
         ),
     ] = None,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a result over the frequency ratio at one design, or where two studies differ in it."""
+    """Show a frequency response of one design, or compare that of two studies."""
     check_file(output)
     if interpolate and with_ is not None:
-        raise typer.BadParameter("found both --interpolate and --with, allowed: one of the two")
+        raise typer.BadParameter("--interpolate and --with cannot be combined. Leave one of them out.")
     fixed = read_at(at)
     record, cube = ask(study, data_dir, "response")
     from damperlab.service.answers import response_document
@@ -159,32 +165,38 @@ def optimum(
     metric: Annotated[
         str | None,
         typer.Option(
-            help="What a survey's dampers are ranked by; peak_relative_displacement_m by default.",
+            help="Result that dampers of a ground-motion suite are ranked by; peak_relative_displacement_m by default.",
         ),
     ] = None,
     record_: Annotated[
         list[str] | None,
-        typer.Option("--record", metavar="ID", help="A record of a survey that counts; may be repeated."),
+        typer.Option(
+            "--record",
+            metavar="ID",
+            help="Consider only this record of a ground-motion suite. May be repeated.",
+        ),
     ] = None,
     pareto: Annotated[
         str | None,
         typer.Option(
             metavar="A,B[,C]",
-            help="Instead, the designs that none beats at once in these, as amplitude,mass.",
+            help="List the Pareto-optimal designs in these objectives, as in amplitude,mass.",
         ),
     ] = None,
     with_: Annotated[
         list[str] | None,
-        typer.Option("--with", metavar="ID", help="A follow-up study to rank together; may be repeated."),
+        typer.Option(
+            "--with", metavar="ID", help="Rank the designs of this follow-up study as well. May be repeated."
+        ),
     ] = None,
     output: Output = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Rank the designs of a study, the best first; of a survey, dampers by their worst case."""
+    """Rank the designs of a study, the best first; dampers of a ground-motion suite by their worst case."""
     check_file(output)
     if pareto is not None and with_:
-        raise typer.BadParameter("found both --pareto and --with, allowed: one of the two")
+        raise typer.BadParameter("--pareto and --with cannot be combined. Leave one of them out.")
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     record, cube = ask(study, data_dir)
     from damperlab.studies.registry import is_survey
@@ -198,10 +210,13 @@ def optimum(
             "--pareto": pareto,
             "--with": with_,
         }
-        _refuse(harmonic, "a survey ranks dampers by --metric, over --record and --within")
+        _refuse(harmonic, "a ground-motion suite ranks dampers by --metric, over --record and --within")
         _worst(record, cube, metric, top, record_, judging["ranges"], output, as_json)
         return
-    _refuse({"--metric": metric, "--record": record_}, "these are for surveys; see --objective")
+    _refuse(
+        {"--metric": metric, "--record": record_},
+        "it belongs to ground-motion suites; rank a harmonic study with --objective",
+    )
     from damperlab.service.answers import designs_document
     from damperlab.studies.answers.design_question import MOST
     from damperlab.studies.answers.merged import merged_designs
@@ -236,8 +251,9 @@ def _refuse(options: "Mapping[str, object]", advice: str) -> None:
     """Refuse options that this kind of study does not know."""
     for name, value in options.items():
         if value:
-            found = "it" if value is True else ", ".join(value) if isinstance(value, list) else value
-            raise typer.BadParameter(f"found {found}, allowed: nothing here; {advice}", param_hint=name)
+            raise typer.BadParameter(
+                f"{name} does not apply to this kind of study: {advice}.", param_hint=name
+            )
 
 
 def _worst(

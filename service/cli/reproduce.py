@@ -37,17 +37,17 @@ def reproduce(
     workers: Workers = None,
     scheduler: Scheduler = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="A short form: few points of each study, for trying out.")
+        bool, typer.Option("--quick", help="Compute coarse grids only, to try the command.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute the paper's figures and tables anew, and write what it says beside what comes out.
+    """Recompute the paper's figures and tables, and compare every number with the published one.
 
-    The studies are kept like any others, so a second run computes only what is missing.
+    The studies are stored like any others, so a second run computes only missing points.
     """
     check_cluster(workers, scheduler)
     if output.exists() and not output.is_dir():
-        raise typer.BadParameter(f"found the file {output}, allowed: a folder; name another", param_hint="-o")
+        raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
     from damperlab.service.documents import plain
     from damperlab.service.figures.style import save
@@ -94,8 +94,8 @@ def _solver(data_dir: Path | None, workers: int | None, scheduler: str | None) -
                 left = record.points_total - record.points_done
                 raise CommandFailed(
                     "stopped",
-                    f"study {label(record)} is {record.state} with {left} points left; what is done is kept. "
-                    "Go on with the same command.",
+                    f"study {label(record)} is {record.state} with {left} points left; computed points are kept. "
+                    "Run the same command again to continue.",
                 )
             return store.cube(record.id)
 

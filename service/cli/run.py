@@ -43,7 +43,8 @@ def run(
     study: Annotated[
         str,
         typer.Argument(
-            metavar="STUDY", help="A .json or .yaml file, or a study of the paper such as figure-11."
+            metavar="STUDY",
+            help="A .json or .yaml file, or a named study such as figure-11 (`damperlab studies --named` lists them).",
         ),
     ],
     data_dir: DataDir = None,
@@ -53,14 +54,16 @@ def run(
     quota: QuotaBytes = None,
     dry_run: Annotated[
         bool,
-        typer.Option("--dry-run", help="Say how large the study is and how long it takes; store nothing."),
+        typer.Option(
+            "--dry-run", help="Print the size of the study and its expected run time; store nothing."
+        ),
     ] = False,
     reuse: Annotated[
-        bool, typer.Option("--reuse/--no-reuse", help="Take points that earlier studies hold from them.")
+        bool, typer.Option("--reuse/--no-reuse", help="Reuse points already computed by earlier studies.")
     ] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a study and store it; what is there already is not computed again."""
+    """Compute a study and store it; points that are stored already are not computed again."""
     check_cluster(workers, scheduler)
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.reading import read_study
@@ -81,7 +84,7 @@ def resume(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Go on with a study that was cancelled, interrupted or failed; only what is missing is computed."""
+    """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
     _finish(store, store.find(study), workers, scheduler, as_json)
@@ -99,7 +102,7 @@ def find_or_submit(
     asked : AnyStudy
         The study.
     reuse : bool
-        Take points that earlier studies hold from them.
+        Reuse points already computed by earlier studies.
     more : mapping, optional
         Put beside the provenance of a new study.
     """
@@ -125,7 +128,7 @@ def _finish(
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
-        note(f"Study {label(record)} is done already; nothing was computed.")
+        note(f"Study {label(record)} is complete; nothing was computed.")
     else:
         record = compute(store, record, workers, scheduler)
     if as_json:
@@ -135,8 +138,8 @@ def _finish(
     if record.state != "done":
         left = record.points_total - record.points_done
         note(
-            f"damperlab: study {label(record)} is {record.state} with {left} points left; what is done is kept. "
-            f"Go on with: damperlab resume {record.id} --data-dir {store.data_dir}"
+            f"damperlab: study {label(record)} is {record.state} with {left} points left; computed points are kept. "
+            f"Continue with: damperlab resume {record.id} --data-dir {store.data_dir}"
         )
         raise typer.Exit(FAILED)
 
@@ -220,7 +223,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
             signal.signal(number, before[signal.Signals(number)])
             signal.raise_signal(number)
         stop.set()
-        note("Stopping: running blocks may finish. Once more to end at once.")
+        note("Stopping after the blocks that are running. Press Ctrl-C again to stop immediately.")
 
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:

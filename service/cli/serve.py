@@ -12,11 +12,10 @@ from damperlab.service.cli.store import settings_of
 
 def serve(
     port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Port; 0 takes a free one. 8000 by default.")
+        int | None,
+        typer.Option(min=0, max=65535, help="Port to listen on; 8000 by default, 0 for any free one."),
     ] = None,
-    host: Annotated[
-        str | None, typer.Option(help="Address to listen on; loopback by default, for there is no login.")
-    ] = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; loopback by default.")] = None,
     data_dir: DataDir = None,
     store: StoreAddress = None,
     quota: QuotaBytes = None,

@@ -45,19 +45,27 @@ class Method(StrEnum):
 
 @names_a_design
 def simulate(
-    no_particle: Annotated[bool, typer.Option("--no-particle", help="A scene without a particle.")] = False,
+    no_particle: Annotated[bool, typer.Option("--no-particle", help="Leave the particle out.")] = False,
     contact: Contact = ContactModel.instant,
     contact_time: ContactTime = None,
     cycles: Annotated[
         int | None,
-        typer.Option(help="Stop after exactly this many excitation cycles; else at the steady response."),
+        typer.Option(
+            help="Integrate from rest for exactly this many excitation cycles; the steady response by default."
+        ),
     ] = None,
     method: Annotated[
-        Method, typer.Option(help="Event-driven and exact, or the paper's fixed steps.")
+        Method,
+        typer.Option(
+            help="Integration method: event-driven, or the paper's Runge–Kutta scheme with fixed steps."
+        ),
     ] = Method.event,
     history: Annotated[
         int | None,
-        typer.Option(metavar="CYCLES", help="Cycles at the end that -o or --json shows over time."),
+        typer.Option(
+            metavar="CYCLES",
+            help="Length of the time history for -o and --json, in excitation cycles before the end.",
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -67,11 +75,14 @@ def simulate(
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="DIMENSION=VALUE", help="The same as the options above, one value at a time."),
+        typer.Option(
+            metavar="DIMENSION=VALUE",
+            help="Another spelling of the six ratios, as in --at clearance_ratio=3. May be repeated.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute one design point from rest: its response, its state at the end, its time history."""
+    """Simulate one design point from rest: its response, its final state and its time history."""
     check_file(output)
     given = {**DESIGN_POINT, **read_at(at, DIMENSIONS)}
     document: dict[str, object] = {
@@ -106,7 +117,7 @@ def _history(
     """Settle how many cycles of time history to ask for."""
     if output is not None and method is Method.rk4:
         raise typer.BadParameter(
-            "found --method rk4 with -o, allowed: event, which alone gives a time history"
+            "Only --method event gives a time history. Leave out -o, or leave out --method rk4."
         )
     if history is not None:
         return history

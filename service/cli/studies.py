@@ -21,12 +21,12 @@ def studies(
     ] = None,
     name: Annotated[str | None, typer.Option(help="Only studies whose name holds this text.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
-    cursor: Annotated[str | None, typer.Option(help="Where the page before ended.")] = None,
+    cursor: Annotated[
+        str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
+    ] = None,
     named: Annotated[
         bool,
-        typer.Option(
-            "--named", help="List the studies that come with the program instead, to `run` by name."
-        ),
+        typer.Option("--named", help="List the named studies that come with the program, ready to `run`."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -40,7 +40,7 @@ def studies(
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
         return
     if not page.records:
-        note("There is no such study yet; `damperlab run figure-11` makes one.")
+        note("No study matches. `damperlab run figure-11` computes one.")
         return
     print_table(
         ("id", "name", "state", "points", "done", "failed", "created"),
@@ -78,7 +78,7 @@ def show(
     study: StudyId,
     data_dir: DataDir = None,
     accuracy: Annotated[
-        bool, typer.Option("--accuracy", help="The error of its points against their run time instead.")
+        bool, typer.Option("--accuracy", help="Show the error of its points against their run time instead.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -96,7 +96,7 @@ def show(
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study wherever it runs; what is done is kept, and `resume` goes on with it."""
+    """Stop a study wherever it runs; computed points are kept, and `resume` continues it."""
     store = open_store(data_dir)
     record = store.find(study)
     if record.state == "cancelled":
@@ -109,7 +109,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
         record = store.set_state(record.id, "cancelled", only_from=("queued", "running"))
         note(
             f"Study {label(record)} is {record.state} at {record.points_done} of {record.points_total} points; "
-            f"a process that runs it stops within seconds. Go on with: damperlab resume {record.id}"
+            f"a process that runs it stops within seconds. Continue with: damperlab resume {record.id}"
         )
     if as_json:
         print_json(record.document())
@@ -118,7 +118,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
 def delete(
     study: StudyId,
     data_dir: DataDir = None,
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
 ) -> None:
     """Delete a study and its cube for good."""
     store = open_store(data_dir)
@@ -146,7 +146,7 @@ def summary(record: "Record") -> str:
         (
             "points",
             f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"
-            + (f", {record.points_reused} taken from earlier studies" if record.points_reused else ""),
+            + (f", {record.points_reused} reused from earlier studies" if record.points_reused else ""),
         ),
         ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
         ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),

@@ -30,7 +30,7 @@ from damperlab.service.cli.options import (
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
 from damperlab.service.cli.queries import answered, ask, hand_out, say_if
 from damperlab.service.cli.store import open_store
-from damperlab.service.cli.words import completeness_sentence, rows_table
+from damperlab.service.cli.words import completeness_sentence, rows_table, span
 from damperlab.studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
@@ -45,7 +45,10 @@ if TYPE_CHECKING:
 def tmd(
     study: StudyId,
     criterion: Annotated[
-        str, typer.Option(help="Tuning: den_hartog, den_hartog_table4, hinf, h2 or minimax.")
+        str,
+        typer.Option(
+            help="How the tuned mass damper is tuned: den_hartog, den_hartog_table4, hinf, h2 or minimax."
+        ),
     ] = "minimax",
     mass_ratio: Annotated[
         float | None,
@@ -55,12 +58,16 @@ def tmd(
             help="Mass ratio μ of the tuned mass damper; that of the design by default.",
         ),
     ] = None,
-    detuning: Annotated[float, typer.Option(help="Share by which its frequency is off, 0.05 for 5 %.")] = 0.0,
-    damping_detuning: Annotated[float, typer.Option(help="Share by which its damping is off.")] = 0.0,
+    detuning: Annotated[
+        float, typer.Option(help="Relative error of the tuned mass damper's frequency, 0.05 for 5 %.")
+    ] = 0.0,
+    damping_detuning: Annotated[
+        float, typer.Option(help="Relative error of the tuned mass damper's damping.")
+    ] = 0.0,
     excitation: Annotated[
         str,
         typer.Option(
-            help="What it answers to: base, or force on the structure (X over its static deflection)."
+            help="Excitation: base motion, or a force on the structure (X over its static deflection)."
         ),
     ] = "base",
     at: At = None,
@@ -85,8 +92,12 @@ def tmd(
 
     def tell() -> None:
         say(answer.attrs["note"])
-        better = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in answer.attrs["hybrid_better"])
-        say(f"The study's damper is better at r = {better}." if better else "It is nowhere better.")
+        better = ", ".join(span(low, high) for low, high in answer.attrs["hybrid_better"])
+        say(
+            f"The study's damper is better at r = {better}."
+            if better
+            else "The study's damper is better at no frequency."
+        )
         print_table(*rows_table(answer))
         say_if(completeness_sentence(answer))
 
@@ -96,7 +107,7 @@ def tmd(
 def robust(
     study: StudyId,
     amplitudes: Annotated[
-        str, typer.Option(metavar="LO,HI", help="Range of the base amplitude, over the nominal one.")
+        str, typer.Option(metavar="LO,HI", help="Range of the base amplitude, relative to the nominal one.")
     ] = "0.5,2",
     objective: Objective = None,
     band: Band = None,
@@ -127,7 +138,7 @@ def robust(
 
 
 def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Show the error of a study's points against their run time."""
+    """Show the error of a study's points against their run time (work-precision diagram)."""
     record, cube = ask(study, data_dir, "precision")
     from damperlab.service.comparisons import columns_document
     from damperlab.studies.answers.work_precision import work_precision
@@ -147,10 +158,15 @@ def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False)
 @fixes_dimensions
 def refine(
     study: StudyId,
-    tolerance: Annotated[float, typer.Option(help="Step to which each parameter shall be known.")] = 1e-3,
+    tolerance: Annotated[
+        float, typer.Option(help="Grid step down to which each parameter is refined.")
+    ] = 1e-3,
     boundary: Annotated[
         str | None,
-        typer.Option(metavar="DIMENSION", help="Search a change of response class along this dimension."),
+        typer.Option(
+            metavar="DIMENSION",
+            help="Locate where the response class changes along this dimension, in place of the optimum.",
+        ),
     ] = None,
     at: At = None,
     objective: Objective = None,
@@ -163,14 +179,15 @@ def refine(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute follow-up studies around the best design, or a class boundary, until it is known to the tolerance."""
+    """Compute finer follow-up studies around the optimum, or a boundary between response classes, down to the tolerance."""
     check_cluster(workers, scheduler)
     check_name("--boundary", boundary, DIMENSIONS)
     fixed = read_at(at)
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     if boundary is None and fixed:
         raise typer.BadParameter(
-            "found --at without --boundary, allowed: --within for designs", param_hint="--at"
+            "--at applies to --boundary only. Restrict the designs with --within, or add --boundary.",
+            param_hint="--at",
         )
     store = open_store(data_dir)
     record = store.find(study)
@@ -221,6 +238,8 @@ def _compute(
     if record.state != "done":
         record = compute(store, record, workers, scheduler)
     if record.state != "done":
-        note(f"damperlab: the follow-up {record.id} is {record.state}; go on with the same command.")
+        note(
+            f"damperlab: the follow-up {record.id} is {record.state}. Run the same command again to continue."
+        )
         raise typer.Exit(FAILED)
     return record

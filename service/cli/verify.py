@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 def verify(
     study: Annotated[
         str | None,
-        typer.Argument(metavar="[ID]", help="A study; every study where left out.", show_default=False),
+        typer.Argument(metavar="[ID]", help="Study to verify; every study by default.", show_default=False),
     ] = None,
     data_dir: DataDir = None,
-    repair: Annotated[bool, typer.Option("--repair", help="Compute damaged and lost blocks again.")] = False,
+    repair: Annotated[bool, typer.Option("--repair", help="Recompute damaged and lost blocks.")] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read everything that is stored and compare it with its checksums; status 1 where something is damaged."""
+    """Read every stored file and compare it with its checksum; exit status 1 if anything is damaged."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
@@ -36,7 +36,7 @@ def verify(
     if as_json:
         print_json({"studies": answers})
     elif not answers:
-        note("There is no study yet.")
+        note("There are no studies yet.")
     if any(answer["damaged"] and not answer["repaired"] for answer in answers):
         raise typer.Exit(FAILED)
 

@@ -18,6 +18,12 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
 
 
+def span(low: float, high: float) -> str:
+    """Spell a range; a range of one value by that value."""
+    first, last = f"{low:.6g}", f"{high:.6g}"
+    return first if first == last else f"{first} to {last}"
+
+
 def cell(name: str, value: float | str) -> str:
     """Spell one value of a variable: a code by its name, a number with six digits, a text as it is."""
     if isinstance(value, str):
@@ -54,7 +60,7 @@ def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
         return ""
-    return f"Every {step}th of {answer.sizes[x]} columns is shown; --json and -o FILE have all."
+    return f"One column in {step} is shown of {answer.sizes[x]}; --json and -o FILE have all of them."
 
 
 def rows_table(answer: "xr.Dataset") -> Table:

@@ -79,7 +79,7 @@ class Client:
             The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of YAML;
             or the name of a study of the paper, such as ``"figure-11"``.
         reuse : bool
-            Take points that earlier studies hold from them.
+            Reuse points already computed by earlier studies.
 
         Returns
         -------
@@ -240,7 +240,7 @@ class Client:
     def upload_record(
         self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
     ) -> "GroundRecord":
-        """Hand in an own ground motion; the same samples again are the same record.
+        """Upload your own ground motion; the same samples again are the same record.
 
         Parameters
         ----------
@@ -279,7 +279,7 @@ class Client:
         cases : sequence of str, optional
             Of none, tmd, fd (friction), pid (particle), hybrid; all if not given.
         starts, seed : int, optional
-            How many perturbed starts show what is chance, and the seed of their draw.
+            Number of perturbed initial states that show how sensitive the response is, and the seed of their draw.
         tmd_criterion : str, optional
             How the tuned mass damper is tuned.
         contact : mapping, optional

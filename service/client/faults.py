@@ -11,7 +11,7 @@ class ClientFault(Exception):
 
 
 class Unreachable(ClientFault):
-    """Nobody answers at the address, or what answers is no damperlab service."""
+    """No service answers at the address, or what answers is no damperlab service."""
 
 
 class Stopped(ClientFault):

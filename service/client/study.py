@@ -281,7 +281,7 @@ class Study:
         top : int, optional
             How many; ten, of a front all.
         exclude_locked : bool
-            Leave out designs that friction locks to the base.
+            Exclude designs in which friction locks the mass to its base.
         max_impact_speed : float, optional
             Leave out designs that impact faster, over Z·ω_n.
         pareto : sequence of str, optional

@@ -135,7 +135,7 @@ class Transport:
             raise Unreachable(message) from RuntimeError(str(error))
         except httpx.TransportError as error:
             advice = "Is `damperlab serve` running there?"
-            raise Unreachable(f"Nobody answers at {self.url}: {error}. {advice}") from error
+            raise Unreachable(f"No service answers at {self.url}: {error}. {advice}") from error
         except (httpx.InvalidURL, httpx.DecodingError) as error:
             raise Unreachable(f"No answer from {self.url} that can be read: {error}.") from None
 

@@ -67,7 +67,7 @@ export function recordPicker(chosen, onChange) {
     el(
       "details",
       {},
-      el("summary", {}, "Put up a record of your own"),
+      el("summary", {}, "Upload your own record"),
       el("p", { class: "quiet" }, "A file of PEER (.at2), or two columns, time in seconds and acceleration (.csv)."),
       el("div", { class: "row" }, el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units), el("label", { class: "field" }, el("span", {}, "File"), file)),
     ),

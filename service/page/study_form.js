@@ -89,7 +89,7 @@ export async function studyForm(root, { query }) {
     } catch (error) {
       if (!(error instanceof Refusal)) return;
       showFaults(error.faults);
-      if (error.faults.length) fill(estimate, `${counted(error.faults.length, "fault")} to mend before it can run.`);
+      if (error.faults.length) fill(estimate, `${counted(error.faults.length, "fault")} to fix before it can run.`);
       else fill(estimate, refusalBox(error));
     }
   });

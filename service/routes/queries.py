@@ -107,7 +107,7 @@ class SliceQuery(At):
         description="A variable that the study stores; amplitude_ratio by default, of a survey peak_relative_displacement_m.",
     )
     interpolate: bool = Field(
-        False, description="Take values between grid points, where the class of response does not change."
+        False, description="Interpolate between grid points where the response class does not change."
     )
 
 
@@ -171,7 +171,9 @@ class RankingQuery(ResultRanges):
         description="What a design is judged by; peak, or resonance where one frequency was computed and no band is given.",
     )
     band: Range = None
-    exclude_locked: bool = Field(False, description="Leave out designs that friction locks to the base.")
+    exclude_locked: bool = Field(
+        False, description="Exclude designs in which friction locks the mass to its base."
+    )
     max_impact_speed: float | None = Field(None, ge=0, allow_inf_nan=False, description="Over Z·ω_n.")
     damping_ratio: Range = None
     restitution: Range = None
@@ -196,7 +198,7 @@ class RankingQuery(ResultRanges):
 class DesignsQuery(RankingQuery):
     """Parameters of a ranking."""
 
-    top: int = Field(10, ge=1, le=MOST, description="How many designs.")
+    top: int = Field(10, ge=1, le=MOST, description="Number of designs to list.")
     pareto: str | None = Field(
         None,
         max_length=200,
@@ -211,7 +213,8 @@ class DesignsQuery(RankingQuery):
         description="Ids of follow-up studies to rank with this one, by commas.",
     )
     metric: Metric | None = Field(
-        None, description="What a survey's dampers are ranked by; peak_relative_displacement_m by default."
+        None,
+        description="Result that dampers of a ground-motion suite are ranked by; peak_relative_displacement_m by default.",
     )
     record: str | None = Field(
         None, max_length=2000, description="Records of a survey that count, by commas; all by default."

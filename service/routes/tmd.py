@@ -35,10 +35,18 @@ class TmdQuery(AlongFrequency):
     )
     criterion: Criterion = Field("minimax", description=f"How it is tuned. {_TUNINGS}.")
     detuning: float = Field(
-        0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its frequency is off."
+        0.0,
+        gt=-1,
+        le=MOST_DETUNING,
+        allow_inf_nan=False,
+        description="Relative error of the tuned mass damper's frequency.",
     )
     damping_detuning: float = Field(
-        0.0, gt=-1, le=MOST_DETUNING, allow_inf_nan=False, description="Share by which its damping is off."
+        0.0,
+        gt=-1,
+        le=MOST_DETUNING,
+        allow_inf_nan=False,
+        description="Relative error of the tuned mass damper's damping.",
     )
     excitation: Excitation = Field(
         "base",

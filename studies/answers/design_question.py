@@ -94,7 +94,10 @@ class DesignQuestion:
             if not max_impact_speed >= 0:
                 raise QueryFault(
                     Fault(
-                        "max_impact_speed", describe(max_impact_speed), "0 or more", "mend it or leave it out"
+                        "max_impact_speed",
+                        describe(max_impact_speed),
+                        "0 or more",
+                        "correct it, or leave it out",
                     )
                 )
             require_stored(cube, "max_impact_speed", "impact_speed_max")
@@ -169,7 +172,7 @@ def _check_limits(field: str, limits: tuple[float, float]) -> str:
     low, high = limits
     shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:
-        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "mend the range"))
+        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "correct the range"))
     return shown
 
 

@@ -82,7 +82,7 @@ def tmd_comparison(
             allowed = f"a share above -1, at most {MOST_DETUNING:g}"
             raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
     if mass_ratio is not None:
-        _check_mass(mass_ratio, "mend it, or leave it out for that of the design")
+        _check_mass(mass_ratio, "correct it, or leave it out for that of the design")
         at.setdefault("mass_ratio", mass_ratio)
     curve = frequency_response(cube, METRIC, at)
     mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio

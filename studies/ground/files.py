@@ -95,7 +95,7 @@ def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
                 _at(number),
                 printable(line.strip()),
                 "numbers alone",
-                "mend the line, or remove what is no data",
+                "correct the line, or remove it if it is not data",
             )
         samples.extend(_float(one) for one in _ONE.findall(line))
         if len(samples) > count:
@@ -174,7 +174,7 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
             continue
         if len(cells) != 2 or len(numbers) != 2:
             allowed = "two numbers, time [s] and acceleration"
-            raise refused(_at(number), printable(bare), allowed, "mend or remove the line")
+            raise refused(_at(number), printable(bare), allowed, "correct the line, or remove it")
         rows.append((_float(cells[0]), _float(cells[1])))
         places.append(number)
     if len(rows) < 2:

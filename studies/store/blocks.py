@@ -163,5 +163,5 @@ class Blocks(StoreBase):
                 c.finished: None,
             }
             connection.execute(update(studies).where(c.number == row.number).values(change))
-            log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks taken back: {why}")
+            log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
             return record_of(study_row(connection, study_id))

@@ -143,8 +143,8 @@ class Catalogue:
                     Fault(
                         self.name,
                         found,
-                        f"a turn at writing within {self._wait_seconds:g} s",
-                        "another process holds the catalogue: try again when it has let go; nothing was lost",
+                        f"the write lock of the catalogue within {self._wait_seconds:g} s",
+                        "another process holds the lock; try again in a moment. Nothing was lost",
                     )
                 ) from error
             raise StoreFault(

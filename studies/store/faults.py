@@ -73,7 +73,7 @@ def catalogue_damaged(study_id: str, found: str) -> CatalogueDamaged:
             f"study {study_id}",
             f"{found} in the catalogue",
             "the rows that were written",
-            f"compare everything with `damperlab verify {study_id}`, and mend it with `damperlab verify {study_id} "
+            f"compare everything with `damperlab verify {study_id}`, and repair it with `damperlab verify {study_id} "
             "--repair`; a catalogue that is beyond that is made again by `damperlab rebuild`",
         )
     )

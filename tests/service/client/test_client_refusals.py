@@ -72,7 +72,9 @@ def test_address_where_nobody_listens(free_port: int, monkeypatch: pytest.Monkey
     monkeypatch.setattr(transport, "FIRST_SECONDS", 0.3)
     with (
         Client(f"http://127.0.0.1:{free_port}") as client,
-        pytest.raises(Unreachable, match=f"Nobody answers at http://127.0.0.1:{free_port}.*damperlab serve"),
+        pytest.raises(
+            Unreachable, match=f"No service answers at http://127.0.0.1:{free_port}.*damperlab serve"
+        ),
     ):
         client.studies()
 

@@ -320,7 +320,7 @@ def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
     watched.allowed = ("422 (Unprocessable",)
     page = watched.go(f"#/studies/{small_map['id']}/earthquake")
     page.wait_for_selector(".records option >> nth=1", state="attached")
-    page.get_by_text("Put up a record of your own").click()
+    page.get_by_text("Upload your own record").click()
     bad = tmp_path / "bad.csv"
     bad.write_text("time (s), acceleration (g)\n0, much\n")
     page.get_by_label("File", exact=True).set_input_files(bad)
