@@ -63,6 +63,10 @@ class Dispatcher:
         self._wake = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
+        # at first for what a delete left that was cut short
+        self._deleted = threading.Event()
+        self._deleted.set()
+        self._remover = threading.Thread(target=self._keep_removing, name="remove", daemon=True)
 
     @property
     def running(self) -> list[str]:
@@ -73,6 +77,7 @@ class Dispatcher:
     def start(self) -> None:
         """Begin to look for work."""
         self._thread.start()
+        self._remover.start()
 
     def wake(self) -> None:
         """Look for work now: a study has been queued."""
@@ -106,8 +111,17 @@ class Dispatcher:
         self.wake()
         return queued
 
+    def retry(self, record: Record) -> Record:
+        """Queue a study again for its blocks that failed as a whole; raise `NothingToDo` where there is none."""
+        queued = self._store.retry(record.id)
+        self._not_before.pop(record.id, None)
+        self.wake()
+        return queued
+
     def delete(self, record: Record) -> None:
         """Delete a study; one that was cancelled a moment ago may first finish the blocks at hand.
+
+        It is gone when this returns; its files are removed in the background, also after a restart.
 
         Raises
         ------
@@ -119,6 +133,7 @@ class Dispatcher:
         if run is not None and run.stop.is_set():
             run.thread.join(STOP_SECONDS)
         self._store.delete(record.id)
+        self._deleted.set()
 
     def close(self) -> None:
         """Stop: running blocks may finish within the runner's grace; the rest stays queued for the next start."""
@@ -126,6 +141,9 @@ class Dispatcher:
         self._wake.set()
         if self._thread.is_alive():
             self._thread.join()
+        if self._remover.is_alive():
+            # not until all files are gone: what is left is found by the next start
+            self._remover.join(LOOK_SECONDS)
         with self._lock:
             runs = dict(self._runs)
             for run in runs.values():
@@ -149,6 +167,15 @@ class Dispatcher:
                 _log.warning("the store cannot be used: %s", error)
             self._wake.wait(LOOK_SECONDS)
             self._wake.clear()
+
+    def _keep_removing(self) -> None:
+        while not self._closing.is_set():
+            if self._deleted.wait(LOOK_SECONDS):
+                self._deleted.clear()
+                try:
+                    self._runners_store.bury(stop=self._closing.is_set)
+                except (StoreFault, OSError) as error:
+                    _log.warning("files of deleted studies could not be removed: %s", error)
 
     def _start_runs(self) -> None:
         for study_id in self._waiting():

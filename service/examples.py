@@ -158,7 +158,10 @@ RECORD: dict[str, Any] = {
                 "type": "object",
                 "required": ["id", "name", "state", "points_total", "points_done", "points_failed", "digest"],
                 "properties": {
-                    "id": {"type": "string", "description": "first 12 hex digits of the digest"},
+                    "id": {
+                        "type": "string",
+                        "description": "first 12 hex digits of the digest; -2 behind them for version 2",
+                    },
                     "name": {"type": "string"},
                     "state": {"enum": list(STATES)},
                     "phase": {
@@ -189,6 +192,14 @@ RECORD: dict[str, Any] = {
                     },
                     "digest": {"type": "string"},
                     "message": {"type": ["string", "null"]},
+                    "version": {
+                        "type": "integer",
+                        "description": "1 as submitted; computed anew by a later solver, it gets the next",
+                    },
+                    "outdated": {
+                        "type": "boolean",
+                        "description": "another solver than today's computed the results; POST /recompute",
+                    },
                 },
             }
         }

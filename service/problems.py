@@ -19,6 +19,7 @@ from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
     KeyTaken,
+    NothingToDo,
     QuotaReached,
     RevisionGone,
     StoreFault,
@@ -172,6 +173,7 @@ def _query(request: Request, error: Exception) -> Response:
 
 def _store(request: Request, error: Exception) -> Response:
     assert isinstance(error, StoreFault)
+    error = _deleted_meanwhile(request) or error
     match error:
         case StudyNotFound():
             problem = Problem(404, "study-not-found", "There is no such study.", (error.fault,))
@@ -185,6 +187,10 @@ def _store(request: Request, error: Exception) -> Response:
                 "revision-gone",
                 "This revision is no longer available: the study has changed since.",
                 (error.fault,),
+            )
+        case NothingToDo():
+            problem = Problem(
+                409, "nothing-to-do", "There is nothing that this could change.", (error.fault,)
             )
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
@@ -202,6 +208,20 @@ def _store(request: Request, error: Exception) -> Response:
                 {"Retry-After": str(RETRY_SECONDS)},
             )
     return _respond(request, problem)
+
+
+def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
+    """Say that a study whose results cannot be read was deleted while they were, where that is so."""
+    study_id = request.path_params.get("study_id")
+    if study_id is None:
+        return None
+    try:
+        request.app.state.service.store.find(study_id)
+    except StudyNotFound as gone:
+        return gone
+    except StoreFault:
+        pass  # which says nothing of the study
+    return None
 
 
 def _bad_parameters(request: Request, error: Exception) -> Response:

@@ -21,6 +21,7 @@ from damperlab.studies.quantity import (
     read_count,
 )
 from damperlab.studies.reads import Reads
+from damperlab.studies.spacing import evenly_spaced, log_spaced
 from damperlab.studies.vocabulary import DEFAULTS
 
 MAX_AXIS_VALUES = 1_000_000
@@ -41,10 +42,14 @@ class Range(BaseModel):
     spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> NDArray[np.float64]:
-        """Return the values, float64 of shape (num,), the ends exact."""
+        """Return the values, float64 of shape (num,), each the double nearest to the exact one.
+
+        The ends count as the shortest decimals that read back to them, so equal steps give equal doubles in
+        whatever range, and on every machine.
+        """
         if self.spacing == "log":
-            return np.geomspace(self.start, self.stop, self.num)
-        return np.linspace(self.start, self.stop, self.num)
+            return log_spaced(self.start, self.stop, self.num)
+        return evenly_spaced(self.start, self.stop, self.num)
 
 
 AxisSpec = float | tuple[float, ...] | Range
@@ -56,6 +61,23 @@ def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
     if isinstance(spec, Range):
         return spec.values()
     return np.atleast_1d(np.asarray(spec, dtype=np.float64))
+
+
+class Coordinates(dict[str, NDArray[Any]]):
+    """The values along every dimension, not to be written to; equal where all of them are."""
+
+    def __init__(self, values: dict[str, NDArray[Any]]) -> None:
+        super().__init__(values)
+        for axis in values.values():
+            axis.flags.writeable = False
+
+    def __eq__(self, other: object) -> bool:
+        """Compare value by value, because arrays have no truth value of their own."""
+        if not isinstance(other, Coordinates) or self.keys() != other.keys():
+            return NotImplemented if not isinstance(other, Coordinates) else False
+        return all(np.array_equal(values, other[name]) for name, values in self.items())
+
+    __hash__ = None
 
 
 def axis_count(spec: AxisSpec) -> int:
@@ -187,7 +209,7 @@ def _distinct(span: Range) -> bool:
     width = (
         math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
     )
-    # Values come with a relative rounding of 1e-14 at most; only steps near that need a look at the values.
+    # Values are rounded by 1.2e-16 at most; only steps near that need a look at the values.
     return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 

@@ -1,6 +1,7 @@
 """A study: the question that is asked, as validated data."""
 
 import math
+from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from pydantic import (
 from damperlab.studies.axes import (
     AxisSpec,
     ClearanceRatio,
+    Coordinates,
     DampingRatio,
     FrequencyRatio,
     FrictionRatio,
@@ -166,9 +168,12 @@ class Study(Choice):
             raise StudyFaults(faults)
         return study
 
-    @property
-    def coordinates(self) -> dict[str, NDArray[np.float64]]:
-        """The six dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed."""
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """The six dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed; not to be written to.
+
+        Kept: an axis may hold a million values, and every block asks for a slice of it.
+        """
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d.values(given) for d in derivations(given, self.particle)}
         values: dict[str, NDArray[np.float64]] = {}
@@ -177,7 +182,7 @@ class Study(Choice):
                 values[name] = np.zeros(1)
             else:
                 values[name] = made[name] if name in made else axis_values(self._spec(name))
-        return values
+        return Coordinates(values)
 
     @property
     def labels(self) -> dict[str, dict[str, str]]:
@@ -185,7 +190,7 @@ class Study(Choice):
         return {name: {"units": "1", "long_name": words} for name, words in DIMENSION_LONG_NAMES.items()}
 
     @property
-    def identities(self) -> dict[str, NDArray[np.float64]]:
+    def identities(self) -> Coordinates:
         """The coordinates: equal ratios are equal points."""
         return self.coordinates
 
@@ -209,7 +214,7 @@ class Study(Choice):
         """Number of design points."""
         return math.prod(self.shape)
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Digest of what the study asks for, 64 hexadecimal digits; see `damperlab.studies.digest`."""
         return study_digest(self)

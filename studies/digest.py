@@ -46,15 +46,15 @@ def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
     """Return SHA-256 over what a point's values depend on besides its coordinates, in hexadecimal.
 
     Studies of one family differ in their grids and metrics alone: a point that both have is the same bits. It is
-    empty, of no family, where a point depends on its neighbours or the solver is not known.
+    empty, of no family, where a point depends on its neighbours or it is not known what computes.
     """
-    kernels = provenance.get("kernels")
+    identity = provenance.get("identity")
     settings = study.settings()
-    if not kernels or settings is None:
+    if not identity or settings is None:
         return ""
     content = hashlib.sha256(_SCHEME)
     feed(content, "version", provenance.get("solver_version", "unknown").encode())
-    feed(content, "kernels", kernels.encode())
+    feed(content, "identity", identity.encode())
     feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
     return content.hexdigest()
 

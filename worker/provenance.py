@@ -2,12 +2,17 @@
 
 import hashlib
 import socket
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+import numpy as np
+
 from damperlab.studies.store.provenance import provenance as environment
-from damperlab.worker.jit import source_hash
+from damperlab.studies.store.solver import identity_of, is_outdated, solver
+from damperlab.worker.kernel_cache import identity as identity_of_kernels
+from damperlab.worker.kernel_cache import source_hash
 
 DISTRIBUTION = "damperlab"
 
@@ -63,38 +68,148 @@ def identity() -> dict[str, str]:
     return {"version": code_version(), "sources": code_hash(), "host": socket.gethostname()}
 
 
+@cache
+def target() -> str:
+    """What kernels are compiled for, and a hash of the processor features that numpy takes other paths for.
+
+    Kernels are one machine code on every processor that has their target. Closed forms are numpy's, whose last bits may
+    differ between two processors.
+
+    Returns
+    -------
+    str
+        As in "x86-64-v3 x86_64-unknown-linux-gnu, numpy 0123abcd".
+    """
+    config = np.show_config(mode="dicts")
+    found = sorted(config.get("SIMD Extensions", {}).get("found", ())) if config else ()
+    return (
+        f"{identity_of_kernels()['target']}, numpy {hashlib.sha256(','.join(found).encode()).hexdigest()[:8]}"
+    )
+
+
+@cache
+def computing() -> dict[str, str]:
+    """What decides every bit of a result here, and what goes with it.
+
+    Returns
+    -------
+    dict of str
+        `identity` is equal for two processes whose results are equal to the last bit: `solver` (its sources and its
+        compilers), `target` and `libc`. The others say the same for people.
+    """
+    facts = {**environment(), "kernels": source_hash(), "solver": solver(), "target": target()}
+    versions = ("solver_version", "python", "numpy", "numba", "llvmlite")
+    kept = (*versions, "machine", "processor", "libc", "kernels", "solver", "target")
+    return {name: facts[name] for name in kept} | {"identity": identity_of(facts)}
+
+
 def provenance() -> dict[str, str]:
     """Everything that a reader of a cube needs to compute it again.
 
     Returns
     -------
     dict of str
-        What `damperlab.studies.store.provenance` collects, and two hashes: `sources` of all that computes and stores,
-        `kernels` of the solver alone.
+        What `damperlab.studies.store.provenance` collects, `sources` (a hash of all that computes and stores), and what
+        `computing` says of this process.
     """
-    return {**environment(), "sources": code_hash(), "kernels": source_hash()}
+    return {**environment(), "sources": code_hash(), **computing()}
 
 
-def require_solver(recorded: dict[str, str]) -> None:
-    """Refuse to go on with a cube that another solver began: one cube, one solver.
+def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
+    """Give what all workers of a cluster compute with.
 
     Parameters
     ----------
-    recorded : dict of str
-        The study's provenance; one without `kernels` is taken as it is.
+    answers : mapping
+        `computing()` of every worker, by its address; at least one.
+
+    Raises
+    ------
+    WrongCode
+        Where two would not give the same bits: a cube is of one solver on one kind of processor.
+    """
+    first, *others = sorted(answers)
+    for other in others:
+        if answers[other]["identity"] != answers[first]["identity"]:
+            raise WrongCode(
+                f"the workers do not compute the same bits: {first} has {_words(answers[first])}, "
+                f"{other} has {_words(answers[other])}; use workers of one kind for a study"
+            )
+    return answers[first]
+
+
+def require_identity(expected: str) -> None:
+    """Refuse to compute for a study whose cube another solver, or the same one on another kind of processor, began.
+
+    Parameters
+    ----------
+    expected : str
+        The study's identity.
+
+    Raises
+    ------
+    WrongCode
+        Naming this host and what it has.
+    """
+    if expected != computing()["identity"]:
+        raise WrongCode(
+            f"the worker on {socket.gethostname()} would not compute the bits of the study's other blocks: it has "
+            f"{_words(computing())}, identity {computing()['identity']}, and the study {expected}; "
+            f"use workers of one kind for a study"
+        )
+
+
+def _words(facts: Mapping[str, str]) -> str:
+    """Say what computes, for people."""
+    return (
+        f"{DISTRIBUTION} {facts.get('solver_version', 'unknown')} with solver {facts.get('solver', 'unknown')} "
+        f"on {facts.get('target', 'an unknown processor')}, libc {facts.get('libc', 'unknown')}"
+    )
+
+
+def require_solver(study_id: str, recorded: Mapping[str, str]) -> None:
+    """Refuse to compute again what another solver computed, before anything of it is given up.
+
+    Parameters
+    ----------
+    study_id : str
+        The study.
+    recorded : mapping of str
+        Its provenance.
 
     Raises
     ------
     WrongCode
         Saying what began the cube, what is here and what to do.
     """
-    theirs, ours = recorded.get("kernels"), source_hash()
-    if theirs is not None and theirs != ours:
-        raise WrongCode(
-            f"the study was begun by {DISTRIBUTION} {recorded.get('solver_version', 'unknown')} "
-            f"with kernels {theirs}, and this is {code_version()} with kernels {ours}: "
-            f"finish it with the former, or delete it and start again"
-        )
+    if is_outdated(recorded):
+        raise _begun_otherwise(study_id, recorded, computing())
+
+
+def require_begun_alike(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> None:
+    """Refuse to go on with a cube that another solver, or another kind of processor, began.
+
+    Parameters
+    ----------
+    study_id : str
+        The study.
+    recorded, now : mapping of str
+        Its provenance, and `computing()` of the workers at hand.
+
+    Raises
+    ------
+    WrongCode
+        Saying what began the cube, what is here and what to do.
+    """
+    if recorded.get("identity") != now["identity"]:
+        raise _begun_otherwise(study_id, recorded, now)
+
+
+def _begun_otherwise(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> WrongCode:
+    return WrongCode(
+        f"the study was begun by {_words(recorded)}, and here is {_words(now)}: "
+        f"finish it with the former, or compute it beside with `damperlab recompute {study_id}`"
+    )
 
 
 def require_code(expected: str) -> None:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse import Overlaps
@@ -22,7 +22,7 @@ from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
 from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage
 from damperlab.worker.progress import Meter, Progress
-from damperlab.worker.provenance import WrongCode, code_hash, require_solver
+from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity, require_begun_alike
 from damperlab.worker.tasks import failed_values, run_block
 from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
@@ -156,7 +156,7 @@ class _Run:
         self, client_factory: "Callable[[], AbstractContextManager[Client]]", here_seconds: float
     ) -> None:
         """Compute every pending block, or as many as there is leave for."""
-        study = parse_study(self._record.definition)
+        study = parse_stored(self._record.definition, self._record.digest)
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         pending = self._store.pending(self._study_id)
@@ -166,23 +166,15 @@ class _Run:
         if not pending.size or self._stopping:
             return
         sweep(self._store, self._study_id)
-        if self._record.blocks_done:
-            require_solver(self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
-        overlaps = Overlaps(self._store, self._record)
         order = (int(index) for index in self._plan.order(pending))
         self._require_room()
-
-        def arguments(index: int, key: str) -> tuple[Any, ...]:
-            block = self._plan.block(index)
-            # a key is used once, so the files of no two attempts have the same name
-            generation = key.removeprefix("block-")
-            return cube_path, self._record.digest, block, code_hash(), generation, overlaps.of(block)
-
         if self._plan.block_seconds[pending].sum() <= here_seconds:
+            self._agree({"this process": computing()})
+            tasks = self._tasks(cube_path)
             self._compile_here(missing(scenes(study)))
             self._begin_blocks(work_left)
-            self._pump(Here(lambda index, key: run_block(*arguments(index, key)), order), cube_path)
+            self._pump(Here(lambda index, key: run_block(*tasks(index, key)), order), cube_path)
             return
         self._enter("starting")
         with client_factory() as client:
@@ -190,11 +182,16 @@ class _Run:
             from damperlab.worker.preparation import compile_at_workers
             from damperlab.worker.window import Window
 
+            answers = self._who_computes(client)
+            if answers is None:
+                return
+            self._agree(answers)
+            tasks = self._tasks(cube_path)
             compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping)
             self._begin_blocks(work_left)
 
             def submit(index: int, key: str) -> "Future":
-                return client.submit(run_block, *arguments(index, key), key=key, pure=False)
+                return client.submit(run_block, *tasks(index, key), key=key, pure=False)
 
             window = Window(client, submit, order)
             try:
@@ -230,6 +227,51 @@ class _Run:
             self._phase = phase, done, total
             self._store.set_phase(self._study_id, phase, done, total, owner=self._lease.owner)
         self._report(at_once=True)
+
+    def _who_computes(self, client: "Client") -> dict[str, dict[str, str]] | None:
+        """Ask the workers what they compute with; None where the study is stopped before there is one.
+
+        Raises
+        ------
+        Outage
+            There is no worker for long.
+        """
+        from damperlab.worker.window import WORKERLESS_SECONDS
+
+        since = time.monotonic()
+        while True:
+            answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
+            if answers:
+                return answers
+            if self._stop.wait(POLL_SECONDS) or self._stopping:
+                return None
+            if time.monotonic() - since > WORKERLESS_SECONDS:
+                raise Outage(f"the cluster has had no worker for {WORKERLESS_SECONDS:g} s")
+
+    def _agree(self, answers: dict[str, dict[str, str]]) -> None:
+        """Record what the study is computed with.
+
+        Raises
+        ------
+        WrongCode
+            Those who compute are unlike each other, or unlike what computed the blocks that are there.
+        """
+        now = one_identity(answers)
+        self._record = self._store.begin(self._study_id, now, self._lease.owner)
+        require_begun_alike(self._study_id, self._record.provenance, now)
+
+    def _tasks(self, cube_path: str) -> Callable[[int, str], tuple[Any, ...]]:
+        """Give what makes the arguments of `run_block` from a block's index and its task's key."""
+        overlaps = Overlaps(self._store, self._record)
+        solver = self._record.provenance["identity"]
+
+        def arguments(index: int, key: str) -> tuple[Any, ...]:
+            block = self._plan.block(index)
+            # a key is used once, so the files of no two attempts have the same name
+            generation = key.removeprefix("block-")
+            return cube_path, self._record.digest, block, code_hash(), generation, overlaps.of(block), solver
+
+        return arguments
 
     def end(self, stopped_as: Callable[[], str]) -> None:
         """Put the study into the state that its blocks say."""

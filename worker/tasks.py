@@ -7,27 +7,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.definition import Study
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.ground.survey import Survey
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube import description_of, stored_variables, write_region
+from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse import Source, known_points
 from damperlab.studies.store.shelf import open_shelf
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_survey_block
-from damperlab.worker.provenance import require_code
+from damperlab.worker.provenance import computing, require_code, require_identity
 
 if TYPE_CHECKING:
     from distributed import Worker
 
 
 def run_block(
-    cube_path: str, digest: str, block: Block, code: str, generation: str, sources: tuple[Source, ...] = ()
+    cube_path: str,
+    digest: str,
+    block: Block,
+    code: str,
+    generation: str,
+    sources: tuple[Source, ...] = (),
+    solver: str = "",
 ) -> BlockOutcome:
     """Solve one block and write its region; the value of the Dask task.
 
@@ -48,6 +55,8 @@ def run_block(
         Names this attempt's files; no other attempt, of any run, has the same.
     sources : tuple of Source
         Where points of the block are known from earlier studies.
+    solver : str
+        The identity that the study's cube is computed by; empty for this worker's.
 
     Returns
     -------
@@ -57,11 +66,12 @@ def run_block(
     Raises
     ------
     WrongCode
-        If this worker's sources differ from the coordinator's.
+        If this worker's sources differ from the coordinator's, or its results would differ from the study's.
     OSError
         If the cube cannot be read or written.
     """
     require_code(code)
+    require_identity(solver or computing()["identity"])
     began = time.perf_counter()
     study = _study(cube_path, digest)
     began_kernel = time.thread_time()
@@ -71,6 +81,7 @@ def run_block(
         "reused": reused,
         "seconds": time.perf_counter() - began,
         "kernel_seconds": kernel_seconds,
+        "identity": computing()["identity"],
     }
     checksum = write_region(cube_path, block, values, generation, told)
     return BlockOutcome(
@@ -82,6 +93,7 @@ def run_block(
         generation=generation,
         checksum=checksum,
         reused=reused,
+        identity=computing()["identity"],
     )
 
 
@@ -147,11 +159,12 @@ def _study(cube_path: str, digest: str) -> Study | Survey:
     described = description_of(open_shelf(cube_path))
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
-    study = parse_study(json.loads(str(described.attributes["study"])))
-    # what is computed is what was asked, whatever has happened to its description since
-    if study.digest != digest:
+    try:
+        # what is computed is what was asked, whatever has happened to its description since
+        return parse_stored(json.loads(str(described.attributes["study"])), digest)
+    except (DefinitionDamaged, ValueError) as error:
+        # no fault of the points: the study stops, and none of them is recorded as failed
         raise OSError(
-            f"the definition in {cube_path} is that of study {study.digest}, not {digest}; "
-            "`damperlab verify --repair` writes the description anew"
-        )
-    return study
+            f"the description of the cube {cube_path} is damaged ({error}); "
+            "`damperlab verify --repair` writes it anew"
+        ) from error

@@ -20,6 +20,7 @@ from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.studies import cancel, delete, show, studies
 from damperlab.service.cli.tmd import precision, refine, robust, tmd
 from damperlab.service.cli.verify import verify
+from damperlab.service.cli.versions import recompute, retry
 from damperlab.service.cli.warm import warm
 
 INTERRUPTED = 130
@@ -55,6 +56,8 @@ def _before(
 for name, command, panel in (
     ("run", run, "Compute"),
     ("resume", resume, "Compute"),
+    ("retry", retry, "Compute"),
+    ("recompute", recompute, "Compute"),
     ("refine", refine, "Compute"),
     ("simulate", simulate, "Compute"),
     ("reproduce", reproduce, "Compute"),

@@ -74,7 +74,7 @@ def run(
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
     record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
-    _finish(store, record, workers, scheduler, as_json)
+    finish(store, record, workers, scheduler, as_json)
 
 
 def resume(
@@ -87,7 +87,7 @@ def resume(
     """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
-    _finish(store, store.find(study), workers, scheduler, as_json)
+    finish(store, store.find(study), workers, scheduler, as_json)
 
 
 def find_or_submit(
@@ -106,12 +106,9 @@ def find_or_submit(
     more : mapping, optional
         Put beside the provenance of a new study.
     """
-    from damperlab.studies.store.faults import StudyNotFound
-
-    try:
-        return store.find(asked.digest[:12])
-    except StudyNotFound:
-        pass
+    known = store.newest(asked.digest)
+    if known is not None:
+        return known
     # a plan, with the cost model behind it, is needed for a new one alone
     from damperlab.studies.plan import make_plan
     from damperlab.worker.cost import seconds_per_point
@@ -123,12 +120,16 @@ def find_or_submit(
     return record
 
 
-def _finish(
+def finish(
     store: "Store", record: "Record", workers: int | None, scheduler: str | None, as_json: bool
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
         note(f"Study {label(record)} is complete; nothing was computed.")
+        if record.outdated:
+            note(
+                f"It was computed by another solver than today's. Beside it: damperlab recompute {record.id}"
+            )
     else:
         record = compute(store, record, workers, scheduler)
     if as_json:

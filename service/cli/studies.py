@@ -48,7 +48,7 @@ def studies(
             (
                 record.id,
                 record.name,
-                record.state,
+                record.state + (", outdated" if record.outdated else ""),
                 str(record.points_total),
                 str(record.points_done),
                 str(record.points_failed),
@@ -126,9 +126,10 @@ def delete(
     if not yes:
         question = f"Delete study {label(record)} with {record.points_done} computed points for good?"
         typer.confirm(question, abort=True, err=True)
-    with working("Deleting"):
-        store.delete(record.id)
+    store.delete(record.id)
     note(f"Study {label(record)} is deleted.")
+    with working("Removing its files; stopped, it is finished by the service, the next delete or gc"):
+        store.bury()
 
 
 def summary(record: "Record") -> str:
@@ -142,7 +143,7 @@ def summary(record: "Record") -> str:
     share = 100 * record.points_done / record.points_total
     lines = [
         ("study", label(record)),
-        ("state", record.state),
+        ("state", record.state + (", outdated" if record.outdated else "")),
         (
             "points",
             f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"
@@ -164,6 +165,10 @@ def summary(record: "Record") -> str:
         lines.append(("time left", duration(record.seconds_left)))
     if record.message:
         lines.append(("message", record.message))
+    if record.version > 1:
+        lines.append(("version", str(record.version)))
+    if record.outdated:
+        lines.append(("outdated", f"by another solver than today's; damperlab recompute {record.id}"))
     records = [one["id"] for one in record.definition.get("records", [])]
     if records:
         lines.append(("records", ", ".join(records)))

@@ -58,7 +58,7 @@ def _verify(
     if damages and repair:
         # before anything is given up: no other solver may finish what one began
         try:
-            require_solver(record.provenance)
+            require_solver(record.id, record.provenance)
         except WrongCode as error:
             raise CommandFailed("wrong-code", str(error)) from error
         record = take_back(store, record, damages)

@@ -148,6 +148,41 @@ class Study:
         self._ask("POST", "/resume")
         return self
 
+    def retry(self) -> "Study":
+        """Compute blocks again that failed as a whole; points that failed by their numbers stay as they are."""
+        self._ask("POST", "/retry")
+        return self
+
+    def recompute(self) -> "Study":
+        """Compute an outdated study with the service's solver, beside these results, and give the new version.
+
+        Both are kept until one is deleted; `differences` compares them.
+        """
+        return Study(self._transport, self._ask("POST", "/recompute"))
+
+    def differences(self, older: "Study | str | None" = None) -> dict[str, Any]:
+        """How this version differs from an older one: points, and of each variable the largest difference and where.
+
+        Parameters
+        ----------
+        older : Study or str, optional
+            The other version; by default the one before.
+
+        Returns
+        -------
+        dict
+            ``compared``, ``differing`` and ``variables``, each with ``points``, ``largest_relative``, ``at``, ``older``
+            and ``newer``.
+        """
+        query = {} if older is None else {"older": older.id if isinstance(older, Study) else older}
+        answer: dict[str, Any] = self._ask("GET", "/differences", params=query)
+        return answer
+
+    @property
+    def outdated(self) -> bool:
+        """Whether another solver than the service's computed the results; `recompute` makes a new version beside."""
+        return self.record.outdated
+
     def delete(self) -> None:
         """Delete the study and its cube; one that runs has to be cancelled first."""
         give_up = time.monotonic() + DRAIN_SECONDS

@@ -22,6 +22,7 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import make_plan
 from damperlab.studies.reading import parse_study_text
+from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import State
@@ -61,6 +62,16 @@ class ListQuery(BaseModel):
     cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only studies whose name holds this text.")
+
+
+class DifferencesQuery(BaseModel):
+    """Parameters of a comparison of versions."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    older: str | None = Field(
+        None, max_length=200, description="Id of the other version; by default the one before."
+    )
 
 
 @router.post(
@@ -189,8 +200,68 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
     return Document(record.document())
 
 
+@router.post(
+    "/{study_id}/retry",
+    response_class=Document,
+    responses={200: RECORD, **documented(404, 409, 503)},
+    summary="Compute failed blocks again",
+)
+def retry(service: TheService, study: TheExactStudy) -> Document:
+    """Queue the blocks again that failed as a whole; points that failed by their numbers would fail again."""
+    return Document(service.dispatcher.retry(study).document())
+
+
+@router.post(
+    "/{study_id}/recompute",
+    status_code=201,
+    response_class=Document,
+    responses={
+        200: {
+            "description": "Another version of it is of today's solver, or waits for it, already",
+            **RECORD,
+        },
+        201: {"description": "Entered beside the older results; Location is its address", **RECORD},
+        **documented(404, 409, 503, 507),
+    },
+    summary="Compute an outdated study anew, beside its results",
+)
+def recompute(service: TheService, study: TheExactStudy) -> Document:
+    """Queue a new version of a study; the older one stays until it is deleted."""
+    record, created = service.store.recompute(study.id, provenance())
+    service.dispatcher.wake()
+    return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
+
+
+@router.get(
+    "/{study_id}/versions",
+    response_class=Document,
+    responses=documented(404),
+    summary="Every version of a study, oldest first",
+)
+def versions(service: TheService, study: TheStudy) -> Document:
+    """List the records of all versions without their definitions, which are one."""
+    return Document({"studies": [_summary(record) for record in service.store.versions(study.id)]})
+
+
+@router.get(
+    "/{study_id}/differences",
+    response_class=Document,
+    responses=documented(404, 409, 422, 503),
+    summary="How a version differs from an older one",
+)
+def differences(
+    service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
+) -> Document:
+    """Compare every point that both have: how many differ, by how much, and where by the most."""
+    older = service.store.find(query.older) if query.older else None
+    return Document(differences_of(service.store, study, older).document())
+
+
 @router.delete(
-    "/{study_id}", status_code=204, responses=documented(404, 409), summary="Delete a study and its cube"
+    "/{study_id}",
+    status_code=204,
+    responses=documented(404, 409),
+    summary="Delete a study and its cube",
 )
 def delete(service: TheService, study: TheExactStudy) -> Response:
     """Delete a study that is not running."""

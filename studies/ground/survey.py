@@ -5,12 +5,13 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.axes import AxisSpec, Range, axis_count, axis_values
+from damperlab.studies.axes import AxisSpec, Coordinates, Range, axis_count, axis_values
 from damperlab.studies.choices import Contact
 from damperlab.studies.digest import feed
 from damperlab.studies.faults import Fault, StudyFaults
@@ -63,11 +64,11 @@ class Survey:
     metrics: tuple[str, ...]
     motions: Mapping[str, GroundMotion] = field(default_factory=dict, compare=False, repr=False)
 
-    @property
-    def coordinates(self) -> dict[str, NDArray[Any]]:
-        """The dimensions in the cube's order: record as text, the others float64."""
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """The dimensions in the cube's order: record as text, the others float64; not to be written to."""
         axes = {name: axis_values(self.axes[name]) for name in AXES}
-        return {RECORD: np.array([record.id for record in self.records]), **axes}
+        return Coordinates({RECORD: np.array([record.id for record in self.records]), **axes})
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
@@ -100,7 +101,7 @@ class Survey:
         """Whether a point begins where another ended: none does."""
         return False
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """SHA-256 over what is asked, records by their samples and axes by their values, in hexadecimal."""
         content = hashlib.sha256(_SCHEME)

@@ -1,5 +1,6 @@
 """Which blocks are done: the marks, set once a block is safe and taken back where it was damaged."""
 
+import json
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -7,9 +8,10 @@ from typing import Any
 import numpy as np
 from sqlalchemy import delete, func, insert, select, update
 
-from damperlab.studies.store.base import StoreBase
+from damperlab.studies.faults import Fault
 from damperlab.studies.store.claims import require_free
-from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.lookup import Lookup
 from damperlab.studies.store.manifest import drop_marks
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.rows import log_event, marks_of, record_of, study_row
@@ -18,7 +20,7 @@ from damperlab.studies.store.tables import done_blocks, studies
 _AT_ONCE = 500  # values in one statement
 
 
-class Blocks(StoreBase):
+class Blocks(Lookup):
     """The done-marks of a store."""
 
     def pending(self, study_id: str) -> np.ndarray:
@@ -71,6 +73,13 @@ class Blocks(StoreBase):
                     del fresh[index]
             if not fresh:
                 return True
+            # the workers have refused before; whatever they hold, no cube gets the work of two solvers
+            solver = json.loads(row.provenance).get("identity", "")
+            strangers = {outcome.identity for outcome in fresh.values()} - {"", solver}
+            if strangers:
+                raise ValueError(
+                    f"blocks computed by {sorted(strangers)} in a cube of {solver or 'no identity'}"
+                )
             marks = [
                 {
                     "study": row.number,
@@ -85,6 +94,7 @@ class Blocks(StoreBase):
                     "generation": outcome.generation,
                     "checksum": outcome.checksum,
                     "revision": row.revision + 1 + place,
+                    "identity": outcome.identity,
                 }
                 for place, outcome in enumerate(fresh.values())
             ]
@@ -105,6 +115,42 @@ class Blocks(StoreBase):
                 change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
             connection.execute(update(studies).where(c.number == row.number).values(change))
             return True
+
+    def retry(self, study_id: str) -> Record:
+        """Take the marks of blocks back that were given up, so that the study can be run again for them.
+
+        A point that failed by its numbers is an answer, and the same solver gives it again to the last bit: only blocks
+        that failed as a whole, as by a worker that died, may end otherwise.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+
+        Returns
+        -------
+        Record
+            Queued.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it.
+        NothingToDo
+            If no block was given up, or the study is of another solver.
+        """
+        b = done_blocks.c
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            given_up = select(b.block).where(b.study == row.number, b.message.is_not(None))
+            blocks = connection.execute(given_up).scalars().all()
+        record = record_of(row)
+        if not blocks or record.outdated:
+            raise _nothing_to_retry(record)
+        self.forget(study_id, blocks, "to be tried again")
+        return self.set_state(study_id, "queued", "")
 
     def forget(self, study_id: str, blocks: Sequence[int], why: str) -> Record:
         """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
@@ -165,3 +211,19 @@ class Blocks(StoreBase):
             connection.execute(update(studies).where(c.number == row.number).values(change))
             log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
             return record_of(study_row(connection, study_id))
+
+
+def _nothing_to_retry(record: Record) -> NothingToDo:
+    if record.outdated:
+        found, advice = (
+            "which is of another solver",
+            f"compute it beside with `damperlab recompute {record.id}`",
+        )
+    elif record.points_failed:
+        found = f"whose {record.points_failed} failed points failed by their numbers"
+        advice = "the same solver gives the same again: change `steady` or the range of the axes"
+    else:
+        found, advice = "in which no block failed", "resume computes what is missing"
+    return NothingToDo(
+        Fault("study", f"{record.id}, {found}", "a study with blocks that failed as a whole", advice)
+    )

@@ -34,6 +34,10 @@ class KeyTaken(StoreFault):
     """The key of a submission belongs to another definition."""
 
 
+class NothingToDo(StoreFault):
+    """What was asked of a study would change nothing, or cannot help."""
+
+
 class RevisionGone(StoreFault):
     """The study's cube cannot be shown as it was at that revision."""
 

@@ -38,7 +38,7 @@ def cube_name(study_id: str, number: int) -> str:
 
 def parse_cube_name(name: str) -> tuple[str, int] | None:
     """Read the study's id and number from the name of a cube's shelf; None for any other name."""
-    found = re.fullmatch(r"([0-9a-f]{12})-([0-9]{1,18})\.zarr", name)
+    found = re.fullmatch(r"([0-9a-f]{12}(?:-[0-9]{1,9})?)-([0-9]{1,18})\.zarr", name)
     return (found[1], int(found[2])) if found else None
 
 

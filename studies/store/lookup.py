@@ -15,6 +15,7 @@ from damperlab.studies.store.rows import (
     alive_row,
     cursor_of,
     log_event,
+    newest_row,
     number_before,
     record_of,
     study_row,
@@ -63,6 +64,25 @@ class Lookup(StoreBase):
                     )
                 )
             raise unknown_study(connection, ref)
+
+    def newest(self, digest: str) -> Record | None:
+        """Give the newest version of what a definition asks for; None if it was never asked, or deleted."""
+        with self.catalogue.reading() as connection:
+            row = newest_row(connection, digest)
+        return None if row is None else record_of(row)
+
+    def versions(self, study_id: str) -> list[Record]:
+        """Give every version of a study, oldest first.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        """
+        with self.catalogue.reading() as connection:
+            digest = study_row(connection, study_id).digest
+            query = select(studies).where(studies.c.digest == digest, ALIVE).order_by(studies.c.version)
+            return [record_of(row) for row in connection.execute(query)]
 
     def page(
         self,

@@ -18,11 +18,12 @@ from typing import Any
 
 from sqlalchemy import Connection, func, insert, select, update
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
+from damperlab.studies.store.box import box_of
 from damperlab.studies.store.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.folder import Folder
@@ -40,7 +41,15 @@ from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import done_blocks, studies
 
 _AT_ONCE = 1000  # rows in one statement
-_UNTOLD = {"reused": 0, "seconds": 0.0, "kernel_seconds": 0.0, "message": None, "revision": 0, "at": 0.0}
+_UNTOLD = {
+    "reused": 0,
+    "seconds": 0.0,
+    "kernel_seconds": 0.0,
+    "message": None,
+    "revision": 0,
+    "at": 0.0,
+    "identity": "",
+}
 
 
 @dataclass
@@ -165,8 +174,9 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
 
 def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: Rebuilt) -> None:
     described = describe_cube(shelf.get(DESCRIPTION))
-    study = parse_study(json.loads(str(described.attributes["study"])))
-    if study.digest != described.digest or study.digest[:12] != study_id:
+    study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
+    digits, _, version = study_id.partition("-")
+    if study.digest[:12] != digits:
         raise ValueError(f"its description is that of study {study.digest[:12]}")
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
@@ -185,6 +195,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 "number": number,
                 "id": study_id,
                 "digest": study.digest,
+                "version": int(version or 1),
                 "name": study.name,
                 "state": "queued",
                 "definition": json.dumps(study.document()),
@@ -195,6 +206,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 "bytes_total": study.points * bytes_per_point(study),
                 "blocks_total": total,
                 "family": family_digest(study, provenance),
+                "box": json.dumps(box_of(study)),
                 "reuse": described.reuse,
                 "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
             }

@@ -45,6 +45,8 @@ class BlockOutcome:
         Which files are the block's, and what they hold; see `damperlab.studies.store.cube.write_region`.
     reused : int
         Points that were taken from earlier studies.
+    identity : str
+        What computed it, see `damperlab.studies.store.solver.identity_of`; empty for a block that was given up.
     """
 
     index: int
@@ -56,6 +58,7 @@ class BlockOutcome:
     generation: str = ""
     checksum: str | None = None
     reused: int = 0
+    identity: str = ""
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,10 @@ class Record:
         Whether points may be taken from earlier studies.
     shape : tuple of int
         Points along each dimension.
+    version : int
+        1 for a study as it was submitted; computed anew by a later solver, it gets the next, beside the older ones.
+    outdated : bool
+        Whether results are there and another solver than today's computed them; they stay as they are.
     """
 
     id: str
@@ -128,6 +135,8 @@ class Record:
     revision: int
     reuse: bool
     shape: tuple[int, ...]
+    version: int
+    outdated: bool
 
     @property
     def dimensions(self) -> tuple[str, ...]:

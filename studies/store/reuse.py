@@ -1,14 +1,18 @@
 """Points that earlier studies hold already: same solver, same settings, coordinates equal to the last bit."""
 
+import json
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from sqlalchemy import select
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
+from damperlab.studies.store.box import box_of
 from damperlab.studies.store.cube import block_grid, stored_variables
+from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, record_of
@@ -17,8 +21,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import studies
 from damperlab.studies.variables import Status
 
-STUDIES_AT_MOST = 8
-"""Earlier studies that are looked at, the newest first: each costs a look for every block."""
+_AT_ONCE = 500  # values in one statement
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,9 @@ class Source:
 class Overlaps:
     """What a study has in common with earlier ones; asked block by block as they are sent to be computed.
 
+    Every study of the family is looked for by the box that its grid fills, an entry of the catalogue; the definitions
+    of those alone are read whose box meets this study's.
+
     Parameters
     ----------
     store : Store
@@ -55,43 +61,69 @@ class Overlaps:
     def __init__(self, store: Store, record: Record) -> None:
         self._store = store
         self._studies: list[_Overlap] = []
-        if not record.reuse:
-            return
-        study = parse_study(record.definition)
-        with store.catalogue.reading() as connection:
-            family = select(studies.c.family).where(studies.c.id == record.id, ALIVE).scalar_subquery()
-            rows = connection.execute(
-                select(studies)
-                .where(studies.c.family == family, studies.c.family != "", studies.c.id != record.id)
-                .where(ALIVE, studies.c.blocks_done > 0)
-                .order_by(studies.c.number.desc())
-                .limit(STUDIES_AT_MOST)
-            ).all()
-        overlaps = (_overlap(study, record_of(row)) for row in rows)
-        self._studies = [overlap for overlap in overlaps if overlap is not None]
+        if record.reuse:
+            study = parse_stored(record.definition, record.digest)
+            overlaps = (_overlap(study, other) for other in _neighbours(store, record, box_of(study)))
+            self._studies = [overlap for overlap in overlaps if overlap is not None]
+        # those with most in common first: the others then have little to add
+        self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
+        corners = [[(own[0], own[-1]) for own, _ in overlap.common] for overlap in self._studies]
+        self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)
 
     def of(self, block: Block) -> tuple[Source, ...]:
         """Say where points of a block are known; nothing for a block of new points alone."""
         found = []
-        for overlap in self._studies:
+        first = np.array(block.start)
+        last = first + np.array(block.shape) - 1
+        near = np.all((self._corners[..., 0] <= last) & (self._corners[..., 1] >= first), axis=1)
+        lacking = np.ones(block.shape, bool) if near.any() else np.zeros(0, bool)
+        for overlap in (self._studies[place] for place in np.flatnonzero(near)):
+            if not lacking.any():
+                break
             ours, theirs = [], []
             for start, extent, (own, other) in zip(block.start, block.shape, overlap.common, strict=True):
-                first, last = np.searchsorted(own, (start, start + extent))
-                ours.append(own[first:last] - start)
-                theirs.append(other[first:last])
-            if not all(map(len, ours)):
+                low, high = np.searchsorted(own, (start, start + extent))
+                ours.append(own[low:high] - start)
+                theirs.append(other[low:high])
+            if not all(map(len, ours)) or not lacking[np.ix_(*ours)].any():
                 continue
             try:
                 shelf, marks = self._store.snapshot(overlap.record.id)
             except StudyNotFound:
                 continue  # deleted meanwhile
             grid = block_grid(overlap.record.shape, overlap.record.chunk)
-            places = (np.unique(at // step) for at, step in zip(theirs, overlap.record.chunk, strict=True))
-            touched = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), grid).reshape(-1)
+            places = [at // step for at, step in zip(theirs, overlap.record.chunk, strict=True)]
+            touched = np.ravel_multi_index(np.meshgrid(*map(np.unique, places), indexing="ij"), grid).reshape(
+                -1
+            )
             generations = {int(index): marks[int(index)] for index in touched if int(index) in marks}
             if generations:
                 found.append(Source(shelf.address, generations, tuple(theirs), tuple(ours)))
+                if not overlap.record.points_failed:
+                    done = np.isin(np.ravel_multi_index(np.ix_(*places), grid), list(generations))
+                    lacking[np.ix_(*ours)] &= ~done
         return tuple(found)
+
+
+def _neighbours(store: Store, record: Record, box: list[list[float]]) -> Iterator[Record]:
+    """Give the studies of the same family whose grids may share points with a box, those with most points first."""
+    c = studies.c
+    with store.catalogue.reading() as connection:
+        family = select(c.family).where(c.id == record.id, ALIVE).scalar_subquery()
+        rows = connection.execute(
+            select(c.number, c.box).where(
+                c.family == family, c.family != "", c.id != record.id, ALIVE, c.blocks_done > 0
+            )
+        ).all()
+        boxes = np.array([json.loads(row.box) for row in rows], np.float64).reshape(len(rows), len(box), 2)
+        low, high = np.array(box, np.float64).reshape(len(box), 2).T
+        near = np.flatnonzero(np.all((boxes[..., 0] <= high) & (boxes[..., 1] >= low), axis=1))
+        numbers = [rows[int(place)].number for place in near]
+    for start in range(0, len(numbers), _AT_ONCE):
+        query = select(studies).where(c.number.in_(numbers[start : start + _AT_ONCE]), ALIVE)
+        with store.catalogue.reading() as connection:
+            found = connection.execute(query).all()
+        yield from map(record_of, found)
 
 
 def known_points(
@@ -144,7 +176,7 @@ class _Overlap:
 
 
 def _overlap(study: AnyStudy, other: Record) -> _Overlap | None:
-    earlier = parse_study(other.definition)
+    earlier = parse_stored(other.definition, other.digest)
     if not {v.name for v in stored_variables(study)} <= {v.name for v in stored_variables(earlier)}:
         return None
     common = []

@@ -6,11 +6,12 @@ import json
 import time
 from typing import Any
 
-from sqlalchemy import Connection, Row, insert, select
+from sqlalchemy import Connection, Row, func, insert, select
 
 from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record, utc
+from damperlab.studies.store.solver import is_outdated
 from damperlab.studies.store.tables import done_blocks, events, studies
 
 ALIVE = studies.c.deleted.is_(None)
@@ -34,8 +35,14 @@ NAMES_COMPARED = 1000
 """Names of the newest studies among which one is looked for that was mistyped."""
 
 
+def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
+    """Find the newest version of what a definition asks for; None if there is none."""
+    query = select(studies).where(studies.c.digest == digest, ALIVE)
+    return connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
+
+
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
-    """Make the fault for a study that is not there; it names the one that was probably meant, and a few others."""
+    """Make the fault for a study that is not there: when it was deleted, which one was probably meant, a few others."""
     order = studies.c.number.desc()
     newest = connection.execute(
         select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
@@ -48,7 +55,11 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
         if known
         else "nothing: there are no studies yet"
     )
-    return StudyNotFound(Fault("study", describe(ref), allowed, advice))
+    gone = connection.execute(
+        select(func.max(studies.c.deleted)).where(studies.c.id == ref, studies.c.deleted.is_not(None))
+    ).scalar()
+    found = describe(ref) + (f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else "")
+    return StudyNotFound(Fault("study", found, allowed, advice))
 
 
 def marks_of(
@@ -114,6 +125,8 @@ def record_of(row: Row[Any]) -> Record:
         revision=row.revision,
         reuse=row.reuse,
         shape=tuple(json.loads(row.shape)),
+        version=row.version,
+        outdated=row.blocks_done > 0 and is_outdated(json.loads(row.provenance)),
     )
 
 

@@ -7,12 +7,11 @@ from damperlab.studies.store.catalogue import BUSY_SECONDS, open_catalogue
 from damperlab.studies.store.claims import Claims
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.home import require_catalogue, shelf_of
-from damperlab.studies.store.lookup import Lookup
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.submissions import Submissions
 
 
-class Store(Submissions, Lookup, Blocks, Claims, Cubes):
+class Store(Submissions, Blocks, Claims, Cubes):
     """Studies and their cubes under one data directory.
 
     Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one
@@ -40,7 +39,7 @@ class Store(Submissions, Lookup, Blocks, Claims, Cubes):
         *,
         wait_seconds: float = BUSY_SECONDS,
     ) -> "Store":
-        """Open a data directory, making it where it is missing; what an interrupted delete left is removed.
+        """Open a data directory, making it where it is missing.
 
         Parameters
         ----------
@@ -71,6 +70,4 @@ class Store(Submissions, Lookup, Blocks, Claims, Cubes):
         except BaseException:
             opened.close()
             raise
-        store = cls(data_dir, opened, shelf, quota)
-        store.bury()
-        return store
+        return cls(data_dir, opened, shelf, quota)

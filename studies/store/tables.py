@@ -21,8 +21,11 @@ studies = Table(
     metadata,
     # never reused: it orders the pages and names the cube's folder, so no study meets a deleted one's files
     Column("number", Integer, primary_key=True),
-    Column("id", String(12), nullable=False),
+    # the digest's first digits, and the version where there are several
+    Column("id", String(24), nullable=False),
     Column("digest", String(64), nullable=False),
+    # 1 for a study as it was submitted; computed anew by a later solver, it gets the next
+    Column("version", Integer, nullable=False, default=1),
     Column("name", Text, nullable=False),
     Column("state", String, nullable=False),
     Column("message", Text),
@@ -47,6 +50,8 @@ studies = Table(
     Column("taken_back", Integer, nullable=False, default=0),
     # studies of one family differ in their grids alone; empty where no points may be taken or given
     Column("family", String(64), nullable=False, default=""),
+    # lowest and highest value along every dimension of numbers: where points may be shared with other studies
+    Column("box", Text, nullable=False, default="[]"),
     Column("reuse", Boolean, nullable=False, default=True),
     Column("created", Float, nullable=False),
     Column("started", Float),
@@ -72,6 +77,7 @@ Index(
     postgresql_where=studies.c.deleted.is_(None),
 )
 Index("family", studies.c.family)
+Index("digest", studies.c.digest)
 
 done_blocks = Table(
     "done_blocks",
@@ -89,6 +95,8 @@ done_blocks = Table(
     Column("generation", String, nullable=False, default=""),
     Column("checksum", String),
     Column("revision", Integer, nullable=False, default=0),
+    # which solver on which processor computed it
+    Column("identity", String, nullable=False, default=""),
     # clustered by its key: the marks of one study are read in one sweep
     sqlite_with_rowid=False,
 )
@@ -105,7 +113,7 @@ events = Table(
     "events",
     metadata,
     Column("number", Integer, primary_key=True),
-    Column("study", String(12), nullable=False),
+    Column("study", String(24), nullable=False),
     Column("at", Float, nullable=False),
     Column("what", Text, nullable=False),
     sqlite_autoincrement=True,

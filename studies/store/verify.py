@@ -21,6 +21,7 @@ from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.cube import lost_attachments, restore_metadata
 from damperlab.studies.store.decoded import DecodedChunks
+from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
 from damperlab.studies.store.home import cube_name, parse_cube_name
@@ -88,11 +89,10 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     found = _row(row, marks)
     if found is not None:
         yield Damage(None, found, "catalogue")
-    study = parse_study(record.definition)
-    if study.digest != record.digest:
-        yield Damage(
-            None, f"its definition in the catalogue is that of study {study.digest[:12]}", "catalogue"
-        )
+    try:
+        study = parse_stored(record.definition, record.digest)
+    except DefinitionDamaged as error:
+        yield Damage(None, f"its definition in the catalogue is damaged: {error.fault.found}", "catalogue")
         return
     described, found = _description(shelf, record, study)
     if described is None:
@@ -167,7 +167,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     parts = {damage.part for damage in damages}
     shelf, _ = store.snapshot(record.id, checked=False)
     if "description" in parts:
-        study = parse_study(record.definition)
+        study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)
         if lost:
             whole = parse_study(record.definition, Records(store.data_dir)).attachments()

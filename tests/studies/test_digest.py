@@ -1,6 +1,7 @@
 """The digest is equal for equal questions and differs for different ones."""
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def axes(**changes: Any) -> dict[str, Any]:
         {"damping_ratio": 0.0038},
         {"damping_ratio": [3.8e-3]},
         axes(clearance_ratio=np.linspace(1, 25, 49).tolist()),
-        axes(frequency_ratio=np.geomspace(0.5, 2, 5).tolist()),
+        axes(frequency_ratio=[0.5, math.sqrt(0.5), 1, math.sqrt(2), 2]),
         axes(friction_ratio=[0.4, -0.0]),
         axes(friction_ratio={"start": 0, "stop": 4e-1, "num": 2.0}),
         axes(restitution=0.47, mass_ratio=1e-1),

@@ -15,9 +15,20 @@ import psutil
 import pytest
 from tests.worker.dask_processes import dask_process, scheduler_process
 
+from damperlab.studies.store.solver import identity_of
 from damperlab.worker.cluster import connect, core_count
 from damperlab.worker.outcomes import ClusterUnusable
-from damperlab.worker.provenance import WrongCode, code_hash, provenance, require_code, require_solver
+from damperlab.worker.provenance import (
+    WrongCode,
+    code_hash,
+    computing,
+    one_identity,
+    provenance,
+    require_begun_alike,
+    require_code,
+    require_identity,
+    require_solver,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -75,6 +86,7 @@ def test_no_process_is_left_after_an_exception() -> None:
 # A shell ignores Ctrl-C for what it starts in the background, and its children inherit that.
 _HOLD = """
 import signal, sys, time
+from damperlab.studies.store.solver import identity_of
 from damperlab.worker.cluster import connect
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -197,7 +209,22 @@ def test_code_hash_is_what_workers_are_held_to() -> None:
 
 
 def test_cube_begun_by_another_solver_is_not_continued() -> None:
-    require_solver(provenance())
-    require_solver({})
-    with pytest.raises(WrongCode, match="delete it and start again"):
-        require_solver({**provenance(), "kernels": "0" * 16})
+    require_solver("a" * 12, provenance())
+    for change in ({"solver": "0" * 16}, {"solver": ""}):
+        with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+            require_solver("a" * 12, {**provenance(), **change})
+    require_begun_alike("a" * 12, provenance(), computing())
+    with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+        require_begun_alike("a" * 12, provenance(), {**computing(), "identity": "0" * 16})
+
+
+def test_unlike_workers_compute_no_study_together() -> None:
+    mine = computing()
+    other = {**mine, "target": "generic 00000000"}
+    other["identity"] = identity_of(other)
+    assert other["identity"] != mine["identity"]
+    assert one_identity({"tcp://a": mine, "tcp://b": dict(mine)}) == mine
+    with pytest.raises(WrongCode, match=r"tcp://b has .* generic 00000000"):
+        one_identity({"tcp://a": mine, "tcp://b": other})
+    with pytest.raises(WrongCode, match=other["identity"]):
+        require_identity(other["identity"])

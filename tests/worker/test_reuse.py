@@ -99,7 +99,7 @@ def test_refined_and_longer_axes_take_their_points_and_change_no_bit(
     ("study", "options"),
     [
         (REFINED, {"reuse": False}),
-        (REFINED, {"kernels": "of another solver"}),
+        (REFINED, {"identity": "of another solver"}),
         (REFINED, {"solver_version": "0.0.0"}),
         (study_of(13, steady={"max_cycles": 201}), {}),
         (study_of(13, damping_ratio=0.051), {}),
@@ -138,3 +138,28 @@ def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store, clien
     # the one block of friction that meets the lost one takes nothing from this study at all
     assert refined.points_reused == 2 * frequencies
     assert (store.cube(refined.id)["status"] != 5).all()
+
+
+def test_known_points_are_found_however_many_studies_came_since(store: Store, client: Client) -> None:
+    fine = {"start": 0.5, "stop": 1.5, "num": 101}
+    first = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": fine}), chunk=20)
+    for place in range(12):
+        unrelated = study_of(axes={"friction_ratio": 0, "frequency_ratio": [2.0 + place, 2.5 + place]})
+        assert run(store, client, unrelated, chunk=2).points_reused == 0
+    wider = {"start": 0.3, "stop": 1.7, "num": 141}
+    longer = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": wider}), chunk=20)
+    assert longer.points_reused == 101
+    tenfold = {"start": 0.5, "stop": 1.5, "num": 1001}
+    refined = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": tenfold}), chunk=200)
+    assert refined.points_reused == 101
+    for record in (longer, refined):
+        assert np.isin(
+            store.cube(first.id)["run_time"].values, store.cube(record.id)["run_time"].values
+        ).all()
+
+
+def test_points_are_gathered_from_studies_that_hold_one_each(store: Store, client: Client) -> None:
+    grid = study_of(13, axes={"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}})
+    for value in grid.coordinates["frequency_ratio"][1:10].tolist():
+        run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": value}), chunk=1)
+    assert run(store, client, grid, chunk=4).points_reused == 9

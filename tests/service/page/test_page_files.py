@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-import numpy as np
 import pytest
 
 from damperlab.service.page.files import PLOTLY, page_names, page_version
@@ -98,7 +97,7 @@ def test_catalog_holds_every_named_study_and_they_are_taken_as_they_stand(client
 
 def test_axes_are_those_of_the_grid(client: httpx.Client, curve: dict[str, Any]) -> None:
     answer = client.get(f"/api/v1/studies/{curve['id']}/axes").raise_for_status().json()
-    assert answer["axes"]["frequency_ratio"] == np.linspace(0.5, 1.5, 11).tolist()
+    assert answer["axes"]["frequency_ratio"] == [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert answer["axes"]["damping_ratio"] == [0.0038]
     assert {"amplitude_ratio", "status"} <= set(answer["variables"])
 

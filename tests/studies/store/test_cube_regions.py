@@ -243,6 +243,7 @@ def test_a_writer_finds_out_that_the_cube_is_gone(store, make_study, make_plan_o
     study_id = store.submit(study, plan, {})[0].id
     path = store.cube_path(study_id)
     store.delete(study_id)
+    store.bury()
     with pytest.raises(FileNotFoundError):
         write_region(path, plan.block(0), values_of(study, plan.block(0)))
     assert not Path(path).exists()

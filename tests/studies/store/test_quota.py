@@ -21,9 +21,10 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(
     with pytest.raises(QuotaReached, match=f"{size:,} bytes.*{size - 1:,} bytes.*damperlab delete"):
         with_room.submit(other, make_plan_of(other), {})
     assert [found.id for found in with_room.page().records] == [record.id]
-    assert len(list((tmp_path / "cubes").iterdir())) == 1
+    assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
     assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
     with_room.delete(record.id)
+    with_room.bury()
     assert with_room.taken() == Taken(0, 0)
     assert with_room.submit(other, make_plan_of(other), {})[1]
     with_room.close()
@@ -37,16 +38,12 @@ def test_points_are_counted_too(tmp_path: Path, make_study, make_plan_of) -> Non
     store.close()
 
 
-def test_a_tombstone_counts_until_its_files_are_gone(
-    tmp_path: Path, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path, make_study, make_plan_of) -> None:
     store = Store.open(tmp_path)
     study = make_study()
     record, _ = store.submit(study, make_plan_of(study), {})
-    monkeypatch.setattr(Store, "bury", lambda self: None)  # killed between the two steps of a delete
     store.delete(record.id)
     assert store.taken().points == study.points
-    monkeypatch.undo()
     store.bury()
     assert store.taken().points == 0
     store.close()
@@ -63,7 +60,12 @@ def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
     before = store.taken()
     with store.catalogue.writing() as connection:
         for statement in (
-            "ALTER TABLE studies DROP COLUMN bytes_total",
+            "DROP INDEX digest",
+            *(
+                f"ALTER TABLE studies DROP COLUMN {name}"
+                for name in ("bytes_total", "phase", "phase_done", "phase_total", "box", "version")
+            ),
+            "ALTER TABLE done_blocks DROP COLUMN identity",
             "DROP TABLE facts",
             "UPDATE alembic_version SET version_num = '0002'",
         ):

@@ -1,0 +1,93 @@
+"""Which solver computes: its sources and what compiles them, so that results of another one are known as such."""
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+SOURCES: tuple[str, ...] = (
+    "studies/axes.py",
+    "studies/choices.py",
+    "studies/consistency.py",
+    "studies/contact.py",
+    "studies/definition.py",
+    "studies/ground/motion.py",
+    "studies/ground/source.py",
+    "studies/ground/survey.py",
+    "studies/ground/survey_reading.py",
+    "studies/ground/variables.py",
+    "studies/physical.py",
+    "studies/plan.py",
+    "studies/presets.py",
+    "studies/quantity.py",
+    "studies/spacing.py",
+    "studies/variables.py",
+    "studies/vocabulary.py",
+    "worker/block.py",
+    "worker/compiler.py",
+    "worker/ground",
+    "worker/jit.py",
+    "worker/lower.py",
+    "worker/physics",
+    "worker/rk4.py",
+    "worker/solver",
+    "worker/steady",
+    "worker/tasks.py",
+)
+"""Everything from a study's definition to the values of a block that can change a bit of them."""
+
+COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
+
+
+@cache
+def solver() -> str:
+    """Identity of the solver, 16 hex digits: its sources, and the versions of Python, numba, llvmlite and numpy.
+
+    Read from files and from the packages' metadata: nothing is imported, so a reader of results needs no compiler.
+
+    Returns
+    -------
+    str
+        The same on every machine that holds the same sources and packages, whatever its line endings.
+    """
+    root = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for name in SOURCES:
+        place = root / name
+        for source in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            text = source.read_bytes().replace(b"\r\n", b"\n")
+            digest.update(f"{source.relative_to(root).as_posix()}\n{len(text)}\n".encode())
+            digest.update(text)
+    digest.update(
+        "\n".join(("python " + ".".join(platform.python_version_tuple()[:2]), *_compilers())).encode()
+    )
+    return digest.hexdigest()[:16]
+
+
+def is_outdated(recorded: Mapping[str, str]) -> bool:
+    """Whether results of this provenance are of another solver than today's; those of a time without identities are."""
+    return recorded.get("solver") != solver()
+
+
+def identity_of(provenance: Mapping[str, str]) -> str:
+    """Give what must be equal for two points to be the same bits: the solver and the processor that it is compiled for.
+
+    Returns
+    -------
+    str
+        Empty where the provenance does not say.
+    """
+    parts = [provenance.get(name, "") for name in ("solver", "target", "libc")]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if all(parts[:2]) else ""
+
+
+def _compilers() -> list[str]:
+    found = []
+    for name in COMPILERS:
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            found.append(f"{name} not installed")
+    return found
