@@ -5,7 +5,7 @@ from typing import Any
 import xarray as xr
 
 from damperlab.service.columns import columns
-from damperlab.studies.answers.refine import Refinement
+from damperlab.studies.answers.follow_up import Refinement
 from damperlab.studies.variables import VARIABLES
 
 
@@ -40,13 +40,16 @@ def columns_document(answer: xr.Dataset) -> dict[str, Any]:
 
 def refinement_document(refinement: Refinement) -> dict[str, Any]:
     """Put a refinement into a document: what is known, how well, and what computing on costs."""
-    study = refinement.study
+    definitions = [study.document() for study in refinement.studies]
     return {
-        "known": study is None,
+        "known": refinement.known,
         "found": refinement.found,
         "steps": refinement.steps,
         "points": refinement.points,
         "fine_points": refinement.fine_points,
-        "definition": None if study is None else study.document(),
+        "spent": refinement.spent,
+        "definition": definitions[0] if definitions else None,
+        "definitions": definitions,
+        **refinement.said,
         "note": refinement.note,
     }

@@ -18,7 +18,7 @@ from damperlab.service.cli.run import resume, run
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.studies import cancel, delete, show, studies
-from damperlab.service.cli.tmd import precision, refine, robust, tmd
+from damperlab.service.cli.tmd import precision, race, refine, robust, tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute, retry
 from damperlab.service.cli.warm import warm
@@ -59,6 +59,7 @@ for name, command, panel in (
     ("retry", retry, "Compute"),
     ("recompute", recompute, "Compute"),
     ("refine", refine, "Compute"),
+    ("race", race, "Compute"),
     ("simulate", simulate, "Compute"),
     ("reproduce", reproduce, "Compute"),
     ("earthquake", earthquake, "Compute"),

@@ -34,9 +34,13 @@ from damperlab.service.cli.words import completeness_sentence, rows_table, span
 from damperlab.studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray as xr
     from matplotlib.figure import Figure
 
-    from damperlab.studies.answers.refine import Refinement
+    from damperlab.studies.answers.follow_up import Refinement
+    from damperlab.studies.definition import Study
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
 
@@ -161,6 +165,15 @@ def refine(
     tolerance: Annotated[
         float, typer.Option(help="Grid step down to which each parameter is refined.")
     ] = 1e-3,
+    value_tolerance: Annotated[
+        float,
+        typer.Option(
+            help="Least share of the value by which a design must promise to be better to be searched for."
+        ),
+    ] = 0.01,
+    budget: Annotated[
+        int, typer.Option(help="Largest number of points in all follow-ups together.")
+    ] = 20_000,
     boundary: Annotated[
         str | None,
         typer.Option(
@@ -179,7 +192,7 @@ def refine(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute finer follow-up studies around the optimum, or a boundary between response classes, down to the tolerance."""
+    """Compute finer follow-up studies where better designs may lie, or at a boundary between response classes, down to the tolerance."""
     check_cluster(workers, scheduler)
     check_name("--boundary", boundary, DIMENSIONS)
     fixed = read_at(at)
@@ -197,21 +210,77 @@ def refine(
 
     require_harmonic(record.dimensions, "refine")
     asked = parse_harmonic(record.definition)
+
+    def judge(cubes: "Mapping[str, xr.Dataset]") -> "Refinement":
+        if boundary is not None:
+            return refine_boundary(asked, cubes, boundary, fixed, tolerance)
+        return refine_optimum(
+            asked, cubes, tolerance, value_tolerance=value_tolerance, budget=budget, **judging
+        )
+
+    _follow(store, record, judge, workers, scheduler, as_json)
+
+
+def race(
+    study: StudyId,
+    confidence: Annotated[float, typer.Option(help="Confidence with which the best shall be known.")] = 0.95,
+    indifference: Annotated[
+        float, typer.Option(help="Share of the value by which another design may be better all the same.")
+    ] = 0.02,
+    budget: Annotated[float, typer.Option(help="Cycles that all rounds together may take.")] = 5e7,
+    objective: Objective = None,
+    band: Band = None,
+    exclude_locked: ExcludeLocked = False,
+    max_impact_speed: MaxImpactSpeed = None,
+    within: Within = None,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute the designs that may be the best ever longer, until the best is known with the confidence asked for."""
+    check_cluster(workers, scheduler)
+    judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
+    store = open_store(data_dir)
+    record = store.find(study)
+    from damperlab.studies.answers.race import race_designs
+    from damperlab.studies.answers.survey import require_harmonic
+    from damperlab.studies.definition import parse_harmonic
+
+    require_harmonic(record.dimensions, "race")
+    asked = parse_harmonic(record.definition)
+    _follow(
+        store,
+        record,
+        lambda cubes: race_designs(asked, cubes, confidence, indifference, budget, **judging),
+        workers,
+        scheduler,
+        as_json,
+    )
+
+
+def _follow(
+    store: "Store",
+    record: "Record",
+    judge: "Callable[[Mapping[str, xr.Dataset]], Refinement]",
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+) -> None:
+    """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
     ids = [record.id]
     while True:
         cubes = {name: store.cube(name) for name in ids}
         with working("Judging"):
-            if boundary is not None:
-                found = refine_boundary(asked, cubes, boundary, fixed, tolerance)
-            else:
-                found = refine_optimum(asked, cubes, tolerance, **judging)
+            found = judge(cubes)
         note(found.note)
-        if found.study is None:
+        if not found.studies:
             break
-        follow_up = _compute(store, found, record, workers, scheduler)
-        if follow_up.id in ids:
-            raise typer.Exit(FAILED)
-        ids.append(follow_up.id)
+        for each in found.studies:
+            follow_up = _compute(store, each, record, workers, scheduler)
+            if follow_up.id in ids:
+                raise typer.Exit(FAILED)
+            ids.append(follow_up.id)
     if as_json:
         from damperlab.service.comparisons import refinement_document
 
@@ -228,13 +297,12 @@ def _cell(value: object) -> str:
 
 
 def _compute(
-    store: "Store", found: "Refinement", parent: "Record", workers: int | None, scheduler: str | None
+    store: "Store", asked: "Study", parent: "Record", workers: int | None, scheduler: str | None
 ) -> "Record":
     """Run a follow-up to its end; what is done of it is kept if it stops."""
     from damperlab.service.cli.run import compute, find_or_submit
 
-    assert found.study is not None
-    record = find_or_submit(store, found.study, True, {"refines": parent.id})
+    record = find_or_submit(store, asked, True, {"refines": parent.id})
     if record.state != "done":
         record = compute(store, record, workers, scheduler)
     if record.state != "done":

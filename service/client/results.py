@@ -1,7 +1,7 @@
 """What is no Dataset: an estimate, a refinement, a simulation, an accuracy report."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,11 +56,19 @@ class Refinement:
     steps : dict of float
         By parameter, the distance to the farther of the neighbours between which it lies.
     points, fine_points : int
-        Points of the follow-up, and of a grid that is as fine everywhere.
+        Points of the follow-ups, and of a grid that would give the same answer; 0 where none is known to.
     note : str
         The same in words.
     follow_up : Study, optional
-        The study that was submitted; None where everything is known, or for a dry run.
+        The first study that was submitted; None where everything is known, or for a dry run.
+    follow_ups : tuple of Study
+        All studies that were submitted.
+    spent : dict
+        What has been computed: `points`, `cycles`, `seconds` of run time.
+    as_good : int, optional
+        Of a race: further designs that may be the best.
+    chance_of_another : float, optional
+        Of a race: the probability that one of them is; None where errors are not known.
     """
 
     known: bool
@@ -70,6 +78,10 @@ class Refinement:
     fine_points: int
     note: str
     follow_up: "Study | None"
+    follow_ups: "tuple[Study, ...]" = ()
+    spent: dict[str, float] = field(default_factory=dict)
+    as_good: int | None = None
+    chance_of_another: float | None = None
 
 
 @dataclass(frozen=True)

@@ -451,14 +451,20 @@ class Study:
         max_impact_speed: float | None = None,
         with_: "Iterable[Study | str]" = (),
         dry_run: bool = False,
+        value_tolerance: float = 0.01,
+        budget: int = 20_000,
         **ranges: Range,
     ) -> Refinement:
-        """Submit a follow-up study around the best design, unless that is known well enough.
+        """Submit follow-up studies where a better design may lie, unless the best is known well enough.
 
         Parameters
         ----------
         tolerance : float
             Step to which every parameter shall be known.
+        value_tolerance : float
+            Share of the value by which a better design must be better to be looked for.
+        budget : int
+            Points that all follow-ups together may take.
         with_ : iterable of Study
             The follow-ups that are done.
         dry_run : bool
@@ -479,8 +485,58 @@ class Study:
             "max_impact_speed": max_impact_speed,
             "with": _ids(with_),
             "dry_run": dry_run,
+            "value_tolerance": value_tolerance,
+            "budget": budget,
         }
         return self._refinement("/refine", asked, ranges)
+
+    def race(
+        self,
+        confidence: float = 0.95,
+        indifference: float = 0.02,
+        budget: float = 5e7,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        with_: "Iterable[Study | str]" = (),
+        dry_run: bool = False,
+        **ranges: Range,
+    ) -> Refinement:
+        """Submit follow-up studies that compute longer what may be the best, unless the best is known.
+
+        Parameters
+        ----------
+        confidence : float
+            Confidence with which the best shall be known.
+        indifference : float
+            Share of the value by which another design may be better all the same.
+        budget : float
+            Cycles that all rounds together may take.
+        with_ : iterable of Study
+            The follow-ups that are done.
+        dry_run : bool
+            Say what is known and what would be computed, and submit nothing.
+        objective, band, exclude_locked, max_impact_speed, **ranges
+            As in `optimal_designs`.
+
+        Returns
+        -------
+        Refinement
+            With the follow-ups of the next round to wait for, then to give as ``with_`` with those before.
+        """
+        asked = {
+            "confidence": confidence,
+            "indifference": indifference,
+            "budget": budget,
+            "objective": objective,
+            "band": band,
+            "exclude_locked": exclude_locked,
+            "max_impact_speed": max_impact_speed,
+            "with": _ids(with_),
+            "dry_run": dry_run,
+        }
+        return self._refinement("/race", asked, ranges)
 
     def refine_boundary(
         self,
@@ -552,9 +608,15 @@ class Study:
     def _refinement(self, path: str, asked: Mapping[str, Any], named: Mapping[str, Any]) -> Refinement:
         answer = self._ask("POST", path, params={**named, **asked})
         names = ("known", "found", "steps", "points", "fine_points", "note")
-        follow_up = answer.get("follow_up")
-        study = None if follow_up is None else Study(self._transport, follow_up)
-        return Refinement(**{name: answer[name] for name in names}, follow_up=study)
+        studies = tuple(Study(self._transport, each) for each in answer.get("follow_ups", ()))
+        more = {
+            "spent": answer["spent"],
+            "as_good": answer.get("as_good"),
+            "chance_of_another": answer.get("chance_of_another"),
+            "follow_ups": studies,
+            "follow_up": studies[0] if studies else None,
+        }
+        return Refinement(**{name: answer[name] for name in names}, **more)
 
 
 def _ids(studies: "Iterable[Study | str]") -> str | None:

@@ -22,8 +22,19 @@ from damperlab.service.routes.queries import (
 )
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.answers.contenders import CONFIDENCE
 from damperlab.studies.answers.design_question import MOST
-from damperlab.studies.answers.refine import FINEST, TOLERANCE, Refinement, refine_boundary, refine_optimum
+from damperlab.studies.answers.follow_up import Refinement
+from damperlab.studies.answers.race import BUDGET as CYCLES
+from damperlab.studies.answers.race import INDIFFERENCE, race_designs
+from damperlab.studies.answers.refine import (
+    BUDGET,
+    FINEST,
+    TOLERANCE,
+    VALUE_TOLERANCE,
+    refine_boundary,
+    refine_optimum,
+)
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.survey import require_harmonic
 from damperlab.studies.definition import parse_harmonic
@@ -50,20 +61,49 @@ class FollowUp(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    tolerance: float = Field(TOLERANCE, ge=FINEST, allow_inf_nan=False, description="Step to be known to.")
     with_: str | None = Field(
         None, alias="with", max_length=2000, description="Ids of the follow-ups that are done, by commas."
     )
     dry_run: bool = Field(False, description="Say what is known and what would be computed; store nothing.")
 
 
+Tolerance = Annotated[float, Field(ge=FINEST, allow_inf_nan=False, description="Step to be known to.")]
+
+
 class RefineQuery(FollowUp, RankingQuery):
-    """Parameters of a refinement around the best design."""
+    """Parameters of a refinement where better designs may lie."""
+
+    tolerance: Tolerance = TOLERANCE
+    value_tolerance: float = Field(
+        VALUE_TOLERANCE,
+        ge=1e-6,
+        le=0.5,
+        description="Share of the value by which a better design must be better to be looked for.",
+    )
+    budget: int = Field(BUDGET, ge=0, le=10**9, description="Points that all follow-ups together may take.")
+
+
+class RaceQuery(FollowUp, RankingQuery):
+    """Parameters of a race between the designs that may be the best."""
+
+    confidence: float = Field(
+        CONFIDENCE, ge=0.5, le=0.9999, description="Confidence with which the best shall be known."
+    )
+    indifference: float = Field(
+        INDIFFERENCE,
+        ge=1e-4,
+        le=0.5,
+        description="Share of the value by which another design may be better all the same.",
+    )
+    budget: float = Field(
+        CYCLES, ge=0, allow_inf_nan=False, description="Cycles that all rounds together may take."
+    )
 
 
 class BoundaryQuery(FollowUp, At):
     """Parameters of a refinement around a change of response class."""
 
+    tolerance: Tolerance = TOLERANCE
     along: Dimension | None = Field(None, description="The dimension that is searched; to be named.")
     frequency_ratio: float | None = Field(None, allow_inf_nan=False)
 
@@ -91,9 +131,34 @@ def ask_robust(service: TheService, study: TheStudy, query: Annotated[RobustQuer
     tags=["studies"],
 )
 def refine(service: TheService, study: TheStudy, query: Annotated[RefineQuery, Query()]) -> Document:
-    """Search between the best design and its neighbours; name the follow-ups that are done with `with`."""
+    """Search where a better design may lie; name the follow-ups that are done with `with`."""
     cubes = with_follow_ups(service, study, query.with_)
-    found = refine_optimum(parse_harmonic(study.definition), cubes, query.tolerance, **query.judging())
+    found = refine_optimum(
+        parse_harmonic(study.definition),
+        cubes,
+        query.tolerance,
+        value_tolerance=query.value_tolerance,
+        budget=query.budget,
+        **query.judging(),
+    )
+    return _follow(service, study, found, query.dry_run)
+
+
+@router.post(
+    "/race",
+    response_class=Document,
+    responses={
+        201: {"description": "The follow-ups are stored and queued"},
+        **documented(404, 409, 422, 503),
+    },
+    summary="Follow-up studies that compute the designs longer that may be the best",
+    tags=["studies"],
+)
+def race(service: TheService, study: TheStudy, query: Annotated[RaceQuery, Query()]) -> Document:
+    """Take one round of a race; name the follow-ups that are done with `with`, until `known` or no follow-up comes."""
+    cubes = with_follow_ups(service, study, query.with_)
+    rules = (query.confidence, query.indifference, query.budget)
+    found = race_designs(parse_harmonic(study.definition), cubes, *rules, **query.judging())
     return _follow(service, study, found, query.dry_run)
 
 
@@ -114,11 +179,19 @@ def refine_class(service: TheService, study: TheStudy, query: Annotated[Boundary
 
 def _follow(service: TheService, study: TheStudy, found: Refinement, dry_run: bool) -> Document:
     document = refinement_document(found)
-    if found.study is None or dry_run:
+    if not found.studies or dry_run:
         return answered(study, document)
-    plan = make_plan(found.study, seconds_per_point)
-    record, created = service.store.submit(found.study, plan, provenance() | {"refines": study.id})
+    submitted = [
+        service.store.submit(each, make_plan(each, seconds_per_point), provenance() | {"refines": study.id})
+        for each in found.studies
+    ]
     service.dispatcher.wake()
-    follow_up = {key: value for key, value in record.document().items() if key != "definition"}
-    answer = {"study": study.id, "name": study.name, "state": study.state, **document, "follow_up": follow_up}
-    return Document(answer, 201 if created else 200, {"Location": f"/api/v1/studies/{record.id}"})
+    follow_ups = [
+        {key: value for key, value in record.document().items() if key != "definition"}
+        for record, _ in submitted
+    ]
+    answer = {"study": study.id, "name": study.name, "state": study.state, **document}
+    answer |= {"follow_up": follow_ups[0], "follow_ups": follow_ups}
+    created = any(new for _, new in submitted)
+    location = {"Location": f"/api/v1/studies/{follow_ups[0]['id']}"}
+    return Document(answer, 201 if created else 200, location)

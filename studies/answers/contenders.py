@@ -7,6 +7,7 @@ with the best, J. C. Hsu, Ann. Statist. 12 (1984) 1136.
 
 import math
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,24 @@ LOOKS = 10
 NODES = 512
 COMPARED = 2000
 """Most designs in one probability; those whose limits lie highest are left out first."""
+
+
+class Doubt(NamedTuple):
+    """How sure the limits of a ranking are.
+
+    Parameters
+    ----------
+    confidence : float
+        Of all limits at once.
+    comparisons : int
+        Amplitudes that are judged; 0 for those of the question itself.
+    """
+
+    confidence: float = CONFIDENCE
+    comparisons: int = 0
+
+
+DOUBT = Doubt()
 
 
 def half_width(confidence: float, comparisons: int) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
-from damperlab.studies.answers.contenders import CONFIDENCE, half_width
+from damperlab.studies.answers.contenders import DOUBT, Doubt, half_width
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.selection import check_dimension, require_stored
@@ -48,12 +48,17 @@ class DesignQuestion:
     exclude_locked: bool
     max_impact_speed: float | None
     limits: dict[str, tuple[float, float]]
-    confidence: float = CONFIDENCE
+    doubt: Doubt = DOUBT
+
+    @property
+    def comparisons(self) -> int:
+        """How many amplitudes are judged."""
+        return math.prod(axis.size for axis in self.axes.values())
 
     @property
     def standard_errors(self) -> float:
         """Half width of the interval of one amplitude, in standard errors; all that are judged are right at once."""
-        return half_width(self.confidence, math.prod(axis.size for axis in self.axes.values()))
+        return half_width(self.doubt.confidence, self.doubt.comparisons or self.comparisons)
 
     @property
     def long_name(self) -> str:

@@ -1,13 +1,15 @@
 """One ranking over a study and its follow-ups."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
-from damperlab.studies.answers.design_question import DESIGN, MOST, DesignQuestion
+from damperlab.studies.answers.contenders import CONFIDENCE, Doubt
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.optimal_designs import optimal_designs
@@ -23,6 +25,7 @@ def merged_designs(
     exclude_locked: bool = False,
     max_impact_speed: float | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    confidence: float = CONFIDENCE,
 ) -> xr.Dataset:
     """Rank the designs of several studies together, each judged at the frequencies of its own study.
 
@@ -33,6 +36,8 @@ def merged_designs(
         `ranges` adds nothing.
     objective, band, top, exclude_locked, max_impact_speed, ranges
         As in `optimal_designs`, resolved for the first study.
+    confidence : float
+        Of the limits of all designs of the first study at once.
 
     Returns
     -------
@@ -49,11 +54,13 @@ def merged_designs(
     ids = list(cubes)
     objective = objective or default_objective(cubes[ids[0]], band)
     rest = (objective, band, MOST, exclude_locked, max_impact_speed)
-    answers = {ids[0]: optimal_designs(cubes[ids[0]], *rest, ranges)}
+    question = DesignQuestion.ask(cubes[ids[0]], *rest, ranges or {})
+    doubt = Doubt(confidence, question.comparisons)
+    answers = {ids[0]: optimal_designs(cubes[ids[0]], *rest, ranges, doubt)}
     first = answers[ids[0]]
     for name in ids[1:]:
         try:
-            answers[name] = optimal_designs(cubes[name], *rest, ranges)
+            answers[name] = optimal_designs(cubes[name], *rest, ranges, doubt)
         except QueryFault as error:
             if error.fault.field in set(ranges or {}).intersection(DESIGN):
                 continue
@@ -79,7 +86,7 @@ def merged_designs(
     ranked["study"].attrs["long_name"] = "study that holds the design"
     ranked.attrs["studies"] = ids
     if places.size:
-        ranked.attrs |= _verdict(cubes, ranked, rest, ranges or {})
+        ranked.attrs |= _verdict(cubes, ranked, replace(question, doubt=doubt))
     ranked.attrs["note"] = f"{first.attrs['note']} Merged with {counted(len(ids) - 1, 'follow-up')}."
     return ranked.isel(rank=slice(top))
 
@@ -87,16 +94,21 @@ def merged_designs(
 def _verdict(
     cubes: Mapping[str, xr.Dataset],
     ranked: xr.Dataset,
-    asked: tuple[str | None, tuple[float, float] | None, int, bool, float | None],
-    ranges: Mapping[str, tuple[float, float]],
+    question: DesignQuestion,
 ) -> dict[str, Any]:
     """Judge the merged ranking as the first study asks, around its best design as that one's study shows it."""
     cube = next(iter(cubes.values()))
-    question = DesignQuestion.ask(cube, *asked, ranges)
     strikes = np.flatnonzero(ranked["impact_share"].values > 0)[:1]
     active = best_with_impacts(ranked.isel(rank=strikes)) if strikes.size else None
     home = cubes[str(ranked["study"].values[0])]
-    theirs = DesignQuestion.ask(home, *asked, ranges)
+    everything = {name: np.arange(home.sizes[name]) for name in DESIGN}
+    theirs = replace(question, axes={**everything, FREQUENCY: _frequencies(home, question)})
     design = {name: int(np.abs(home[name].values - ranked[name].values[0]).argmin()) for name in DESIGN}
     flat = flatness(home, theirs, design, float(ranked["value"].values[0]))
     return {"flatness": flat, **verdict(cube, question, ranked, active, flat)}
+
+
+def _frequencies(home: xr.Dataset, question: DesignQuestion) -> np.ndarray:
+    """Where the frequencies that count lie in another study; they were checked to be the same ones."""
+    axis = home[FREQUENCY].values
+    return np.array([int(np.abs(axis - r).argmin()) for r in question.frequencies])

@@ -1,11 +1,13 @@
 """The best designs: every point of the five design dimensions judged by its response over the frequency."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import WHY
+from damperlab.studies.answers.contenders import DOUBT, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
@@ -24,6 +26,7 @@ def optimal_designs(
     exclude_locked: bool = False,
     max_impact_speed: float | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    doubt: Doubt = DOUBT,
 ) -> xr.Dataset:
     """Rank the designs of a cube.
 
@@ -48,6 +51,8 @@ def optimal_designs(
     ranges : mapping of (float, float), optional
         Lowest and highest value of design dimensions, and of results such as stick_fraction: a design that leaves the
         range of a result at a frequency that counts is left out.
+    doubt : Doubt
+        How sure the limits shall be.
 
     Returns
     -------
@@ -73,6 +78,7 @@ def optimal_designs(
         is needed.
     """
     question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
+    question = replace(question, doubt=doubt)
     tally = new_tally()
     best = _Ranking()
     for found in judged(cube, question, tally, (), BUDGET):

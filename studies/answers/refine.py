@@ -1,56 +1,43 @@
-"""Refinement: a follow-up study around an optimum or a class boundary, so that it is known without a fine grid."""
+"""Refinement: follow-up studies where better designs may lie, or around a class boundary, until they are known."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.follow_up import (
+    Refinement,
+    check_share,
+    follow_up,
+    found_of,
+    say_spent,
+    spent_on,
+)
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.selection import check_dimension, choose, require_stored
-from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
+from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault, counted, describe
-from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.variables import ResponseClass, Status
 
 TOLERANCE = 1e-3
 """Step at which a parameter counts as known."""
+VALUE_TOLERANCE = 0.01
+"""A design that is better by no more than this share is not looked for."""
 FINEST = 1e-9
 PARTS = {1: 8, 2: 4}
-"""Into how many parts a step is cut, by the number of parameters that are refined; 2 for more of them."""
+"""Into how many parts a cell next to the best is cut, by the number of parameters; 2 for more of them, and elsewhere."""
+AT_ONCE = 12
+"""Most cells elsewhere that are looked into in one round."""
+BUDGET = 20_000
+"""Points that all follow-ups together may take."""
 BOUNDARY_PARTS = 16
 ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """What to compute next, if anything.
-
-    Parameters
-    ----------
-    study : Study or None
-        The follow-up, to be submitted like any other; None once everything is known to the tolerance.
-    found : dict
-        The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
-    steps : dict of float
-        By parameter, the distance to the farther of the neighbours between which it lies.
-    points : int
-        Of the follow-up, 0 without one.
-    fine_points : int
-        Of a grid with steps of the tolerance over the whole of the refined axes.
-    note : str
-        The same in words.
-    """
-
-    study: Study | None
-    found: dict[str, Any]
-    steps: dict[str, float] = field(default_factory=dict)
-    points: int = 0
-    fine_points: int = 0
-    note: str = ""
 
 
 def refine_optimum(
@@ -62,8 +49,14 @@ def refine_optimum(
     exclude_locked: bool = False,
     max_impact_speed: float | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    value_tolerance: float = VALUE_TOLERANCE,
+    budget: int = BUDGET,
 ) -> Refinement:
-    """Make the study that searches between the best design and its neighbours.
+    """Make the studies that look where a better design may lie.
+
+    The grid's cells are those of all studies. What a cell may hold is estimated from its corners: a dip goes on into it,
+    for half of it, at the slope at which it is entered; differences within the errors count for nothing. Every cell
+    that may hold a design better by more than the tolerance, and those around the best, are cut into smaller ones.
 
     Parameters
     ----------
@@ -75,6 +68,10 @@ def refine_optimum(
         Step to which each parameter shall be known, in the parameter's own unit.
     objective, band, exclude_locked, max_impact_speed, ranges
         As in `optimal_designs`.
+    value_tolerance : float
+        Share of the value by which a design must promise to be better to be looked for.
+    budget : int
+        Points that all follow-ups may take.
 
     Raises
     ------
@@ -82,52 +79,90 @@ def refine_optimum(
         If an argument is not allowed, or no design qualifies.
     """
     _check_tolerance(tolerance)
-    question = (objective, band, 1, exclude_locked, max_impact_speed, ranges)
-    best = merged_designs(cubes, *question)
+    check_share("value_tolerance", value_tolerance, 1e-6, 0.5, f"the default is {VALUE_TOLERANCE:g}")
+    best = merged_designs(cubes, objective, band, 1, exclude_locked, max_impact_speed, ranges)
     if best.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or ask for less"
         raise QueryFault(Fault("refine", "no design that qualifies", "a study with a best design", advice))
     parent = next(iter(cubes.values()))
-    frequencies = DesignQuestion.ask(
-        parent, objective, band, 1, exclude_locked, max_impact_speed, ranges or {}
-    ).frequencies
-    centre = {name: float(best[name].values[0]) for name in DESIGN}
-    found = centre | {name: float(best[name].values[0]) for name in (FREQUENCY, "value", "error")}
-    # the design may stand in several studies, and the nearest neighbours in the last of them
-    homes = [cube for cube in cubes.values() if all((cube[name] == centre[name]).any() for name in DESIGN)]
-    sides = {
-        name: _neighbours(
-            np.unique(np.concatenate([cube[name].values for cube in homes])),
-            parent[name].values,
-            centre[name],
-        )
-        for name in DESIGN
-        if parent[name].size > 1
-    }
-    steps = {name: max(centre[name] - low, high - centre[name]) for name, (low, high) in sides.items()}
-    open_ = {name for name, step in steps.items() if step > tolerance * (1 + ROUNDING)}
-    fine = _fine(parent, sides, tolerance) * frequencies.size
-    if not open_:
-        note = f"The optimum is known to {tolerance:g} in every parameter. {_cost(cubes, fine)}"
-        return Refinement(None, found, steps, 0, fine, note)
-    axes: dict[str, Any] = {}
-    for name in DESIGN:
-        if name not in open_:
-            axes[name] = centre[name]
-            continue
-        low, high = sides[name]
-        parts = min(PARTS.get(len(open_), 2), math.ceil(steps[name] / tolerance - ROUNDING))
-        inner = np.concatenate(
-            (np.linspace(low, centre[name], parts + 1), np.linspace(centre[name], high, parts + 1))
-        )
-        axes[name] = np.unique(inner).tolist()
-    axes[FREQUENCY] = frequencies.tolist()
-    follow_up = _follow_up(study, axes)
-    note = (
-        f"{counted(follow_up.points, 'point')} around the best design so far, between its neighbours in "
-        f"{', '.join(sorted(open_))}. {_cost(cubes, fine, follow_up.points)}"
+    asked = DesignQuestion.ask(parent, objective, band, 1, exclude_locked, max_impact_speed, ranges or {})
+    found = found_of(best)
+    varied = [name for name in DESIGN if parent[name].size > 1]
+    cells = Cells.of(cubes, asked, ranges or {}, varied)
+    wide = cells.widths > tolerance * (1 + ROUNDING)
+    touching = cells.touch([found[name] for name in varied])
+    steps = {name: float(cells.widths[touching, d].max(initial=0.0)) for d, name in enumerate(varied)}
+    floor = found["value"] * (1 - value_tolerance)
+    blurred = touching & cells.flat(found["value"], found["error"])
+    near = touching & wide.any(axis=1) & ~blurred
+    promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
+    spent = spent_on(cubes)
+    answer = Refinement((), False, found, steps, spent=spent)
+    words = _say_search(
+        int(promising.sum()), bool(blurred.any() and not near.any()), steps, tolerance, value_tolerance
     )
-    return Refinement(follow_up, found, steps, follow_up.points, fine, note)
+    if not near.any() and not promising.any():
+        fine = 0 if blurred.any() else _fine(parent, varied, tolerance) * asked.frequencies.size
+        cost = _cost(spent, fine)
+        return replace(answer, known=True, fine_points=fine, note=f"{words} {cost}")
+    parts = PARTS.get(len(varied), 2)
+    chosen = [_grids(cells, np.flatnonzero(near), parts, tolerance, varied)]
+    elsewhere = np.flatnonzero(promising)
+    elsewhere = elsewhere[np.argsort(cells.promise[elsewhere], kind="stable")][:AT_ONCE]
+    chosen.append(_grids(cells, elsewhere, 2, tolerance, varied))
+    fixed = {name: found[name] for name in DESIGN if name not in varied} | {
+        FREQUENCY: asked.frequencies.tolist()
+    }
+    studies = tuple(follow_up(study, fixed | axes, "refined") for grids in chosen for axes in grids)
+    points = sum(each.points for each in studies)
+    more = sum(cube["status"].size for cube in cubes.values()) - parent["status"].size + points
+    if more > budget:
+        note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
+        return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}")
+    note = (
+        f"{words} {counted(points, 'point')} in {counted(len(studies), 'follow-up')} next. {say_spent(spent)}"
+    )
+    return replace(answer, studies=studies, points=points, note=note)
+
+
+def _grids(
+    cells: Cells, chosen: np.ndarray, parts: int, tolerance: float, varied: list[str]
+) -> list[dict[str, list[float]]]:
+    """Cut cells into parts, no smaller than the tolerance; neighbours share a grid."""
+    grids = []
+    for box in joined(cells, chosen):
+        axes = {}
+        for name, edges in zip(varied, box, strict=True):
+            cut = [
+                np.linspace(low, high, max(1, min(parts, math.ceil((high - low) / tolerance - ROUNDING))) + 1)
+                for low, high in pairwise(edges)
+            ]
+            axes[name] = np.unique(np.concatenate(cut)).tolist() if cut else [float(edges[0])]
+        grids.append(axes)
+    return grids
+
+
+def _say_search(
+    promising: int, blurred: bool, steps: Mapping[str, float], tolerance: float, value_tolerance: float
+) -> str:
+    where = f"{counted(promising, 'cell')} of the grid may hold a design better by more than {value_tolerance:.2g} of its value"
+    coarse = ", ".join(
+        f"{name} to {step:.3g}" for name, step in steps.items() if step > tolerance * (1 + ROUNDING)
+    )
+    if promising:
+        return f"{where}."
+    if blurred and coarse:
+        return (
+            f"No {where[where.index('cell') :].replace('cells', 'cell')}; the optimum is known in its value, and in its "
+            f"place as far as the errors tell neighbours apart: {coarse}. `race` tells them farther apart."
+        )
+    if coarse:
+        return f"No other {where[where.index('cell') :].replace('cells', 'cell')}; the place is known so far: {coarse}."
+    return (
+        f"The optimum is known to {tolerance:g} in every parameter, and no other "
+        f"{where[where.index('cell') :].replace('cells', 'cell')}; a dip narrower than a cell that none of its corners "
+        "shows cannot be excluded."
+    )
 
 
 def refine_boundary(
@@ -182,15 +217,18 @@ def refine_boundary(
     found = chosen | {"along": along, "low": low, "high": high, "below": names[0], "above": names[1]}
     span = float(np.ptp(parent[along].values))
     fine = math.ceil(span / tolerance - ROUNDING) + 1
+    spent = spent_on(cubes)
     where = f"{along} changes from {names[0]} to {names[1]} between {low:.10g} and {high:.10g}."
     if high - low <= tolerance * (1 + ROUNDING):
-        note = f"The response along {where} {_cost(cubes, fine)}"
-        return Refinement(None, found, {along: high - low}, 0, fine, note)
+        note = f"The response along {where} {_cost(spent, fine)}"
+        return Refinement((), True, found, {along: high - low}, 0, fine, spent, note)
     parts = min(BOUNDARY_PARTS, math.ceil((high - low) / tolerance - ROUNDING))
     inner = np.linspace(low, high, parts + 1)
-    follow_up = _follow_up(study, chosen | {along: inner[1:-1].tolist() if parts > 1 else inner.tolist()})
-    note = f"The response along {where} {_cost(cubes, fine, follow_up.points)}"
-    return Refinement(follow_up, found, {along: high - low}, follow_up.points, fine, note)
+    more = follow_up(
+        study, chosen | {along: inner[1:-1].tolist() if parts > 1 else inner.tolist()}, "refined"
+    )
+    note = f"The response along {where} {_cost(spent, fine, more.points)}"
+    return Refinement((more,), False, found, {along: high - low}, more.points, fine, spent, note)
 
 
 def _check_tolerance(tolerance: float) -> None:
@@ -198,19 +236,6 @@ def _check_tolerance(tolerance: float) -> None:
         raise QueryFault(
             Fault("tolerance", describe(tolerance), f"{FINEST:g} or more", f"the default is {TOLERANCE:g}")
         )
-
-
-def _neighbours(ranked: np.ndarray, whole: np.ndarray, centre: float) -> tuple[float, float]:
-    """Give the values next to `centre`; where it is the last one, as far beyond as the study goes."""
-    here = int(np.abs(ranked - centre).argmin())
-    low = float(ranked[here - 1]) if here > 0 else None
-    high = float(ranked[here + 1]) if here < ranked.size - 1 else None
-    step = max(centre - low if low is not None else 0.0, high - centre if high is not None else 0.0)
-    if low is None:
-        low = max(centre - step, float(whole.min()))
-    if high is None:
-        high = min(centre + step, float(whole.max()))
-    return low, high
 
 
 def _line(
@@ -229,30 +254,20 @@ def _line(
     return values, np.array([known[value] for value in values], np.int64)
 
 
-def _fine(parent: xr.Dataset, refined: Mapping[str, object], tolerance: float) -> int:
+def _fine(parent: xr.Dataset, refined: list[str], tolerance: float) -> int:
     return math.prod(
         math.ceil(float(np.ptp(parent[name].values)) / tolerance - ROUNDING) + 1 for name in refined
     )
 
 
-def _cost(cubes: Mapping[str, xr.Dataset], fine: int, more: int = 0) -> str:
-    """Say what the search has cost beside a fine grid."""
-    spent = more + sum(cube["status"].size for cube in cubes.values())
-    if spent >= fine:
-        return f"With it {counted(spent, 'point')}; a grid as fine has {counted(fine, 'point')}."
+def _cost(spent: Mapping[str, float], fine: int, more: int = 0) -> str:
+    """Say what the search has cost, beside a grid whose steps would give its answer where there is one."""
+    points = int(spent["points"]) + more
+    if not fine:
+        return say_spent(spent)
+    if points >= fine:
+        return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."
     return (
-        f"{counted(spent, 'point')} in all, {fine - spent:,} fewer than the {fine:,} of a grid as fine "
-        f"({fine / spent:.3g} times fewer)."
+        f"{counted(points, 'point')} in all, {fine - points:,} fewer than the {fine:,} of a grid with these steps "
+        f"({fine / points:.3g} times fewer)."
     )
-
-
-def _follow_up(study: Study, axes: Mapping[str, Any]) -> Study:
-    document = study.document()
-    # the ratios are given themselves, so the physical block that made them would be a second source
-    document.pop("physical", None)
-    document["name"] = f"{study.name[: MAX_NAME - 10]}, refined" if study.name else "refined"
-    of_particle = ("restitution", "mass_ratio", "clearance_ratio")
-    kept = [name for name in DIMENSIONS if study.particle or name not in of_particle]
-    document["damping_ratio"] = axes["damping_ratio"]
-    document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
-    return parse_harmonic(document)

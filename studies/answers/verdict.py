@@ -70,7 +70,7 @@ def verdict(
     may_be = contend(ranked["lowest"].values, ranked["highest"].values)
     # the first is the best, and may be it: its lower limit is below every value
     chance = chance_of_another(values[may_be], errors[may_be], 0)
-    said: dict[str, Any] = {"confidence": question.confidence, "as_good": int(may_be[1:].sum())}
+    said: dict[str, Any] = {"confidence": question.doubt.confidence, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
         said["chance_of_another"] = chance
     sentences = [f"Optimum: {say_design(ranked, 0)}"]

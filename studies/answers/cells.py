@@ -1,0 +1,243 @@
+"""The cells of a study's grid and of its follow-ups: the boxes between neighbouring designs, and what they may hold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.follow_up import tolerance_of
+from damperlab.studies.answers.judging import judge, new_tally
+from damperlab.studies.answers.nearness import inside, same
+
+Floats = NDArray[np.float64]
+Key = tuple[float, ...]
+
+NOISE = 2.0
+"""Standard errors of a difference below which it is none."""
+LUCK = 4.0
+"""The same against the best, which is the luckiest of many."""
+STEEPEST = 2.0
+"""Largest ratio of a cell to its neighbour with which a slope is carried on."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The smallest cells there are, n of them over d parameters.
+
+    Parameters
+    ----------
+    low, high : ndarray, (n, d)
+        Corners.
+    promise : ndarray, (n,)
+        The least value that a cell may hold, by the slopes at which it is entered.
+    spread : ndarray, (n, 3)
+        Least and largest value of its corners, and their largest error.
+    """
+
+    low: Floats
+    high: Floats
+    promise: Floats
+    spread: Floats
+
+    @property
+    def widths(self) -> Floats:
+        """Extent along each parameter, (n, d)."""
+        return self.high - self.low
+
+    @classmethod
+    def of(
+        cls,
+        cubes: Mapping[str, xr.Dataset],
+        question: DesignQuestion,
+        ranges: Mapping[str, tuple[float, float]],
+        varied: list[str],
+    ) -> "Cells":
+        """Find the cells within `ranges`; a cell that a later study cuts into smaller ones is left out.
+
+        A study of another tolerance than the first one's made some designs more exact: it gives values, not cells.
+        """
+        grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
+        best: dict[Key, tuple[float, float]] = {}
+        for grid in grids:
+            for key, value, error in grid.points():
+                if key not in best or error < best[key][1]:
+                    best[key] = value, error
+        tolerances = [tolerance_of(cube, 0.0) for cube in cubes.values()]
+        cutting = [
+            grid.with_values(best)
+            for grid, own in zip(grids, tolerances, strict=True)
+            if own == tolerances[0]
+        ]
+        found = []
+        for place, grid in enumerate(cutting):
+            cells = grid.cells()
+            for later in cutting[place + 1 :]:
+                cells = cells.outside(
+                    [axis.min() for axis in later.axes], [axis.max() for axis in later.axes]
+                )
+            found.append(cells)
+        return cls(
+            *(
+                np.concatenate([getattr(each, name) for each in found])
+                for name in ("low", "high", "promise", "spread")
+            )
+        )
+
+    def take(self, chosen: NDArray[np.bool_]) -> "Cells":
+        """Give some of them."""
+        return Cells(self.low[chosen], self.high[chosen], self.promise[chosen], self.spread[chosen])
+
+    def outside(self, low: list[float], high: list[float]) -> "Cells":
+        """Leave out the cells within a box."""
+        within = ((self.low >= low) | same(self.low, low)) & ((self.high <= high) | same(self.high, high))
+        return self.take(np.asarray(~within.all(axis=1)))
+
+    def touch(self, point: list[float]) -> NDArray[np.bool_]:
+        """Say which cells have a point in them or on their border, (n,)."""
+        at = np.asarray(point)
+        reached = ((self.low <= at) | same(self.low, at)) & ((self.high >= at) | same(self.high, at))
+        return np.asarray(reached.all(axis=1))
+
+    def flat(self, value: float, error: float) -> NDArray[np.bool_]:
+        """Say in which cells the errors do not tell the corners from a value, (n,)."""
+        doubt = np.hypot(self.spread[:, 2], error)
+        # rounding is no error that would blur anything
+        return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))
+
+
+@dataclass(frozen=True)
+class _Grid:
+    axes: tuple[Floats, ...]
+    value: Floats
+    error: Floats
+
+    @classmethod
+    def of(
+        cls,
+        cube: xr.Dataset,
+        question: DesignQuestion,
+        ranges: Mapping[str, tuple[float, float]],
+        varied: list[str],
+    ) -> "_Grid":
+        """Judge every design of a cube; NaN where one does not qualify."""
+        index, axes = {}, []
+        for name in DESIGN:
+            values = cube[name].values
+            kept = np.argsort(values, kind="stable")
+            if name in ranges:
+                kept = kept[inside(values[kept], *ranges[name])]
+            index[name] = kept
+            if name in varied:
+                axes.append(values[kept].astype(float))
+        frequencies = cube[FREQUENCY].values
+        index[FREQUENCY] = np.array([int(np.abs(frequencies - r).argmin()) for r in question.frequencies])
+        theirs = replace(question, axes=index)
+        shape = tuple(axis.size for axis in axes)
+        value, error = np.full(shape, np.nan), np.full(shape, np.nan)
+        if value.size:
+            found = judge(cube, theirs, index, new_tally())
+            at = tuple(_positions(index[name], found[name]) for name in varied)
+            value[at], error[at] = found["value"], np.nan_to_num(found["error"])
+        return cls(tuple(axes), value, error)
+
+    def points(self) -> list[tuple[Key, float, float]]:
+        """Give every design that has a value: its coordinates, the value, the error."""
+        known = np.argwhere(np.isfinite(self.value))
+        return [
+            (
+                tuple(float(axis[i]) for axis, i in zip(self.axes, place, strict=True)),
+                float(self.value[tuple(place)]),
+                float(self.error[tuple(place)]),
+            )
+            for place in known
+        ]
+
+    def with_values(self, best: Mapping[Key, tuple[float, float]]) -> "_Grid":
+        """Take the most exact value of every design."""
+        value, error = self.value.copy(), self.error.copy()
+        for place in np.argwhere(np.isfinite(value)):
+            key = tuple(float(axis[i]) for axis, i in zip(self.axes, place, strict=True))
+            value[tuple(place)], error[tuple(place)] = best[key]
+        return _Grid(self.axes, value, error)
+
+    def cells(self) -> Cells:
+        """Give the boxes between neighbouring designs; along a parameter of one value they have no extent."""
+        if not self.value.size:
+            d = len(self.axes)
+            return Cells(np.zeros((0, d)), np.zeros((0, d)), np.zeros(0), np.zeros((0, 3)))
+        drops = [self._drops(d) for d in range(len(self.axes))]
+        shape = tuple(max(1, axis.size - 1) for axis in self.axes)
+        least, largest, doubt = np.full(shape, np.inf), np.full(shape, -np.inf), np.zeros(shape)
+        promise = np.full(shape, np.inf)
+        sides = [(0,) if axis.size == 1 else (0, 1) for axis in self.axes]
+        for corner in product(*sides):
+            part = tuple(slice(side, side + extent) for side, extent in zip(corner, shape, strict=True))
+            value = self.value[part]
+            known = np.isfinite(value)
+            drop = sum((drops[d][side][part] for d, side in enumerate(corner)), np.zeros(shape))
+            promise = np.where(known, np.minimum(promise, value - drop), promise)
+            least = np.where(known, np.minimum(least, value), least)
+            largest = np.where(known, np.maximum(largest, value), largest)
+            doubt = np.where(known, np.maximum(doubt, self.error[part]), doubt)
+        low = np.stack(
+            np.meshgrid(*(axis[: max(1, axis.size - 1)] for axis in self.axes), indexing="ij"), axis=-1
+        )
+        high = np.stack(
+            np.meshgrid(*(axis[-max(1, axis.size - 1) :] for axis in self.axes), indexing="ij"), axis=-1
+        )
+        dims = len(self.axes)
+        spread = np.stack([least, largest, doubt], axis=-1)
+        return Cells(
+            low.reshape(-1, dims), high.reshape(-1, dims), promise.reshape(-1), spread.reshape(-1, 3)
+        )
+
+    def _drops(self, d: int) -> tuple[Floats, Floats]:
+        """How far a value may fall on the way into the cell above and into the cell below, half a cell on."""
+        axis = self.axes[d]
+        value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
+        up, down = np.zeros_like(value), np.zeros_like(value)
+        if axis.size > 1:
+            steps = np.diff(axis)
+            fall = np.diff(value, axis=0)  # from each design to the next
+            noise = NOISE * np.hypot(error[1:], error[:-1])
+            shape = (-1, *(1,) * (value.ndim - 1))
+            on = np.minimum(steps[1:] / steps[:-1], STEEPEST).reshape(shape)
+            back = np.minimum(steps[:-1] / steps[1:], STEEPEST).reshape(shape)
+            up[1:-1] = 0.5 * on * np.maximum(-fall[:-1] - noise[:-1], 0.0)
+            down[1:-1] = 0.5 * back * np.maximum(fall[1:] - noise[1:], 0.0)
+            # at the end of a grid nothing is known outside: the slope within stands for it
+            up[0] = 0.25 * np.maximum(np.abs(fall[0]) - noise[0], 0.0)
+            down[-1] = 0.25 * np.maximum(np.abs(fall[-1]) - noise[-1], 0.0)
+        return tuple(np.moveaxis(np.nan_to_num(array), 0, d) for array in (up, down))  # type: ignore[return-value]
+
+
+def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where grid indices stand among those that are kept."""
+    place = np.zeros(int(kept.max()) + 1, np.intp)
+    place[kept] = np.arange(kept.size)
+    return place[wanted]
+
+
+def joined(cells: Cells, chosen: NDArray[np.intp]) -> list[list[Floats]]:
+    """Join chosen cells that stand side by side into boxes: along each parameter the edges, ascending."""
+    boxes = [
+        [np.unique([low, high]) for low, high in zip(cells.low[each], cells.high[each], strict=True)]
+        for each in chosen
+    ]
+    for d in range(cells.low.shape[1]):
+        boxes.sort(key=lambda box: float(box[d][0]))
+        merged: list[list[Floats]] = []
+        for box in boxes:
+            for other in merged:
+                beside = bool(same(other[d][-1], box[d][0])) and box[d].size > 1
+                if beside and all(np.array_equal(other[k], box[k]) for k in range(len(box)) if k != d):
+                    other[d] = np.concatenate((other[d], box[d][1:]))
+                    break
+            else:
+                merged.append(list(box))
+        boxes = merged
+    return boxes

@@ -1,0 +1,158 @@
+"""Follow-up studies: the same structure and settings on a few further designs, merged with the study afterwards."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.variables import DIMENSIONS
+
+OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
+WASTE = 1.5
+"""Designs computed over designs wanted, above which a set of designs is cut into several grids."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What to compute next, if anything.
+
+    Parameters
+    ----------
+    studies : tuple of Study
+        The follow-ups, to be submitted like any others; none once everything is known, or the budget is spent.
+    known : bool
+        Whether what was asked is known to the stated tolerances or confidence.
+    found : dict
+        The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
+    steps : dict of float
+        By parameter, the distance to the farther of the neighbours between which it lies.
+    points : int
+        Of the follow-ups, 0 without one.
+    fine_points : int
+        Of a grid that would give the same answer; 0 where no grid is known to.
+    spent : dict
+        What has been computed: `points`, `cycles` and `seconds` of run time where the studies store them.
+    note : str
+        The same in words.
+    said : dict
+        What else the search says: of a race `confidence`, `as_good`, `chance_of_another`.
+    """
+
+    studies: tuple[Study, ...]
+    known: bool
+    found: dict[str, Any]
+    steps: dict[str, float] = field(default_factory=dict)
+    points: int = 0
+    fine_points: int = 0
+    spent: dict[str, float] = field(default_factory=dict)
+    note: str = ""
+    said: dict[str, Any] = field(default_factory=dict)
+
+
+def follow_up(
+    study: Study, axes: Mapping[str, Any], kind: str, steady: Mapping[str, Any] | None = None
+) -> Study:
+    """Make the study on other axes, and with other settings of the steady search where they are given."""
+    document = study.document()
+    # the ratios are given themselves, so the physical block that made them would be a second source
+    document.pop("physical", None)
+    document["name"] = f"{study.name[: MAX_NAME - 10]}, {kind}" if study.name else kind
+    kept = [name for name in DIMENSIONS if study.particle or name not in OF_PARTICLE]
+    document["damping_ratio"] = axes["damping_ratio"]
+    document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
+    if steady is not None:
+        document["steady"] = {**document.get("steady", {}), **steady}
+    return parse_harmonic(document)
+
+
+def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:
+    """Cover designs, one a row, by few grids that hold little else.
+
+    Parameters
+    ----------
+    designs : ndarray, (n, parameters)
+        Coordinates.
+    most : int
+        Most grids.
+
+    Returns
+    -------
+    list of list of ndarray
+        The axes of each grid.
+    """
+    parts = [designs]
+    while len(parts) < most:
+        sizes = [math.prod(len(axis) for axis in _axes(part)) for part in parts]
+        if sum(sizes) <= WASTE * len(designs):
+            break
+        worst = int(np.argmax([size - len(part) for size, part in zip(sizes, parts, strict=True)]))
+        parts[worst : worst + 1] = _halves(parts[worst])
+    return [_axes(part) for part in parts]
+
+
+def _axes(part: np.ndarray) -> list[np.ndarray]:
+    return [np.unique(column) for column in part.T]
+
+
+def _halves(part: np.ndarray) -> list[np.ndarray]:
+    """Cut along a parameter so that the two grids are smallest together."""
+    best: tuple[int, list[np.ndarray]] | None = None
+    for column, axis in enumerate(_axes(part)):
+        for cut in axis[1:]:
+            below = part[:, column] < cut
+            halves = [part[below], part[~below]]
+            size = sum(math.prod(len(axis) for axis in _axes(half)) for half in halves)
+            if best is None or size < best[0]:
+                best = size, halves
+    assert best is not None  # a grid larger than its designs has two values of some parameter
+    return best[1]
+
+
+def tolerance_of(cube: xr.Dataset, otherwise: float) -> float:
+    """Give the tolerance with which a cube was computed."""
+    study = json.loads(cube.attrs.get("study", "{}"))
+    return float(study.get("steady", {}).get("tolerance", otherwise))
+
+
+def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    """Count points, and cycles and seconds of run time where they are stored."""
+    spent: dict[str, float] = {
+        "points": sum(int((cube["status"].values >= 0).sum()) for cube in cubes.values())
+    }
+    if all("cycles" in cube for cube in cubes.values()):
+        spent["cycles"] = int(
+            sum(np.maximum(cube["cycles"].values, 0).sum(dtype=np.int64) for cube in cubes.values())
+        )
+    if all("run_time" in cube for cube in cubes.values()):
+        spent["seconds"] = float(sum(np.nansum(cube["run_time"].values) for cube in cubes.values()))
+    return spent
+
+
+def say_spent(spent: Mapping[str, float]) -> str:
+    """Put it into words."""
+    parts = [f"{spent['points']:,} points"]
+    if "cycles" in spent:
+        parts.append(f"{spent['cycles']:,} cycles")
+    if "seconds" in spent:
+        parts.append(f"{spent['seconds']:.3g} s of run time")
+    return f"Computed so far: {', '.join(parts)}."
+
+
+def found_of(best: xr.Dataset) -> dict[str, Any]:
+    """Give the coordinates, the value and the error of the first design."""
+    names = (*DESIGN, "frequency_ratio", "value", "error")
+    return {name: float(best[name].values[0]) for name in names}
+
+
+def check_share(field_name: str, value: float, low: float, high: float, advice: str) -> None:
+    """Raise `QueryFault` unless a share is within its bounds."""
+    if not low <= value <= high:
+        raise QueryFault(Fault(field_name, describe(value), f"{low:g} to {high:g}", advice))

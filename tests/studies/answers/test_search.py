@@ -1,0 +1,211 @@
+"""Refining and racing on landscapes whose truth is known: several dips, ruggedness, errors that shrink with the tolerance."""
+
+import json
+import zlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.contenders import contend
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.follow_up import Refinement, cover
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.race import race_designs
+from damperlab.studies.answers.refine import refine_optimum
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
+
+Landscape = Callable[[np.ndarray, np.ndarray], np.ndarray]
+CYCLES = 0.36
+"""Cycles times the squared relative error."""
+
+
+def study_of(clearance: Any, friction: Any, tolerance: float = 0.02) -> Study:
+    return parse_study(
+        {
+            "name": "landscape",
+            "damping_ratio": 0.01,
+            "axes": {
+                "restitution": 0.5,
+                "mass_ratio": 0.1,
+                "clearance_ratio": clearance,
+                "friction_ratio": friction,
+                "frequency_ratio": [1.0],
+            },
+            "steady": {"tolerance": tolerance},
+        }
+    )
+
+
+def measured(study: Study, landscape: Landscape, noisy: bool, seed: int = 0) -> xr.Dataset:
+    """Evaluate a landscape as a solver would: every value off by a normal error of its tolerance."""
+    shape = study.shape
+    d, g = study.coordinates["clearance_ratio"], study.coordinates["friction_ratio"]
+    truth = landscape(d[:, None], g[None, :]).reshape(shape)
+    relative = study.steady.tolerance if noisy else 1e-15
+    values = truth.copy()
+    for place in np.ndindex(d.size, g.size):
+        # the same design at the same tolerance is the same run, whatever study asks for it
+        text = f"{seed} {d[place[0]]!r} {g[place[1]]!r} {study.steady.tolerance}"
+        rng = np.random.default_rng(zlib.crc32(text.encode()))
+        at = (0, 0, 0, *place, 0)
+        values[at] *= 1 + relative * rng.standard_normal()
+    columns = {
+        "amplitude_ratio": values,
+        "amplitude_error": relative * truth,
+        "response_class": np.full(shape, ResponseClass.CHAOTIC, np.int8),
+        "cycles": np.full(shape, int(CYCLES / relative**2) if noisy else 300, np.int32),
+        "status": np.zeros(shape, np.int8),
+    }
+    variables = {name: (DIMENSIONS, array) for name, array in columns.items()}
+    return xr.Dataset(variables, study.coordinates, {"study": json.dumps(study.document())})
+
+
+def pursued(
+    study: Study, landscape: Landscape, noisy: bool, step: Callable[..., Refinement], seed: int = 0
+) -> tuple[Refinement, dict[str, xr.Dataset]]:
+    cubes = {"0": measured(study, landscape, noisy, seed)}
+    for _ in range(60):
+        found = step(study, cubes)
+        if not found.studies:
+            return found, cubes
+        for each in found.studies:
+            cubes[str(len(cubes))] = measured(each, landscape, noisy, seed)
+    raise AssertionError(f"no end: {found.note}")
+
+
+GRID = {"start": 1.0, "stop": 5.0, "num": 9}, {"start": 0.0, "stop": 0.8, "num": 9}
+
+
+def two_dips(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """A wide dip whose floor is 1.2 at a grid point, and a narrow one of 0.9 between grid points."""
+    wide = 1.2 + (d - 2.0) ** 2 + 20 * (g - 0.6) ** 2
+    narrow = 0.9 + 1.6 * np.abs(d - 4.2) + 5 * np.abs(g - 0.23)
+    return np.minimum(wide, narrow)
+
+
+def test_the_deeper_of_two_dips_is_found_though_the_grid_shows_the_other_one() -> None:
+    study = study_of(*GRID)
+    coarse = merged_designs({"0": measured(study, two_dips, noisy=False)})
+    assert coarse["clearance_ratio"].values[0] == 2.0
+    found, cubes = pursued(study, two_dips, False, lambda s, c: refine_optimum(s, c, 0.01))
+    assert found.known
+    assert found.found["clearance_ratio"] == pytest.approx(4.2, abs=0.01)
+    assert found.found["friction_ratio"] == pytest.approx(0.23, abs=0.01)
+    # a step of 0.01 off in either parameter costs 0.066 at most
+    assert 0.9 <= found.found["value"] <= 0.966
+    assert found.fine_points == 401 * 81
+    assert (
+        found.spent["points"] == sum(cube["status"].size for cube in cubes.values()) < found.fine_points / 10
+    )
+
+
+def test_a_box_is_searched_up_to_the_end_that_a_person_writes() -> None:
+    friction = (np.arange(9) * 0.1).tolist()  # 0.30000000000000004, 0.7000000000000001
+    study = study_of(GRID[0], friction)
+
+    def falling(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+        return 3.0 - 2.0 * g + 0.1 * (d - 3.1) ** 2
+
+    box = {"friction_ratio": (0.0, 0.7)}
+    found, _ = pursued(study, falling, False, lambda s, c: refine_optimum(s, c, 0.02, ranges=box))
+    assert found.found["friction_ratio"] == friction[7]
+    assert found.found["clearance_ratio"] == pytest.approx(3.1, abs=0.02)
+
+
+def test_errors_are_not_taken_for_dips() -> None:
+    study = study_of(*GRID)
+
+    def bowl(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+        return 1.0 + 0.3 * (d - 3.2) ** 2 + 4 * (g - 0.43) ** 2
+
+    for seed in range(3):
+        found, _ = pursued(study, bowl, True, lambda s, c: refine_optimum(s, c, 1e-3), seed)
+        assert found.known
+        # the search ends where the errors of 2 % end it, far above steps of a thousandth
+        assert found.spent["points"] < 3000
+        assert found.fine_points == 0
+        assert "as far as the errors tell neighbours apart" in found.note
+        truth = float(bowl(np.array(found.found["clearance_ratio"]), np.array(found.found["friction_ratio"])))
+        assert truth <= 1.08  # four standard errors of the least
+
+
+def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -> None:
+    study = study_of(*GRID)
+
+    def rugged(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+        return 1.5 + 0.4 * np.sin(1e4 * d) * np.cos(3e4 * g)
+
+    found, _ = pursued(study, rugged, False, lambda s, c: refine_optimum(s, c, 1e-6, budget=500))
+    assert not found.known
+    assert found.spent["points"] <= 81 + 500
+    assert "may hold a design better" in found.note
+    assert "budget of 500 points" in found.note
+
+
+def test_a_race_names_the_best_of_many_with_the_confidence_that_it_states() -> None:
+    study = study_of(*GRID)
+    drawn = np.random.default_rng(8).uniform(1.0, 2.0, (9, 9))
+    drawn.flat[np.argsort(drawn, axis=None)[:4]] = [1.0, 1.01, 1.03, 1.06]
+
+    def table(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+        rows, columns = np.rint((d - 1.0) * 2).astype(int), np.rint(g * 10).astype(int)
+        return drawn[np.broadcast_arrays(rows, columns)[0], np.broadcast_arrays(rows, columns)[1]]
+
+    whole_grid_cycles = 81 * CYCLES / (0.02 / 16) ** 2
+    for seed in range(20):
+        found, cubes = pursued(study, table, True, race_designs, seed)
+        assert found.known, found.note
+        at = np.array(found.found["clearance_ratio"]), np.array(found.found["friction_ratio"])
+        # 95 % with Bonferroni over 810 limits: of twenty races none fails, but for a chance of far below 5 % each
+        assert float(table(*at)) <= 1.0 * 1.02
+        assert found.spent["cycles"] < whole_grid_cycles / 5
+        merged = merged_designs(cubes)
+        assert merged["value"].values[0] == found.found["value"]
+        assert (
+            int(contend(merged["lowest"].values, merged["highest"].values).sum()) == found.said["as_good"] + 1
+        )
+
+
+def test_a_race_of_equals_ends_by_indifference_and_says_how_many_are_as_good() -> None:
+    study = study_of({"start": 1.0, "stop": 2.0, "num": 3}, [0.1, 0.2])
+    found, _ = pursued(study, lambda d, g: 1.0 + 0 * (d + g), True, race_designs)
+    assert found.known
+    assert found.said["as_good"] == 5
+    assert 0.4 < found.said["chance_of_another"] < 0.999
+    assert "5 further designs may be as good" in found.note
+
+
+def test_a_race_ends_with_its_budget_and_is_refused_where_errors_are_not_stored() -> None:
+    study = study_of(*GRID)
+    cube = measured(study, two_dips, True)
+    found = race_designs(study, {"0": cube}, budget=10)
+    assert (found.known, found.studies) == (False, ())
+    assert "budget of 10 cycles" in found.note
+    for call, field in (
+        (lambda: race_designs(study, {"0": cube.drop_vars("amplitude_error")}), "race"),
+        (lambda: race_designs(study, {"0": cube}, confidence=1.0), "confidence"),
+        (lambda: race_designs(study, {"0": cube}, indifference=0.0), "indifference"),
+        (lambda: refine_optimum(study, {"0": cube}, value_tolerance=2.0), "value_tolerance"),
+    ):
+        with pytest.raises(QueryFault) as refused:
+            call()
+        assert refused.value.fault.field == field
+
+
+def test_designs_are_covered_by_few_grids_with_little_else() -> None:
+    rng = np.random.default_rng(2)
+    designs = np.unique(rng.integers(0, 12, (20, 2)), axis=0).astype(float)
+    grids = cover(designs)
+    assert len(grids) <= 8
+    held = {
+        tuple(map(float, row)) for axes in grids for row in np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
+    }
+    assert {tuple(map(float, row)) for row in designs} <= held
+    diagonal = np.stack([np.arange(6.0)] * 2, axis=1)
+    assert sum(np.prod([axis.size for axis in axes]) for axes in cover(diagonal)) <= 9
+    block = np.stack(np.meshgrid([1.0, 2.0], [3.0, 4.0]), -1).reshape(-1, 2)
+    assert len(cover(block)) == 1
