@@ -192,7 +192,7 @@ def refine(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute finer follow-up studies where better designs may lie, or at a boundary between response classes, down to the tolerance."""
+    """Compute finer follow-up studies where better designs may lie, or at a class boundary, down to the tolerance."""
     check_cluster(workers, scheduler)
     check_name("--boundary", boundary, DIMENSIONS)
     fixed = read_at(at)
