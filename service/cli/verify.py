@@ -32,12 +32,18 @@ def verify(
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
+    from damperlab.studies.store.verify import check_catalogue
+
+    with working("Reading the catalogue"):
+        catalogue = list(check_catalogue(store)) if study is None else []
+    for line in catalogue:
+        note(f"damperlab: {line}")
     answers = [_verify(store, record, repair, workers, scheduler) for record in records]
     if as_json:
-        print_json({"studies": answers})
+        print_json({"studies": answers, "catalogue": catalogue})
     elif not answers:
         note("There are no studies yet.")
-    if any(answer["damaged"] and not answer["repaired"] for answer in answers):
+    if catalogue or any(answer["damaged"] and not answer["repaired"] for answer in answers):
         raise typer.Exit(FAILED)
 
 

@@ -84,7 +84,7 @@ def copy_store(source: Store, target: Store) -> Copied:
         for row, marks, _ in copies:
             state = "queued" if row.state == "running" else row.state
             free = {"state": state, "claim_owner": None, "claim_expires": None}
-            connection.execute(insert(studies).values({**row._asdict(), **free}))
+            connection.execute(insert(studies).values({**row._asdict(), **free, "crc": None}))
             for start in range(0, len(marks), _AT_ONCE):
                 connection.execute(
                     insert(done_blocks), [mark._asdict() for mark in marks[start : start + _AT_ONCE]]

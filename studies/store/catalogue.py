@@ -20,6 +20,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.durable import sync_path
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.migrations import HEAD
+from damperlab.studies.store.rowsum import SUMMED, forget_touched, seal_rows, watch
 
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
@@ -55,6 +56,13 @@ class Catalogue:
         with self._faults():
             self._engine = (_sqlite_engine if self._sqlite else _postgresql_engine)(url, wait_seconds)
             self._writer = self._engine.execution_options(writes=True)
+
+            @event.listens_for(self._engine, "before_execute", retval=True)
+            def _watch(
+                connection: Connection, statement: Any, many: Any, one: Any, options: Any
+            ) -> tuple[Any, Any, Any]:
+                return watch(statement, connection), many, one
+
             try:
                 self._prepare()
             except BaseException:
@@ -71,7 +79,9 @@ class Catalogue:
     def writing(self) -> Iterator[Connection]:
         """Open one transaction that no other writer shares; it commits at the end, or not at all."""
         with self._faults(), self._writer.begin() as connection:
+            forget_touched(connection)
             yield connection
+            seal_rows(connection)
 
     def integrity(self) -> list[str]:
         """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
@@ -110,6 +120,7 @@ class Catalogue:
             found = _revision(connection)
             if found != HEAD:  # else another process was faster
                 _migrate(connection, found)
+                seal_rows(connection, SUMMED)
         if self._sqlite and self._url.database:
             sync_path(Path(self._url.database).parent)
 

@@ -21,6 +21,7 @@ from damperlab.studies.store.rows import (
     study_row,
     unknown_study,
 )
+from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.tables import events, studies
 from damperlab.studies.vocabulary import STATES
 
@@ -234,9 +235,12 @@ class Lookup(StoreBase):
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Give what has happened to a study, oldest first: seconds since 1970, and what."""
-        query = select(events.c.at, events.c.what).where(events.c.study == study_id).order_by(events.c.number)
+        query = select(events).where(events.c.study == study_id).order_by(events.c.number)
         with self.catalogue.reading() as connection:
-            return [(at, what) for at, what in connection.execute(query)]
+            rows = connection.execute(query).all()
+        for row in rows:
+            require_row(events, row, study_id)
+        return [(row.at, row.what) for row in rows]
 
 
 def _phase(phase: str | None, done: int | None = None, total: int | None = None) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, func, insert, select, update
+from sqlalchemy import Connection, delete, func, insert, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
@@ -37,6 +37,7 @@ from damperlab.studies.store.home import (
 )
 from damperlab.studies.store.manifest import read_marks, study_columns
 from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
+from damperlab.studies.store.rowsum import row_sum
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import done_blocks, studies
 
@@ -185,6 +186,11 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     total = math.prod(described.grid)
     with catalogue.writing() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+        if row is not None and row.crc is not None and row.crc != row_sum(studies, row):
+            # what it says is not what was written: the cube says it again
+            connection.execute(delete(done_blocks).where(done_blocks.c.study == number))
+            connection.execute(delete(studies).where(studies.c.number == number))
+            row = None
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")

@@ -11,6 +11,7 @@ from sqlalchemy import Connection, Row, func, insert, select
 from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record, utc
+from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.solver import is_outdated
 from damperlab.studies.store.tables import done_blocks, events, studies
 
@@ -20,7 +21,10 @@ ALIVE = studies.c.deleted.is_(None)
 
 def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
     """Find a study by its whole id; None if there is none."""
-    return connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
+    row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
+    if row is not None:
+        require_row(studies, row, study_id)
+    return row
 
 
 def study_row(connection: Connection, study_id: str) -> Row[Any]:
@@ -38,7 +42,10 @@ NAMES_COMPARED = 1000
 def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
     """Find the newest version of what a definition asks for; None if there is none."""
     query = select(studies).where(studies.c.digest == digest, ALIVE)
-    return connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
+    row = connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
+    if row is not None:
+        require_row(studies, row, row.id)
+    return row
 
 
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
@@ -94,6 +101,7 @@ def _seconds_left(row: Row[Any]) -> float | None:
 
 def record_of(row: Row[Any]) -> Record:
     """Give a study's row as a record."""
+    require_row(studies, row, row.id)
     created = utc(row.created)
     assert created is not None
     prepares = row.state == "running" and row.phase is not None

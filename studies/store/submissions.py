@@ -21,6 +21,7 @@ from damperlab.studies.store.definition import parse_stored, with_attachments
 from damperlab.studies.store.faults import KeyTaken, NothingToDo, cannot_use
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
+from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.tables import done_blocks, keys, studies
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
@@ -291,7 +292,10 @@ def _nothing_to_recompute(record: Record) -> NothingToDo:
 
 
 def _take_key(connection: Connection, key: str, digest: str) -> None:
-    known = connection.execute(select(keys.c.digest).where(keys.c.key == key)).scalar()
+    row = connection.execute(select(keys).where(keys.c.key == key)).one_or_none()
+    if row is not None:
+        require_row(keys, row, row.digest[:12])
+    known = None if row is None else row.digest
     if known is None:
         connection.execute(insert(keys).values(key=key, digest=digest, at=time.time()))
     elif known != digest:

@@ -67,6 +67,8 @@ studies = Table(
     Column("claim_owner", String),
     Column("claim_expires", Float),
     Column("deleted", Float),
+    # of the row's other columns; none while a transaction writes the row
+    Column("crc", BigInteger),
     sqlite_autoincrement=True,
 )
 Index(
@@ -97,6 +99,7 @@ done_blocks = Table(
     Column("revision", Integer, nullable=False, default=0),
     # which solver on which processor computed it
     Column("identity", String, nullable=False, default=""),
+    Column("crc", BigInteger),
     # clustered by its key: the marks of one study are read in one sweep
     sqlite_with_rowid=False,
 )
@@ -107,6 +110,7 @@ keys = Table(
     Column("key", String, primary_key=True),
     Column("digest", String(64), nullable=False),
     Column("at", Float, nullable=False),
+    Column("crc", BigInteger),
 )
 
 events = Table(
@@ -116,6 +120,7 @@ events = Table(
     Column("study", String(24), nullable=False),
     Column("at", Float, nullable=False),
     Column("what", Text, nullable=False),
+    Column("crc", BigInteger),
     sqlite_autoincrement=True,
 )
 Index("events_of_study", events.c.study, events.c.number)
@@ -127,3 +132,7 @@ facts = Table(
     Column("key", String, primary_key=True),
     Column("value", Text, nullable=False),
 )
+
+for _table in (studies, done_blocks, keys, events):
+    _lacking = _table.c.crc.is_(None)
+    Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_lacking, postgresql_where=_lacking)

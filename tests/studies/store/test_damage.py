@@ -199,4 +199,4 @@ def test_what_happened_to_a_study_is_kept(store, written):
     store.forget(written.id, [3], "by hand")
     store.delete(written.id)
     said = [what for _, what in store.events(written.id)]
-    assert said == ["submitted", "queued to done", "1 blocks taken back: by hand", "deleted"]
+    assert said == ["submitted", "queued to done", "1 blocks invalidated: by hand", "deleted"]
