@@ -194,7 +194,7 @@ RECORD: dict[str, Any] = {
                     "message": {"type": ["string", "null"]},
                     "version": {
                         "type": "integer",
-                        "description": "1 as submitted; computed anew by a later solver, it gets the next",
+                        "description": "1 as submitted; computed again by a later solver, it gets the next",
                     },
                     "outdated": {
                         "type": "boolean",

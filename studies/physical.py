@@ -168,7 +168,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
         several = [name for name in axes if name == derivation.source or name in derivation.partners]
         if len(several) > 1:
             faults.append(
-                Fault(f"physical.{several[-1]}", f"a second axis of {derivation.ratio}, beside {several[0]}",
+                Fault(f"physical.{several[-1]}", f"a second axis of {derivation.ratio} in addition to {several[0]}",
                       "one axis for each ratio", "keep one of them an axis and make the others numbers")
             )  # fmt: skip
     return faults

@@ -190,7 +190,7 @@ VARIABLES: dict[str, Variable] = {
         ),
         _ratio(
             "stick_fraction",
-            "share of time stuck",
+            "share of time spent sticking",
             "Share of the steady time in which friction holds the mass.",
         ),
         _ratio("dissipation_viscous", "viscous share of dissipation", "Share of the loss that is viscous."),

@@ -92,7 +92,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
             Fault(
                 "id",
                 f"study {study_id}, which another process is running",
-                "a study that nobody runs",
+                "a study that no other process runs",
                 "wait for it, or cancel it there; the claim of a process that died expires by itself",
             )
         )

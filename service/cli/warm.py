@@ -34,13 +34,14 @@ def warm(
     target: Annotated[
         Target | None,
         typer.Option(
-            help="generic: for any processor of this architecture, slower. Where DAMPERLAB_TARGET=generic is set on every "
+            help="Processor to compile for; generic runs on any processor of this architecture, but slower. Where "
+            "DAMPERLAB_TARGET=generic is set on every "
             "machine of a fleet, those with and without AVX2 compute the same bits."
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compile the kernels now, on every core, so that nobody waits for the compiler later."""
+    """Compile the kernels now, on every core, so that no command has to wait for the compiler later."""
     if target is not None:
         # read as the compiler is imported, here and in the processes that compile
         os.environ["DAMPERLAB_TARGET"] = target.value

@@ -104,7 +104,8 @@ class SliceQuery(At):
 
     metric: Metric | None = Field(
         None,
-        description="A variable that the study stores; amplitude_ratio by default, of a survey peak_relative_displacement_m.",
+        description="A variable that the study stores; amplitude_ratio by default, peak_relative_displacement_m for a "
+        "ground-motion suite.",
     )
     interpolate: bool = Field(
         False, description="Interpolate between grid points where the response class does not change."
@@ -125,7 +126,9 @@ class MapQuery(SliceQuery):
     reduce: Reduction | None = Field(None, description="How `over` is reduced; max by default.")
     frequency_ratio: Value = None
     record: str | None = Field(
-        None, max_length=100, description="A record of a survey; the worst over all by default."
+        None,
+        max_length=100,
+        description="A record of a ground-motion suite; the worst of all records by default.",
     )
     scale: Value = None
     natural_frequency_hz: Value = None
@@ -146,12 +149,13 @@ class ResponseQuery(AlongFrequency, SliceQuery):
         None,
         alias="with",
         max_length=200,
-        description="A second study to put beside it, as the way down of a hysteresis; `apart` says where they differ.",
+        description="A second study to compare with, such as the downward sweep of a hysteresis; `apart` gives the ranges "
+        "where they differ.",
     )
 
 
 def _result_range(variable: Variable) -> Any:
-    meaning = f"{variable.long_name}: designs that leave this range at a frequency that counts are left out."
+    meaning = f"{variable.long_name}: designs outside this range at any considered frequency are excluded."
     return Range, Field(None, description=f"`lower,higher` of the {meaning}")
 
 
@@ -217,7 +221,9 @@ class DesignsQuery(RankingQuery):
         description="Result that dampers of a ground-motion suite are ranked by; peak_relative_displacement_m by default.",
     )
     record: str | None = Field(
-        None, max_length=2000, description="Records of a survey that count, by commas; all by default."
+        None,
+        max_length=2000,
+        description="Records of a ground-motion suite to consider, separated by commas; all by default.",
     )
     scale: Range = None
     natural_frequency_hz: Range = None
@@ -247,7 +253,9 @@ class DesignsQuery(RankingQuery):
         known = {*SURVEY_DIMENSIONS, "metric"}.difference(DIMENSIONS)
         for name in sorted(self.model_fields_set & known):
             allowed = "what a study of the response to a harmonic base has"
-            raise QueryFault(Fault(name, "a value", allowed, "leave it out: it belongs to surveys"))
+            raise QueryFault(
+                Fault(name, "a value", allowed, "leave it out: it applies to ground-motion suites only")
+            )
 
 
 @router.get(
@@ -301,7 +309,7 @@ def ask_response(service: TheService, study: TheStudy, query: Annotated[Response
 def ask_designs(service: TheService, study: TheStudy, query: Annotated[DesignsQuery, Query()]) -> Document:
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
 
-    A survey's dampers are ranked by their worst case over its records, scales and structures.
+    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures.
     """
     if is_survey(study.dimensions):
         worst = worst_case_designs(service.store.cube(study.id), **query.worst_case())

@@ -223,7 +223,7 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
         201: {"description": "Entered beside the older results; Location is its address", **RECORD},
         **documented(404, 409, 503, 507),
     },
-    summary="Compute an outdated study anew, beside its results",
+    summary="Recompute an outdated study, beside its results",
 )
 def recompute(service: TheService, study: TheExactStudy) -> Document:
     """Queue a new version of a study; the older one stays until it is deleted."""

@@ -57,7 +57,7 @@ class TmdQuery(AlongFrequency):
 @router.get(
     "/tmd-comparison",
     **ANSWER,
-    summary="One design beside a tuned mass damper",
+    summary="One design compared with a tuned mass damper",
 )
 def ask_tmd(service: TheService, study: TheStudy, query: Annotated[TmdQuery, Query()]) -> Document:
     """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""

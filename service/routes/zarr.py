@@ -162,7 +162,7 @@ def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Resp
         raise Problem(
             409,
             "block-unfinished",
-            "Blocks of this chunk were damaged and are computed again. Open the cube anew to read the others.",
+            "Blocks of this chunk were damaged and are computed again. Open the cube again to read the others.",
             headers={"Cache-Control": "no-store"},
         )
     place = ".".join(map(str, group.place))

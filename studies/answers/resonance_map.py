@@ -125,7 +125,7 @@ def resonance_map(
     if interpolate:
         if is_survey(cube.sizes):
             advice = "leave it out: a response to a ground motion may change by chance from point to point"
-            raise QueryFault(Fault("interpolate", "true", "false for a survey", advice))
+            raise QueryFault(Fault("interpolate", "true", "false for a ground-motion suite", advice))
         if over is not None:
             advice = "leave `over` out, or ask without `interpolate`"
             raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice))

@@ -42,9 +42,9 @@ def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
         raise QueryFault(
             Fault(
                 "study",
-                f"a survey of responses to ground motions, over {listing(dimensions)}",
+                f"a ground-motion suite, over {listing(dimensions)}",
                 f"a study of the response to a harmonic base for {asked}",
-                "ask a survey for a map over two of its dimensions, its optimal designs, or an export",
+                "ask for a map over two of its dimensions, for its optimal designs, or for an export",
             )
         )
 

@@ -16,7 +16,7 @@ def survey_json_schema() -> dict[str, Any]:
             {"type": "string", "description": "the id of a record, or an earthquake's name"},
             {
                 "type": "object",
-                "description": '{"kanai_tajimi": {"seed": 1}}, or a record as a stored survey has it',
+                "description": '{"kanai_tajimi": {"seed": 1}}, or a record as a stored study has it',
             },
         ]
     }

@@ -92,7 +92,7 @@ def require_free(row: Row[Any], what: str) -> None:
             Fault(
                 "study",
                 f"{row.id} is {row.state}, worked on by {owner}",
-                f"a study that nobody works on, to {what} it",
+                f"a study that no process works on, to {what} it",
                 f"cancel it first: damperlab cancel {row.id}",
             )
         )

@@ -80,7 +80,7 @@ class Cubes(StoreBase):
                         "revision",
                         str(revision),
                         f"{row.taken_back} to {row.revision}",
-                        "open the study anew: its blocks were computed again",
+                        "open the study again: some of its blocks were recomputed",
                     )
                 )
             if revision is not None and revision != row.revision:

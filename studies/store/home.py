@@ -59,7 +59,7 @@ def require_catalogue(data_dir: Path) -> None:
     raise StoreFault(
         Fault(
             "data_dir",
-            f"cubes in {cubes} and no catalogue beside them",
+            f"cubes in {cubes} without their catalogue",
             f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
             f"{_NAME_IT}; if it is lost, {_REBUILD}",
         )

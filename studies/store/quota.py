@@ -58,8 +58,8 @@ class Quota:
                     Fault(
                         field,
                         f"a study of {wanted:,} {unit}",
-                        f"{max(0, limit - before):,} {unit}, which is what {limit:,} leave beside the "
-                        f"{before:,} of other studies",
+                        f"{max(0, limit - before):,} {unit}: the quota is {limit:,}, of which other "
+                        f"studies use {before:,}",
                         _ADVICE,
                     )
                 )

@@ -1,0 +1,105 @@
+"""Messages, help texts and descriptions use the words of the glossary, and none that it has retired."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from damperlab.service.app import create_app
+from damperlab.service.cli.main import app
+from damperlab.service.settings import Settings
+
+ROOT = Path(__file__).parents[2]
+SPOKEN = {
+    "BadParameter", "CommandFailed", "ClusterUnusable", "Fault", "Interrupted", "Option", "Argument", "Outage", "Problem",
+    "QueryFault", "Field", "StillRunning", "Stopped", "StoreFault", "Unreachable", "note", "refused", "say", "unknown_key",
+}  # fmt: skip
+"""Calls whose texts a user reads."""
+OF_OTHERS = ("worker/solver/", "worker/steady/")
+
+
+def retired() -> list[str]:
+    """Give the first column of the glossary's last table."""
+    table = (ROOT / "docs/glossary.md").read_text().split("## Retired words")[1]
+    rows = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("|")]
+    return rows[2:]
+
+
+def refused_in(text: str) -> list[str]:
+    return [word for word in retired() if re.search(rf"\b{re.escape(word)}(s|ed)?\b", text, re.IGNORECASE)]
+
+
+def command_texts() -> Iterator[tuple[str, str]]:
+    for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]
+        yield name, command.help
+        for parameter in command.params:
+            if not getattr(parameter, "hidden", False):
+                yield f"{name} {'/'.join(parameter.opts)}", getattr(parameter, "help", None) or ""
+
+
+def message_texts() -> Iterator[tuple[str, str]]:
+    for part in ("service", "studies", "worker"):
+        for file in sorted((ROOT / part).rglob("*.py")):
+            place = file.relative_to(ROOT).as_posix()
+            if place.startswith(OF_OTHERS):
+                continue
+            for call in ast.walk(ast.parse(file.read_text())):
+                if isinstance(call, ast.Call) and _name(call.func) in SPOKEN:
+                    for node in ast.walk(call):
+                        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                            yield f"{place}:{node.lineno}", node.value
+
+
+def _name(function: ast.expr) -> str:
+    return str(getattr(function, "id", getattr(function, "attr", "")))
+
+
+def described(document: Any, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(document, dict):
+        for key, value in document.items():
+            if key in ("description", "summary") and isinstance(value, str):
+                yield f"{place}/{key}", value
+            else:
+                yield from described(value, f"{place}/{key}")
+    elif isinstance(document, list):
+        for index, value in enumerate(document):
+            yield from described(value, f"{place}/{index}")
+
+
+def test_the_walk_reaches_what_it_should() -> None:
+    assert len(list(command_texts())) > 150
+    assert len(list(message_texts())) > 500
+    assert "mend" in retired()
+    assert refused_in("Mend it with an own record.") == ["mend", "an own"]
+
+
+def test_every_command_and_option_is_described_in_a_sentence() -> None:
+    odd = [
+        (place, text) for place, text in command_texts() if not re.match(r"^[A-Z].*\.\)?$", text, re.DOTALL)
+    ]
+    assert odd == []
+
+
+def test_no_help_text_uses_a_retired_word() -> None:
+    assert [(place, words) for place, text in command_texts() if (words := refused_in(text))] == []
+
+
+def test_no_message_uses_a_retired_word() -> None:
+    assert [(place, words) for place, text in message_texts() if (words := refused_in(text))] == []
+
+
+def test_no_description_of_the_http_interface_uses_a_retired_word(tmp_path: Path) -> None:
+    document = create_app(Settings(data_dir=tmp_path)).openapi()
+    found = [(place, words) for place, text in described(document, "") if (words := refused_in(text))]
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    "word", ["amplitude_ratio", "clearance_ratio", "floquet_multiplier", "response_class"]
+)
+def test_the_glossary_explains_the_names_of_the_cube(word: str) -> None:
+    assert f"`{word}" in (ROOT / "docs/glossary.md").read_text()
