@@ -58,7 +58,8 @@ def identity() -> dict[str, str]:
     -------
     dict of str
         `sources` (`source_hash`), `target` (processor and platform that kernels are compiled for), the versions of
-        `numba`, `llvmlite` and `numpy`, and `python` (whose objects kernels take and give).
+        `numba`, `llvmlite` and `numpy`, `python` (whose objects kernels take and give), and `bounds` where indices are
+        checked (NUMBA_BOUNDSCHECK=1).
     """
     return {
         "sources": source_hash(),
@@ -67,6 +68,7 @@ def identity() -> dict[str, str]:
         "llvmlite": llvmlite.__version__,
         "numpy": np.__version__,
         "python": sys.implementation.cache_tag,
+        "bounds": "checked" if numba.config.BOUNDSCHECK else "trusted",
     }
 
 

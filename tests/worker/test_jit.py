@@ -7,19 +7,22 @@ import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from damperlab.worker.compiler import Whole, target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
 from damperlab.worker.kernel_cache import KernelCache, folder_name, is_private
+from damperlab.worker.solver.memory import address
 
 ROOT = Path(__file__).parents[2]
 RUN = ROOT / "tests" / "worker" / "kernels_run.py"
 SCENES = [str(index) for index in range(7)]
 
 
-def run(cache: Path, *arguments: str, path: Path = ROOT / "src") -> str:
-    environment = {**os.environ, "DAMPERLAB_CACHE_DIR": str(cache), "PYTHONPATH": str(path)}
+def run(cache: Path, *arguments: str, path: Path = ROOT / "src", **variables: str) -> str:
+    environment = {**os.environ, "DAMPERLAB_CACHE_DIR": str(cache), "PYTHONPATH": str(path), **variables}
     return subprocess.run(
         [sys.executable, *arguments], env=environment, check=True, capture_output=True, text=True, cwd=cache
     ).stdout
@@ -37,6 +40,31 @@ def test_cold_and_warm_processes_give_the_same_bits_in_every_scene(tmp_path: Pat
     )  # other places, times and order of loading
     assert warm == cold
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
+    checked = run(cache, str(RUN), *SCENES, NUMBA_BOUNDSCHECK="1")  # every index inside its array
+    assert [line.split()[0] for line in checked.splitlines()] == SCENES
+
+
+@kernel
+def _beyond(array: NDArray[np.float64], i: int) -> float:
+    return float(array[i])
+
+
+@kernel
+def _beyond_an_address(array: NDArray[np.float64], i: int) -> float:
+    return float(address(array, 0)[i])
+
+
+jitted = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are plain functions")
+
+
+def test_a_checked_build_refuses_an_index_beyond_its_array(tmp_path: Path) -> None:
+    ask = (
+        "import sys; sys.path.insert(0, 'WHERE'); import numpy as np, test_jit\n"
+        "for kernel in (test_jit._beyond, test_jit._beyond_an_address):\n"
+        "    try: kernel(np.zeros(3), 3)\n"
+        "    except IndexError: print('refused')"
+    ).replace("WHERE", str(Path(__file__).parent))
+    assert run(tmp_path, "-c", ask, NUMBA_BOUNDSCHECK="1").split() == ["refused", "refused"]
 
 
 @inlined
@@ -54,7 +82,7 @@ def _fifth(x: float) -> float:
     return _cube(x) * _square(x)
 
 
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="kernels are plain functions")
+@jitted
 def test_what_python_calls_holds_private_copies_of_its_parts() -> None:
     assert _fifth(1.5) == 1.5**5
     assert _cube(1.5) == 1.5**3
