@@ -18,7 +18,7 @@ from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.simulate import Design, Simulation, scenes_of, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 from damperlab.worker.steady.settle import Settings as Steadiness
 from damperlab.worker.warm import Scene
 

@@ -10,7 +10,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
-from damperlab.worker.solver.scene import State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
 from damperlab.worker.steady.linear import linear_response
 from damperlab.worker.steady.response import Response

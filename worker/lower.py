@@ -10,7 +10,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.physics.contact import wall_constants
-from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.solver.state import Particle, Wall
 from damperlab.worker.steady.response import INTEGRATED
 
 LEAST_REBOUND = 1e-14

@@ -10,11 +10,13 @@ import numpy as np
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.lower import rebound_of
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.record import empty_log
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.sample import HISTORY_COLUMNS, sample_half
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.segments import empty_log
+from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,
     BUDGET,
@@ -34,8 +36,6 @@ from damperlab.worker.solver.scene import (
     Particle,
     with_floats,
 )
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.linear import linear_response
 from damperlab.worker.steady.response import Response

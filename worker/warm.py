@@ -24,7 +24,7 @@ from damperlab.studies.ground.survey import Survey
 from damperlab.studies.kind import AnyStudy
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.lower import wants_energies
-from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.solver.state import Particle, Wall
 
 try:
     import fcntl

@@ -125,7 +125,7 @@ def _kernels() -> str:
     """Compile or load the hybrid kernel, and check that it keeps the balance of energy."""
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.simulate import Design, simulate
-    from damperlab.worker.solver.scene import Particle
+    from damperlab.worker.solver.state import Particle
 
     began = time.perf_counter()
     particle = Particle(clearance_ratio=5.0, restitution=0.47, mass_ratio=0.1)

@@ -19,7 +19,7 @@ from damperlab.studies.faults import counted, listing
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.tmd.transfer import without_absorber
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 CAVITIES = (1, 2, 3)
 SHOWN_CYCLES = 60

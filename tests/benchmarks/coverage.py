@@ -13,7 +13,7 @@ from tests.worker.designs_drawn import SETTINGS, Point, drawn_points
 from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.solver.scene import ARRIVED
+from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.response import Response
 
 HALF_WIDTH = 1.96

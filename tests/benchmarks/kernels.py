@@ -11,9 +11,11 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,
     BUDGET,
@@ -26,8 +28,6 @@ from damperlab.worker.solver.scene import (
     Meter,
     Particle,
 )
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
 from damperlab.worker.steady.settle import at_rest
 
 TRANSIENT = 300

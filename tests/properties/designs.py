@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from damperlab.worker.physics.contact import wall_constants
 from damperlab.worker.simulate import Design
-from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.solver.state import Particle, Wall
 
 CYCLES = 8
 

@@ -9,11 +9,11 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, State
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, State
 from damperlab.worker.steady.settle import at_rest
 
 FEW = settings(max_examples=30, deadline=None)

@@ -21,7 +21,7 @@ from tests.properties.designs import (
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 FEW = settings(max_examples=40, deadline=None)
 ROUNDING = 1e-12

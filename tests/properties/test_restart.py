@@ -19,14 +19,14 @@ from tests.properties.designs import (
 )
 
 from damperlab.worker.simulate import Design
-from damperlab.worker.solver.forms import base_forms
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.record import DURATION, EVENT, START, empty_log
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
-from damperlab.worker.solver.shaking import mirrored
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.excitation.base import mirrored
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.quadratic_forms import base_forms
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.segments import DURATION, EVENT, START, empty_log
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
 from damperlab.worker.steady.orbit import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
 

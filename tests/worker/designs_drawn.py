@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damperlab.worker.solver.scene import Particle, State
+from damperlab.worker.solver.state import Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest

@@ -4,11 +4,11 @@ import sys
 
 import numpy as np
 
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import BUDGET, COUNTS, METERS, Meter, Particle, Wall
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import BUDGET, COUNTS, METERS, Meter, Particle, Wall
 from damperlab.worker.steady.start import at_rest
 
 PARTICLE = Particle(2.0, 0.6, 0.2)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
 
 
 @kernel

@@ -16,7 +16,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.physics.contact import calibrate, contact_time_of_stiffness, wall_constants, wall_force
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle, Wall
+from damperlab.worker.solver.state import Particle, Wall
 
 
 def particle_of(

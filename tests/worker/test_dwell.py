@@ -13,7 +13,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 
 def design_of(scene: Scene) -> Design:

@@ -12,8 +12,10 @@ from damperlab.studies.variables import STANDARD
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
 from damperlab.worker.lower import wall_of
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import (
     BUDGET,
     COUNTS,
     METERS,
@@ -28,8 +30,6 @@ from damperlab.worker.solver.scene import (
     Particle,
     State,
 )
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
 from damperlab.worker.steady.response import INTEGRATED
 
 

@@ -9,9 +9,9 @@ from tests.worker.designs_drawn import Point, drawn_points
 from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.record import EVENT, RIDING, empty_log
-from damperlab.worker.solver.scene import ARRIVED, TURN, Particle, State
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.segments import EVENT, RIDING, empty_log
+from damperlab.worker.solver.state import ARRIVED, TURN, Particle, State
 from damperlab.worker.steady.orbit import around, coordinates, state_at
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.run import make_scene

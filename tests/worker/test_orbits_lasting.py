@@ -10,7 +10,7 @@ from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.contact import wall_constants
-from damperlab.worker.solver.scene import ARRIVED, Particle, State, Wall
+from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
 from damperlab.worker.steady.orbit import coordinates, state_at
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.run import advance, make_notes, make_scene

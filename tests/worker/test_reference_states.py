@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 STATES = Path(__file__).parents[1] / "reference" / "states.json"
 RECORDS: list[dict[str, Any]] = json.loads(STATES.read_text())["points"]

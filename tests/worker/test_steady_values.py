@@ -11,7 +11,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 ROUNDING = 1e-11
 """Relative, of a response that is periodic to the last digit; the oracles' root finding leaves less."""

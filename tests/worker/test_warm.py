@@ -13,7 +13,7 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.ground.comparison import compare
 from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison
 from damperlab.worker.simulate import Design, scenes_of, simulate
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 from damperlab.worker.warm import (
     Scene,
     every_scene,

@@ -3,13 +3,13 @@
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.alone import march_alone
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.metering import energies_of
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.linear import march_alone
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.observables import energies_of
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.settle import at_rest
 
@@ -38,7 +38,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     state : tuple of float
         u, u', p, p' at the end; p = p' = 0 without a particle.
     outcome : int
-        As of `damperlab.worker.solver.march.half_cycle`.
+        As of `damperlab.worker.solver.integrate.half_cycle`.
     counts : int64 array, shape (COUNTS,)
         Events on the way.
     measures : tuple of float

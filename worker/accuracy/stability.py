@@ -13,7 +13,7 @@ from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.accuracy.methods import paper_march
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.scene import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
+from damperlab.worker.solver.state import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
 
 STEPS = 400
 """Of the paper's method per cycle."""

@@ -15,10 +15,10 @@ from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse
-from damperlab.worker.solver.ground import make_record_base
-from damperlab.worker.solver.shaking import RecordBase
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.excitation.record import make_record_base
+from damperlab.worker.solver.motion.propagator import GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.motion.taylor import TERMS
 
 # Unknowns: v, v' of the structure against its base; q, q' of the absorber against the structure; the base.
 _V, _W, _Q, _Q_RATE, _S, _S_RATE, _A, _J = range(8)

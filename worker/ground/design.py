@@ -5,7 +5,7 @@ from math import pi
 
 from damperlab.studies.choices import Contact, DwellContact
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.worker.solver.scene import Particle
+from damperlab.worker.solver.state import Particle
 
 
 @dataclass(frozen=True)

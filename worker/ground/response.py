@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
-from damperlab.worker.solver.ground import make_record_base, start_on
-from damperlab.worker.solver.march import march_record
-from damperlab.worker.solver.metering import (
+from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.excitation.record import make_record_base, start_on
+from damperlab.worker.solver.integrate import march_record
+from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.observables import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     RECORD_METERS,
     RELATIVE_SQUARE,
 )
-from damperlab.worker.solver.record import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.segments import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
+from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
     COUNTS,
@@ -37,9 +40,6 @@ from damperlab.worker.solver.scene import (
     Particle,
     State,
 )
-from damperlab.worker.solver.shaking import RecordBase
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_medium
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 
 _SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve

@@ -3,7 +3,7 @@
 from numba import types
 
 from damperlab.worker.jit import by_type, inlined
-from damperlab.worker.solver.scene import Dwell, Particle
+from damperlab.worker.solver.state import Dwell, Particle
 
 
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:

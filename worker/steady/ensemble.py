@@ -7,7 +7,7 @@ from math import cos, hypot, log, pi, sin
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.solver.scene import Particle, State
+from damperlab.worker.solver.state import Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.start import at_rest, moving
 

@@ -1,7 +1,7 @@
 """The vector field of a segment, as the linearised motion asks for it at events."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.riding import medium_of
+from damperlab.worker.solver.contact.media import medium_of
 
 
 @kernel

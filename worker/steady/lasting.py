@@ -8,12 +8,12 @@ the speed at which it came, with the sign of the wall, so that they change sign 
 from math import cos, sin
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.pressed import DEPTH, RELATIVE, combine_rows
-from damperlab.worker.solver.record import APPROACH, DURATION, EVENT, GAP, RIDING, SLIP, START, WALL, V, W
-from damperlab.worker.solver.riding import medium_of, point_loaded
-from damperlab.worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN
-from damperlab.worker.solver.slow_fast import DIM, fast_later
-from damperlab.worker.solver.taylor import TERMS, bend, change, combine, slope, value
+from damperlab.worker.solver.contact.compliant.motion import DEPTH, RELATIVE, combine_rows
+from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.contact.media import medium_of, point_loaded
+from damperlab.worker.solver.motion.taylor import TERMS, bend, change, combine, slope, value
+from damperlab.worker.solver.segments import APPROACH, DURATION, EVENT, GAP, RIDING, SLIP, START, WALL, V, W
+from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN
 from damperlab.worker.steady.field import relative_acceleration
 
 # Flights of a chatter shorter than this [1/ω_n] are left out: their length, of speeds near rounding, has few digits. What
@@ -177,7 +177,7 @@ def _flow(t, riding, of_v, of_w, tangents):
 
 @kernel
 def _flow_pressed(t, held, contact, wall, tangents):
-    """A span in contact with a compliant wall; over a long one the fast part goes by its exponential, as in `press`."""
+    """A span in contact with a compliant wall; over a long one the fast part goes by its exponential, as in `compliant.phase`."""
     if wall is None:
         return
     motion = contact.held if held else contact.slipping

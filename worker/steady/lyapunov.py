@@ -5,8 +5,8 @@ from math import inf, log, sqrt
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.scene import ARRIVED
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.tangent import SIZE, propagate
 
 _BATCHES = 16

@@ -5,8 +5,8 @@ from math import ceil, inf, sqrt
 import numpy as np
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.scene import ARRIVED, IMPACTS, Dwell, State
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, Dwell, State
 from damperlab.worker.steady.lasting import is_contact
 from damperlab.worker.steady.tangent import SIZE, propagate, spectral_radius
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.scene import FRICTION_LOSS, IMPACT_LOSS, SPEED, SQUARE, STUCK, VISCOUS_LOSS
+from damperlab.worker.solver.state import FRICTION_LOSS, IMPACT_LOSS, SPEED, SQUARE, STUCK, VISCOUS_LOSS
 from damperlab.worker.steady.energy import energy_residual
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.record import Log, empty_log
-from damperlab.worker.solver.riding import make_loaded
-from damperlab.worker.solver.scene import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import make_base, make_medium
+from damperlab.worker.solver.contact.media import make_loaded
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.segments import Log, empty_log
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.steady.orbit import coordinates
 from damperlab.worker.steady.section import LONGEST, RING
 from damperlab.worker.steady.tangent import SIZE
@@ -22,7 +22,7 @@ _LOG_ROWS = 4096
 
 
 class Scene(NamedTuple):
-    """What every half cycle is marched in, as the arguments of `march.half_cycle`; the absent is None.
+    """What every half cycle is marched in, as the arguments of `integrate.half_cycle`; the absent is None.
 
     Passed on as a whole, taken apart where it is used: only a direct argument that is None is dropped by the compiler.
     """

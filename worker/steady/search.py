@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.scene import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.orbit import (
     APPROACHES,
@@ -33,7 +33,7 @@ _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies are measured (as in `scene.Meter`)."""
+    """When to stop: the study's `steady` block; and whether energies are measured (as in `state.Meter`)."""
 
     max_cycles: int
     tolerance: float

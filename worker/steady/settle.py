@@ -6,8 +6,8 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.march import half_cycle
-from damperlab.worker.solver.scene import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.lyapunov import is_chaotic
 from damperlab.worker.steady.orbit import around, coordinates, orbit_multiplier

@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.scene import State
+from damperlab.worker.solver.state import State
 
 
 @kernel

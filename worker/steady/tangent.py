@@ -12,11 +12,11 @@ from math import log as natural_log
 import numpy as np
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.contact.media import medium_of
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.record import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
-from damperlab.worker.solver.riding import medium_of
-from damperlab.worker.solver.scene import FAR_WALL, NEAR_WALL, TURN
-from damperlab.worker.solver.taylor import TERMS, combine, slope, value
+from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, value
+from damperlab.worker.solver.segments import DURATION, EVENT, P_RATE, RIDING, SLIP, START, V, W
+from damperlab.worker.solver.state import FAR_WALL, NEAR_WALL, TURN
 from damperlab.worker.steady.field import relative_acceleration
 from damperlab.worker.steady.lasting import propagate_lasting
 
@@ -33,7 +33,7 @@ def propagate(log, base, free, loaded, friction, particle, tangents, work):
     log : Log
         The segments of exactly one half cycle.
     base, free, loaded, friction, particle
-        As in `march.half_cycle`.
+        As in `integrate.half_cycle`.
     tangents : array, shape (SIZE, n)
         n tangent vectors, in columns, in the coordinates of `orbit.coordinates`.
     work : array, shape (4, TERMS)

@@ -6,17 +6,29 @@ without `particle` no gap, no impact, no riding; without `meter` no peaks, and w
 """
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.contact.compliant.phase import in_wall, through_wall
+from damperlab.worker.solver.contact.media import medium_of, point_loaded
+from damperlab.worker.solver.contact.reset import pass_event
+from damperlab.worker.solver.detection.event_free import is_quiet, most_motion, was_quiet
+from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
-from damperlab.worker.solver.event import next_event
-from damperlab.worker.solver.measure import Curves, Segment
+from damperlab.worker.solver.excitation.base import (
+    carry,
+    expand_base,
+    mirrored,
+    phase_after,
+    phase_at,
+    phase_until,
+    point_at,
+    travel,
+)
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.metering import energies_of, measure, measure_quiet
-from damperlab.worker.solver.passing import pass_event
-from damperlab.worker.solver.press import in_wall, through_wall
-from damperlab.worker.solver.quiet import is_quiet, most_motion, was_quiet
-from damperlab.worker.solver.record import record
-from damperlab.worker.solver.riding import medium_of, point_loaded
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.motion.propagator import point_medium
+from damperlab.worker.solver.motion.taylor import TERMS, bend, change, combine, slope, stand
+from damperlab.worker.solver.observe.harmonic import Curves, Segment
+from damperlab.worker.solver.observe.observables import energies_of, measure, measure_quiet
+from damperlab.worker.solver.segments import record
+from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
     IDLE,
@@ -27,18 +39,6 @@ from damperlab.worker.solver.scene import (
     Meter,
     State,
 )
-from damperlab.worker.solver.shaking import (
-    carry,
-    expand_base,
-    mirrored,
-    phase_after,
-    phase_at,
-    phase_until,
-    point_at,
-    travel,
-)
-from damperlab.worker.solver.taylor import TERMS, bend, change, combine, slope, stand
-from damperlab.worker.solver.windows import point_medium
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 

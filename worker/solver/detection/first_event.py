@@ -4,12 +4,12 @@ from math import inf
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.bounds import u_bend, w_bend
-from damperlab.worker.solver.crossing import first_crossing
+from damperlab.worker.solver.detection.bounds import u_bend, w_bend
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.scene import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
-from damperlab.worker.solver.shaking import acceleration_scale, base_bend, push_into
-from damperlab.worker.solver.taylor import TERMS, acceleration_into, rate_into
+from damperlab.worker.solver.excitation.base import acceleration_scale, base_bend, push_into
+from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
+from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 
 # Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
 _DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)

@@ -2,9 +2,9 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
-from damperlab.worker.solver.bounds import motion_bounds, u_bend, w_bend
+from damperlab.worker.solver.detection.bounds import motion_bounds, u_bend, w_bend
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.shaking import base_bend
+from damperlab.worker.solver.excitation.base import base_bend
 
 
 @inlined

@@ -4,10 +4,22 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.crossing import first_crossing
-from damperlab.worker.solver.press_measure import measure_contact, raise_peaks
-from damperlab.worker.solver.pressed import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.contact.compliant.motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
+from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
+from damperlab.worker.solver.excitation.base import (
+    acceleration_scale,
+    push_into,
+)
+from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.taylor import (
+    TERMS,
+    change,
+    curvature_bound,
+    rate_into,
+    slope,
+    value,
+)
+from damperlab.worker.solver.state import (
     NOTHING,
     RELEASE,
     SLIP_ONSET,
@@ -15,18 +27,6 @@ from damperlab.worker.solver.scene import (
     TURN,
     Dwell,
     State,
-)
-from damperlab.worker.solver.shaking import (
-    acceleration_scale,
-    push_into,
-)
-from damperlab.worker.solver.taylor import (
-    TERMS,
-    change,
-    curvature_bound,
-    rate_into,
-    slope,
-    value,
 )
 
 

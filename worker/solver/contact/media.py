@@ -5,9 +5,9 @@ from typing import Any
 from numba import types
 
 from damperlab.worker.jit import by_type, inlined, kernel
-from damperlab.worker.solver.pressed import Contact, make_contact, point_contact
-from damperlab.worker.solver.scene import Particle, Wall
-from damperlab.worker.solver.windows import Medium, make_medium, point_medium
+from damperlab.worker.solver.contact.compliant.motion import Contact, make_contact, point_contact
+from damperlab.worker.solver.motion.propagator import Medium, make_medium, point_medium
+from damperlab.worker.solver.state import Particle, Wall
 
 
 @kernel
@@ -32,7 +32,7 @@ def make_loaded(base: Any, particle: Particle, wall: Wall | None, energies: bool
     wall : Wall or None
         `particle.wall`, once more by itself: its type tells the compiler which of the two it is.
     energies : True or None
-        As for `windows.make_base`.
+        As for `propagator.make_base`.
     """
     made: Medium | Contact = (
         _make_medium(base, particle, energies) if wall is None else make_contact(base, particle, wall)
@@ -60,7 +60,7 @@ def _point_loaded(loaded, wall):
 
 
 def medium_of(free: Any, loaded: Any, riding: float, wall: Wall | None) -> Any:
-    """The medium of a window; in a compliant wall `press.through_wall` goes on instead."""
+    """The medium of a window; in a compliant wall `compliant.phase.through_wall` goes on instead."""
     return _choose(free, loaded, riding) if wall is None else free
 
 

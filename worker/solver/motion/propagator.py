@@ -12,9 +12,9 @@ from numba import types
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import by_type, inlined, kernel
-from damperlab.worker.solver.forms import base_forms, medium_forms
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.taylor import TERMS, base_rows, motion_rows, slope, value
+from damperlab.worker.solver.motion.quadratic_forms import base_forms, medium_forms
+from damperlab.worker.solver.motion.taylor import TERMS, base_rows, motion_rows, slope, value
 
 LARGEST_WINDOW = 0.4
 """Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the Taylor remainder below rounding."""
@@ -43,7 +43,7 @@ class Base(NamedTuple):
     rows : array, shape (2 · TERMS,)
         Taylor coefficients of s for sin φ = 1 and for cos φ = 1.
     forms : array, shape (5,), or None
-        Integrals over a window (`forms.base_forms`); None where no meter asks for energies.
+        Integrals over a window (`quadratic_forms.base_forms`); None where no meter asks for energies.
     """
 
     frequency_ratio: float
@@ -68,7 +68,7 @@ class Medium(NamedTuple):
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start.
     forms : array, shape (3 · PAIRS + 4,), or None
-        Integrals over a window (`forms.medium_forms`); None where no meter asks for energies.
+        Integrals over a window (`quadratic_forms.medium_forms`); None where no meter asks for energies.
     """
 
     compliance: float
@@ -94,7 +94,7 @@ def make_base(damping_ratio, frequency_ratio, energies):
     damping_ratio, frequency_ratio : float
         ζ and r.
     energies : True or None
-        As of the `scene.Meter` of the march.
+        As of the `state.Meter` of the march.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

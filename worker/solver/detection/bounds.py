@@ -1,7 +1,7 @@
 """Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.shaking import base_bend
+from damperlab.worker.solver.excitation.base import base_bend
 
 
 @inlined
@@ -13,7 +13,7 @@ def motion_bounds(x, w, span, base, phase, compliance):
     x, w : float
         Start, relative to the base and to the shifted spring centre.
     span : float
-        Length, at most a window (`windows.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
+        Length, at most a window (`propagator.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
 
     Returns
     -------

@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import reduced_mass
+from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.slow_fast import DIM, contact_rates, split
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import LARGEST_WINDOW
+from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
+from damperlab.worker.solver.motion.taylor import TERMS
 
 RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
 """Sets of rows: x, x + s, y, F."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.taylor import TERMS, slope, value
+from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
 # Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)

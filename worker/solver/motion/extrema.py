@@ -3,8 +3,8 @@
 from math import inf
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.crossing import first_crossing
-from damperlab.worker.solver.taylor import value
+from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.taylor import value
 
 _MOST = 8  # of one segment, whose length is less than a tenth of a period
 

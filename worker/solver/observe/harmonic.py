@@ -4,10 +4,12 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.bounds import u_bend, w_bend
-from damperlab.worker.solver.extrema import raised
-from damperlab.worker.solver.forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.detection.bounds import u_bend, w_bend
+from damperlab.worker.solver.excitation.base import base_bend
+from damperlab.worker.solver.motion.extrema import raised
+from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
+from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
+from damperlab.worker.solver.state import (
     FRICTION_LOSS,
     PEAK,
     RELATIVE_PEAK,
@@ -16,8 +18,6 @@ from damperlab.worker.solver.scene import (
     VISCOUS_LOSS,
     WORK_IN,
 )
-from damperlab.worker.solver.shaking import base_bend
-from damperlab.worker.solver.taylor import curvature, rate_into, slope, value
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
@@ -92,7 +92,7 @@ def peaks_at_ends(sums, segment, friction, frequency_ratio):
 
 @inlined
 def measure_window(sums, energies, segment, base, medium, friction):
-    """Add a whole quiet window to a meter, by the quadratic forms of `forms.py`; its peaks are not looked at."""
+    """Add a whole quiet window to a meter, by the quadratic forms of `quadratic_forms.py`; its peaks are not looked at."""
     if segment.held:
         sums[STUCK] += base.window
     if energies is not None:

@@ -12,11 +12,20 @@ wall: it flies until it is clear of it, or until spring and dashpot would push a
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.physics.contact import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
-from damperlab.worker.solver.contact_span import expand, to_event
-from damperlab.worker.solver.leap import FEWEST_STEPS, leap, leapt, set_out, vibration
-from damperlab.worker.solver.record import record
-from damperlab.worker.solver.releasing import release
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.contact.compliant.long_step import FEWEST_STEPS, leap, leapt, set_out, vibration
+from damperlab.worker.solver.contact.compliant.segment import expand, to_event
+from damperlab.worker.solver.contact.compliant.separation import set_free
+from damperlab.worker.solver.contact.compliant.slow_subspace import DIM
+from damperlab.worker.solver.contact.release import release
+from damperlab.worker.solver.excitation.base import (
+    acceleration_scale,
+    expand_base,
+    phase_after,
+    phase_at,
+    phase_until,
+)
+from damperlab.worker.solver.segments import record
+from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
     CLEARANCE,
@@ -35,16 +44,7 @@ from damperlab.worker.solver.scene import (
     Dwell,
     State,
 )
-from damperlab.worker.solver.scene import PUSH as PUSHED
-from damperlab.worker.solver.shaking import (
-    acceleration_scale,
-    expand_base,
-    phase_after,
-    phase_at,
-    phase_until,
-)
-from damperlab.worker.solver.slow_fast import DIM
-from damperlab.worker.solver.unpressed import set_free
+from damperlab.worker.solver.state import PUSH as PUSHED
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding

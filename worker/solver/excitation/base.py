@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import by_type, inlined
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.scene import State
-from damperlab.worker.solver.taylor import TERMS, slope, value
-from damperlab.worker.solver.windows import Base, point_base
+from damperlab.worker.solver.motion.propagator import Base, point_base
+from damperlab.worker.solver.motion.taylor import TERMS, slope, value
+from damperlab.worker.solver.state import State
 
 
 class RecordBase(NamedTuple):

@@ -7,7 +7,7 @@ import numpy as np
 from damperlab.worker.jit import kernel
 
 DIM = 6
-"""Coordinates X, X', sin φ, cos φ, y, y' of a contact (`pressed.py`)."""
+"""Coordinates X, X', sin φ, cos φ, y, y' of a contact (`motion.py`)."""
 _ITERATIONS = 60
 
 

@@ -3,26 +3,26 @@
 from math import sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.press_measure import TAME, measure_contact, measure_leap
-from damperlab.worker.solver.scene import (
-    NOTHING,
-    PEAK,
-    RELATIVE_PEAK,
-    STUCK,
-    Dwell,
-    State,
-)
-from damperlab.worker.solver.shaking import (
+from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_leap
+from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.excitation.base import (
     push_into,
 )
-from damperlab.worker.solver.slow_fast import DIM, fast_later
-from damperlab.worker.solver.taylor import (
+from damperlab.worker.solver.motion.taylor import (
     TERMS,
     change,
     curvature_bound,
     rate_into,
     slope,
     value,
+)
+from damperlab.worker.solver.state import (
+    NOTHING,
+    PEAK,
+    RELATIVE_PEAK,
+    STUCK,
+    Dwell,
+    State,
 )
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of

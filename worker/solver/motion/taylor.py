@@ -2,7 +2,7 @@
 
 Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
 recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution) it has no
-cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough (see `windows.py`) for the remainder to
+cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough (see `propagator.py`) for the remainder to
 lie below rounding: 0.4^16/16! ≈ 2e-20.
 
 The recurrence is linear in what a segment starts from (x, w, sin φ, cos φ), so it is run once per medium for each of the

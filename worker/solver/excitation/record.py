@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.scene import Particle, State
-from damperlab.worker.solver.shaking import RecordBase
-from damperlab.worker.solver.taylor import TERMS
-from damperlab.worker.solver.windows import LARGEST_WINDOW
+from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import Particle, State
 
 
 def make_record_base(

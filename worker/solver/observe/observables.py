@@ -5,9 +5,12 @@ from typing import Any
 from numba import types
 
 from damperlab.worker.jit import by_type, inlined, kernel
-from damperlab.worker.solver.bounds import u_bend, w_bend
-from damperlab.worker.solver.extrema import raised
-from damperlab.worker.solver.measure import (
+from damperlab.worker.solver.detection.bounds import u_bend, w_bend
+from damperlab.worker.solver.excitation.base import base_bend, expand_base, is_record
+from damperlab.worker.solver.motion.extrema import raised
+from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
+from damperlab.worker.solver.observe.harmonic import (
     Curves,
     Segment,
     find_peaks,
@@ -15,7 +18,7 @@ from damperlab.worker.solver.measure import (
     measure_window,
     peaks_at_ends,
 )
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.state import (
     FRICTION_LOSS,
     METERS,
     PEAK,
@@ -26,9 +29,6 @@ from damperlab.worker.solver.scene import (
     WORK_IN,
     Meter,
 )
-from damperlab.worker.solver.shaking import base_bend, expand_base, is_record
-from damperlab.worker.solver.taylor import ORDER, rate_into, slope, value
-from damperlab.worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 # What the meter of a record has besides.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ

@@ -71,7 +71,7 @@ class Dwell(NamedTuple):
 
 
 class State(NamedTuple):
-    """State at one instant, in the mirrored half-cycle frame of `march.py`; lengths over Z, time over 1/ω_n.
+    """State at one instant, in the mirrored half-cycle frame of `integrate.py`; lengths over Z, time over 1/ω_n.
 
     Attributes
     ----------

@@ -3,10 +3,11 @@
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
+from damperlab.worker.solver.contact.compliant.phase import is_compliant, strike
+from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from damperlab.worker.solver.press import is_compliant, strike
-from damperlab.worker.solver.releasing import release
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.excitation.base import acceleration_scale
+from damperlab.worker.solver.state import (
     ATTACHMENTS,
     FAR_WALL,
     IMPACT_LOSS,
@@ -21,7 +22,6 @@ from damperlab.worker.solver.scene import (
     Dwell,
     State,
 )
-from damperlab.worker.solver.shaking import acceleration_scale
 
 # A chatter is cut short when what is left of it takes less than this share of a window. Joining the bodies then conserves
 # momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.

@@ -1,8 +1,8 @@
 """A wall that stops pushing."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.scene import State
-from damperlab.worker.solver.shaking import acceleration_scale
+from damperlab.worker.solver.excitation.base import acceleration_scale
+from damperlab.worker.solver.state import State
 
 
 @inlined

@@ -1,12 +1,12 @@
 """The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.scene import State
+from damperlab.worker.solver.state import State
 
 
 @kernel
 def march_alone(state, halves, base, free):
-    """March the structure alone through half cycles, mirrored as by `march.half_cycle`.
+    """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
     The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
 

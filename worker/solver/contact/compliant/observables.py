@@ -1,8 +1,10 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, a leap's vibration included exactly."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.extrema import raised
-from damperlab.worker.solver.scene import (
+from damperlab.worker.solver.motion.extrema import raised
+from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
+from damperlab.worker.solver.state import (
     FRICTION_LOSS,
     IMPACT_LOSS,
     PEAK,
@@ -12,8 +14,6 @@ from damperlab.worker.solver.scene import (
     VISCOUS_LOSS,
     WORK_IN,
 )
-from damperlab.worker.solver.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
-from damperlab.worker.solver.windows import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 TAME = 1e-9
 """Decay of a vibration over a leap below which its energy is not told from two ends."""

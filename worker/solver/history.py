@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.pressed import DEPTH, RELATIVE, Pressed, combine_rows
-from damperlab.worker.solver.record import (
+from damperlab.worker.solver.contact.compliant.motion import DEPTH, RELATIVE, Pressed, combine_rows
+from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.excitation.base import expand_base, phase_of_sine
+from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stand, value
+from damperlab.worker.solver.segments import (
     APPROACH,
     DURATION,
     EVENT,
@@ -21,10 +24,7 @@ from damperlab.worker.solver.record import (
     V,
     W,
 )
-from damperlab.worker.solver.scene import FAR_WALL, NEAR_WALL, Particle
-from damperlab.worker.solver.shaking import expand_base, phase_of_sine
-from damperlab.worker.solver.slow_fast import DIM, fast_later
-from damperlab.worker.solver.taylor import TERMS, combine, slope, stand, value
+from damperlab.worker.solver.state import FAR_WALL, NEAR_WALL, Particle
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -40,7 +40,7 @@ def in_contact(
     Returns
     -------
     callable
-        From the time since its start to x, x', y and y' as of `pressed`.
+        From the time since its start to x, x', y and y' as of `compliant.motion`.
     """
     y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
     start = np.array(
@@ -86,7 +86,7 @@ def sample_half(
     log : Log
         The segments of the half cycle, in its mirrored frame.
     base, free, loaded, friction, particle
-        As in `march.half_cycle`.
+        As in `integrate.half_cycle`.
     half : int
         Number of the half cycle from the start: odd ones are mirrored back.
     work : ndarray, shape (4, TERMS)

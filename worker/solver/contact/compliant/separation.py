@@ -4,22 +4,14 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import spring_energy
-from damperlab.worker.solver.contact_span import friction_event
-from damperlab.worker.solver.crossing import first_crossing
-from damperlab.worker.solver.press_measure import measure_contact, raise_peaks
-from damperlab.worker.solver.scene import (
-    CLEARANCE,
-    IMPACT_LOSS,
-    STUCK,
-    Dwell,
-    State,
-)
-from damperlab.worker.solver.scene import PUSH as PUSHED
-from damperlab.worker.solver.shaking import (
+from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
+from damperlab.worker.solver.contact.compliant.segment import friction_event
+from damperlab.worker.solver.excitation.base import (
     carry,
     expand_base,
 )
-from damperlab.worker.solver.taylor import (
+from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.taylor import (
     TERMS,
     change,
     combine,
@@ -28,6 +20,14 @@ from damperlab.worker.solver.taylor import (
     stand,
     value,
 )
+from damperlab.worker.solver.state import (
+    CLEARANCE,
+    IMPACT_LOSS,
+    STUCK,
+    Dwell,
+    State,
+)
+from damperlab.worker.solver.state import PUSH as PUSHED
 
 _NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
 _WIDER = 16.0

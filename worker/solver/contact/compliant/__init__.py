@@ -1,0 +1,1 @@
+"""Contact with a compliant wall: a Kelvin–Voigt element that pushes and never pulls."""

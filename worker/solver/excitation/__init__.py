@@ -1,0 +1,1 @@
+"""The base excitation: harmonic, or a record, asked alike by the integrator."""

@@ -1,0 +1,1 @@
+"""Observables: peaks, energies and times accumulated along the motion."""
