@@ -177,7 +177,7 @@ def _flow(t, riding, of_v, of_w, tangents):
 
 @kernel
 def _flow_pressed(t, held, contact, wall, tangents):
-    """A span in contact with a compliant wall; over a long one the fast part goes by its exponential, as in `compliant.phase`."""
+    """A span in contact with a compliant wall; over a long one the fast part goes by its exponential, as in `phase`."""
     if wall is None:
         return
     motion = contact.held if held else contact.slipping
