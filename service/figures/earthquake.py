@@ -1,6 +1,8 @@
 """Histories of the structure with each damper under one record."""
 
+import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
 from damperlab.studies.ground.motion import STANDARD_GRAVITY
@@ -11,14 +13,8 @@ from damperlab.worker.ground.comparison import absorber_of, damper_of, structure
 from damperlab.worker.ground.response import ground_history
 
 
-def draw_earthquake(asked: Earthquake) -> Figure:
-    """Draw base acceleration, and displacement against the base with each damper over that without one.
-
-    Parameters
-    ----------
-    asked : Earthquake
-        The comparison.
-    """
+def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]:
+    """Compute `time_s` and `relative_displacement_m` with each damper of a comparison, by its case."""
     structure, absorber = structure_of(asked), absorber_of(asked)
     factor, tail = asked.values["scale"], asked.values["tail_s"]
     histories = {}
@@ -27,6 +23,19 @@ def draw_earthquake(asked: Earthquake) -> Figure:
             histories[case] = absorber_history(structure, absorber, asked.motion, factor, tail)
         else:
             histories[case] = ground_history(structure, damper_of(asked, case), asked.motion, factor, tail)[1]
+    return histories
+
+
+def draw_earthquake(asked: Earthquake) -> Figure:
+    """Draw base acceleration, and displacement against the base with each damper over that without one.
+
+    Parameters
+    ----------
+    asked : Earthquake
+        The comparison.
+    """
+    factor = asked.values["scale"]
+    histories = histories_of(asked)
     none = histories.get("none")
     shown = [case for case in asked.cases if case != "none"] or ["none"]
     with styled():

@@ -8,9 +8,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from damperlab.service.reproduction.disagreements import disagreements
-from damperlab.service.reproduction.earthquake import table_a1
+from damperlab.service.reproduction.earthquake import figure_a2, table_a1
 from damperlab.service.reproduction.friction import figure_9, figure_10
-from damperlab.service.reproduction.hybrid import figure_11, table_3
+from damperlab.service.reproduction.hybrid import figure_11, figure_12, table_3
 from damperlab.service.reproduction.particle import figure_7, figure_8
 from damperlab.service.reproduction.section import Section, Solve
 from damperlab.service.reproduction.tuned_mass import figure_14, table_4
@@ -23,10 +23,12 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure 9": figure_9,
     "figures 10 and 9": figure_10,
     "figure 11": figure_11,
+    "figure 12": figure_12,
     "table 3": table_3,
     "table 4": table_4,
     "figure 14": figure_14,
     "table A1": table_a1,
+    "figure A2": figure_a2,
     "the paper beside itself": disagreements,
 }
 """By what is shown while it is worked on; each computes what it needs through `solve`."""
@@ -87,9 +89,9 @@ def in_markdown(report: dict[str, Any]) -> str:
         f"{report['paper']}.",
         "",
         f"Computed {report['created']} with damperlab {report['version']} (kernels {report['kernels']}) in "
-        f"{report['seconds']:.0f} s. Every number under *ours* is a result of this run; those of the paper are as printed, "
-        "with their place. X/Z is the mean over steady cycles of the largest |x|/Z of a cycle, unless a row says otherwise; "
-        "*error* is what is unknown about it. *Difference* is ours over the paper's, less one.",
+        f"{report['seconds']:.0f} s. Every number under *This run* was computed for this report; those of the paper are as "
+        "printed. X/Z is the mean over steady cycles of the largest |x|/Z of a cycle, unless a row says otherwise; *Error* is "
+        "its standard error, or its distance from periodicity. *Difference* is this run over the paper, less one.",
         "",
     ]
     if report["quick"]:
@@ -112,7 +114,7 @@ def in_markdown(report: dict[str, Any]) -> str:
 
 def _rows(rows: list[dict[str, Any]]) -> list[str]:
     lines = [
-        "| quantity | paper | place | ours | error | difference | contact | assumption |",
+        "| Quantity | Paper | Where in the paper | This run | Error | Difference | Contact model | Assumption |",
         "|---|---:|---|---:|---:|---:|---|---|",
     ]
     for row in rows:

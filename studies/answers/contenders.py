@@ -66,6 +66,23 @@ def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return np.asarray(low <= high.min(initial=np.inf))
 
 
+def ties(value: Floats, error: Floats, z: float) -> dict[str, float]:
+    """Judge ranked values, the best first, by their errors alone.
+
+    Returns
+    -------
+    dict
+        `confidence`, `as_good` (further values that may be the least) and `chance_of_another`, left out where errors are
+        not known; nothing for no values.
+    """
+    if not value.size:
+        return {}
+    may_be = contend(*limits(value, error, z))
+    said: dict[str, float] = {"confidence": CONFIDENCE, "as_good": int(may_be.sum()) - 1}
+    chance = chance_of_another(value[may_be], error[may_be], 0)
+    return said if math.isnan(chance) else said | {"chance_of_another": chance}
+
+
 def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     """Probability that another design has the least value, each of them normal around what was computed.
 

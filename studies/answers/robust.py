@@ -12,10 +12,12 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.contenders import CONFIDENCE, half_width, ties
+from damperlab.studies.answers.design_question import FREQUENCY, MOST, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import attributes_of, judge, new_tally
 from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.store.slabs import BUDGET
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -74,7 +76,8 @@ def robust_designs(
         (the worst case) with `error`; `amplitude` at which it is met, `frequency_ratio`, `response_class` and
         the grid point used there (`clearance_ratio_used`, `friction_ratio_used`); `best_case`;
         `nominal`, the value at a = 1 (NaN where 1 is outside the range); `distance`. Attributes as of
-        `optimal_designs`, with `amplitudes` (those judged), `rays`, `left_grid`, `unknown`.
+        `optimal_designs`, with `amplitudes` (those judged), `rays`, `left_grid`, `unknown`, and `confidence`,
+        `as_good`, `chance_of_another` as of `verdict.verdict`, by the value and the error of each damper.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def robust_designs(
         found |= {name: np.full(found["value"].size, at) for name, at in place.items()}
         if best:
             found = {name: np.concatenate((best[name], found[name])) for name in found}
-        order = np.argsort(found["value"], kind="stable")[:top]
+        order = np.argsort(found["value"], kind="stable")[:MOST]
         best = {name: array[order] for name, array in found.items()}
     if tally["left_grid"] == tally["rays"]:
         raise QueryFault(
@@ -120,7 +123,12 @@ def robust_designs(
                 "narrow it, or compute a study with longer axes of clearance and friction",
             )
         )
-    return _answer(cube, question, factors, best, tally)
+    comparisons = tally["rays"] * factors.size * question.frequencies.size
+    said = ties(best["value"], best["error"], half_width(CONFIDENCE, comparisons))
+    answer = _answer(cube, question, factors, {name: array[:top] for name, array in best.items()}, tally)
+    answer.attrs |= said
+    answer.attrs["note"] = f"{answer.attrs['note']} {say_ties(said)}".strip()
+    return answer
 
 
 def _factors(cube: xr.Dataset, low: float, high: float) -> np.ndarray:

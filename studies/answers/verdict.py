@@ -146,18 +146,21 @@ def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str
         parts.append(
             "The study keeps no error of its amplitudes, so nobody knows how many designs are as good."
         )
-    elif said["as_good"]:
-        chance = said.get("chance_of_another")
-        parts.append(
-            f"{counted(said['as_good'], 'more design')} may be as good within the errors "
-            f"({said['confidence']:.0%} confidence over all designs at once)"
-            + (
-                f"; the best is another with a probability of {_share(chance)}."
-                if chance is not None
-                else "."
-            )
-        )
-    return " ".join(parts)
+    else:
+        parts.append(say_ties(said))
+    return " ".join(filter(None, parts))
+
+
+def say_ties(said: Mapping[str, Any]) -> str:
+    """Say how many designs may be as good as the best, and how likely the best is another; nothing where none may."""
+    if not said.get("as_good"):
+        return ""
+    chance = said.get("chance_of_another")
+    likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
+    return (
+        f"{counted(said['as_good'], 'more design')} may be as good within the errors "
+        f"({said['confidence']:.0%} confidence over all designs at once){likely}."
+    )
 
 
 def _share(chance: float) -> str:

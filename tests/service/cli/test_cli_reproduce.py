@@ -108,15 +108,17 @@ def test_the_report_is_complete_and_its_links_lead_somewhere(made: tuple[Path, d
         "Figure 9",
         "Figures 10",
         "Figure 11",
+        "Figure 12",
         "Figure 14",
         "Table 3",
         "Table 4",
         "Table A1",
+        "Figure A2",
     ):
         assert part in titles
     linked = re.findall(r"!\[[^]]*\]\(([^)]+)\)", words)
     assert sorted(linked) == sorted(path.name for path in out.glob("*.png"))
-    assert len(linked) == 8
+    assert len(linked) == 9
     for name in linked:
         assert (out / name).read_bytes().startswith(PNG)
     printed = {number.value for number in paper_numbers().values()}
