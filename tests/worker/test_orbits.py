@@ -10,8 +10,8 @@ from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.segments import EVENT, RIDING, empty_log
 from damperlab.worker.solver.state import ARRIVED, TURN, Particle, State
+from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.orbit import around, coordinates, state_at
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.run import make_scene
@@ -142,11 +142,12 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
     for _ in range(40):
         state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
         assert outcome == ARRIVED
-    log = empty_log(1000)
+    log = empty_transitions(1000)
     jacobian = np.zeros((4, 4))
     around(state, 1, base, free, loaded, friction, particle, work, counts, log, jacobian)
-    rows = log.rows[: log.cursor[0]]
-    assert ((rows[:-1, EVENT] == TURN) & (rows[:-1, RIDING] > 0.0) & (rows[1:, RIDING] == 0.0)).any()
+    rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
+    let_go = (rows[:, BEFORE + RIDING] > 0.0) & (rows[:, AFTER + RIDING] == 0.0)
+    assert (let_go & (rows[:, EVENT] == TURN)).any()
     here, there = np.zeros(4), np.zeros(4)
     coordinates(state, particle, here)
     for j in (0, 2, 3):

@@ -27,7 +27,6 @@ from damperlab.worker.solver.motion.propagator import point_medium
 from damperlab.worker.solver.motion.taylor import TERMS, bend, change, combine, slope, stand
 from damperlab.worker.solver.observe.harmonic import Curves, Segment
 from damperlab.worker.solver.observe.observables import energies_of, measure, measure_quiet
-from damperlab.worker.solver.segments import record
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -39,13 +38,23 @@ from damperlab.worker.solver.state import (
     Meter,
     State,
 )
+from damperlab.worker.solver.transitions import keeps_segments, point_log, record_segment, record_transition
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 
 
 @kernel
 def half_cycle(
-    state, base_arrays, free_arrays, loaded_arrays, friction, particle, work, count_array, meter_arrays, log
+    state,
+    base_arrays,
+    free_arrays,
+    loaded_arrays,
+    friction,
+    particle,
+    work,
+    count_array,
+    meter_arrays,
+    log_arrays,
 ):
     """March a state through half an excitation cycle and mirror it.
 
@@ -67,8 +76,8 @@ def half_cycle(
         Counts, added to; counts[BUDGET] is the largest number of segments allowed.
     meter : Meter or None
         Added to, where given.
-    log : Log or None
-        Takes every segment, where given.
+    log : Log, Transitions or None
+        Takes every segment, or every transition, where given.
 
     Returns
     -------
@@ -86,11 +95,13 @@ def half_cycle(
     meter = None
     if meter_arrays is not None:
         meter = Meter(address(meter_arrays.sums, 0), meter_arrays.energies)
+    log = point_log(log_arrays)
     relative = address(work, 0)
     absolute = address(work, TERMS)
     scratch = address(work, 2 * TERMS)
     shaken = address(work, 3 * TERMS)
     curves = Curves(relative, absolute, shaken, scratch)
+    since = 0.0  # time since the last transition
     for k in range(base.windows):
         phase = phase_at(base, k)
         end = phase_until(base, k)
@@ -147,13 +158,15 @@ def half_cycle(
                     w_most,
                     u2_most,
                 )
-                if quiet and log is None:
+                if quiet and not keeps_segments(log):
                     if meter is None:
                         state = crossed
+                        since += base.window
                         break
                     segment = Segment(state, crossed, phase, end, held, offset, base.window, w_most, u2_most)
                     if measure_quiet(meter, segment, base, medium, friction):
                         state = crossed
+                        since += base.window
                         break
             else:
                 quiet = is_quiet(
@@ -206,8 +219,8 @@ def half_cycle(
             if meter is not None:
                 segment = Segment(state, crossed, phase, reached, held, offset, t, w_most, u2_most)
                 measure(meter, segment, whole and kind == NOTHING, base, medium, friction, curves)
-            if log is not None:
-                record(log, state, (k + 1) * base.window - left, t, kind)
+            record_segment(log, state, (k + 1) * base.window - left, t, kind)
+            since += t
             state = crossed
             if kind == NOTHING:
                 break
@@ -224,8 +237,11 @@ def half_cycle(
             left = left - t
             whole = False
             state = pass_event(state, kind, phase, base, friction, particle, counts, meter)
+            record_transition(log, since, kind, crossed, state, phase)
+            since = 0.0
             if left <= 0.0:
                 break
+    record_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
     return mirrored(base, state), ARRIVED
 
 

@@ -3,17 +3,33 @@
 from math import inf, log, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.contact.compliant.motion import Contact
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.state import ARRIVED
-from damperlab.worker.steady.tangent import SIZE, propagate
+from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.steady.variational import SIZE, propagate
 
 _BATCHES = 16
 
 
 @kernel
-def is_chaotic(state, cycles, base, free, loaded, friction, particle, work, counts, log_, size):
+def is_chaotic(
+    state: State,
+    cycles: int,
+    base: Base,
+    free: Medium,
+    loaded: Medium | Contact | None,
+    friction: float | None,
+    particle: Particle | None,
+    work: NDArray[np.float64],
+    counts: NDArray[np.int64],
+    log_: Transitions,
+    size: int,
+) -> bool:
     """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by 0.01.
 
     Parameters
@@ -43,9 +59,9 @@ def is_chaotic(state, cycles, base, free, loaded, friction, particle, work, coun
             state, outcome = half_cycle(
                 state, base, free, loaded, friction, particle, work, counts, None, log_
             )
-            if outcome != ARRIVED or log_.cursor[0] > log_.rows.shape[0]:
+            if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
                 return False
-            propagate(log_, base, free, loaded, friction, particle, tangent, work)
+            propagate(log_, base, free, loaded, friction, particle, tangent)
             norm = 0.0
             for i in range(size):
                 norm += tangent[i, 0] ** 2

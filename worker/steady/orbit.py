@@ -1,14 +1,21 @@
 """Periodic orbits by Newton on the section, with the exact Jacobian of the event-driven map."""
 
 from math import ceil, inf, sqrt
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.contact.compliant.motion import Contact
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, Dwell, State
-from damperlab.worker.steady.lasting import is_contact
-from damperlab.worker.steady.tangent import SIZE, propagate, spectral_radius
+from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, Dwell, Particle, State, Wall
+from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.steady.eigenvalues import spectral_radius
+from damperlab.worker.steady.variational import SIZE, is_contact, propagate
+
+Array = NDArray[np.float64]
 
 _ITERATIONS = 10
 _CLOSED = 1e-13  # relative distance from closure that counts as rounding
@@ -21,7 +28,7 @@ LEAVES, FOLLOWS, APPROACHES = range(3)
 
 
 @kernel
-def coordinates(state, particle, out):
+def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Section coordinates of a state into `out`, shape (SIZE,): v, w, p, p' at phase 0, where s = 0.
 
     In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
@@ -38,7 +45,7 @@ def coordinates(state, particle, out):
 
 
 @inlined
-def _contact_coordinates(state, dwell, wall, out):
+def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, out: Array) -> None:
     if dwell is not None:
         if is_contact(state.riding, dwell.speed, wall):
             out[2] = -state.wall * state.gap if wall is not None else state.wall * dwell.left
@@ -46,7 +53,7 @@ def _contact_coordinates(state, dwell, wall, out):
 
 
 @inlined
-def _has_contact(state, dwell, wall):
+def _has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
     """Whether the last two coordinates are those of a contact."""
     if dwell is not None:
         return is_contact(state.riding, dwell.speed, wall)
@@ -54,7 +61,7 @@ def _has_contact(state, dwell, wall):
 
 
 @kernel
-def state_at(point, like, particle):
+def state_at(point: Array, like: State, particle: Particle | None) -> tuple[State, bool]:
     """State at section coordinates, in the regime (slip, wall, riding) of another state.
 
     Returns
@@ -86,7 +93,15 @@ def state_at(point, like, particle):
 
 
 @inlined
-def _contact_at(point, like, p_rate, dwell, wall, contact_time, restitution):
+def _contact_at(
+    point: Array,
+    like: State,
+    p_rate: float,
+    dwell: Any,
+    wall: Wall | None,
+    contact_time: float | None,
+    restitution: float,
+) -> tuple[float, float, Any, bool]:
     """Gap, particle velocity and dwell of a contact at section coordinates, and whether there is such a one."""
     gap = 0.0
     allowed = True
@@ -110,7 +125,19 @@ def _contact_at(point, like, p_rate, dwell, wall, contact_time, restitution):
 
 
 @kernel
-def around(state, lag, base, free, loaded, friction, particle, work, counts, log, monodromy):
+def around(
+    state: State,
+    lag: int,
+    base: Base,
+    free: Medium,
+    loaded: Medium | Contact | None,
+    friction: float | None,
+    particle: Particle | None,
+    work: Array,
+    counts: NDArray[np.int64],
+    log: Transitions,
+    monodromy: Array,
+) -> tuple[State, bool]:
     """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`, shape (SIZE, SIZE).
 
     Returns
@@ -125,14 +152,14 @@ def around(state, lag, base, free, loaded, friction, particle, work, counts, log
     for _ in range(lag):
         log.cursor[0] = 0
         state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, log)
-        if outcome != ARRIVED or log.cursor[0] > log.rows.shape[0]:
+        if outcome != ARRIVED or log.cursor[0] > log.capacity:
             return state, False
-        propagate(log, base, free, loaded, friction, particle, monodromy, work)
+        propagate(log, base, free, loaded, friction, particle, monodromy)
     return state, True
 
 
 @kernel
-def active_size(state, particle, counts):
+def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
     """Leading coordinates that an orbit closes in: a particle at rest that was never struck takes no part."""
     if particle is not None:
         if counts[IMPACTS] > 0 or state.p_rate != 0.0:
@@ -141,7 +168,15 @@ def active_size(state, particle, counts):
 
 
 @kernel
-def _newton_step(monodromy, residual, state, size, friction, particle, step):
+def _newton_step(
+    monodromy: Array,
+    residual: Array,
+    state: State,
+    size: int,
+    friction: float | None,
+    particle: Particle | None,
+    step: Array,
+) -> bool:
     """Solve (1 − M) step = residual in the coordinates that are free; False where it is singular.
 
     A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
@@ -186,7 +221,7 @@ def _newton_step(monodromy, residual, state, size, friction, particle, step):
 
 
 @kernel
-def _norm(vector, size):
+def _norm(vector: Array, size: int) -> float:
     total = 0.0
     for i in range(size):
         total += vector[i] * vector[i]
@@ -194,7 +229,7 @@ def _norm(vector, size):
 
 
 @inlined
-def _same_regime(one, other, particle):
+def _same_regime(one: State, other: State, particle: Particle | None) -> bool:
     """Whether the coordinates of two states mean the same."""
     same = one.riding == other.riding and one.slip == other.slip
     if particle is not None:
@@ -206,8 +241,20 @@ def _same_regime(one, other, particle):
 
 @kernel
 def find_orbit(
-    state, lag, scale, reach, base, free, loaded, friction, particle, work, counts, log, monodromy
-):
+    state: State,
+    lag: int,
+    scale: float,
+    reach: float,
+    base: Base,
+    free: Medium,
+    loaded: Medium | Contact | None,
+    friction: float | None,
+    particle: Particle | None,
+    work: Array,
+    counts: NDArray[np.int64],
+    log: Transitions,
+    monodromy: Array,
+) -> tuple[State, float, int]:
     """Periodic orbit near a state.
 
     Parameters
@@ -268,7 +315,7 @@ def find_orbit(
 
 
 @kernel
-def orbit_multiplier(monodromy, size, lag):
+def orbit_multiplier(monodromy: Array, size: int, lag: int) -> float:
     """Largest modulus of the Floquet multipliers over one period of the response.
 
     The map of an odd number of mirrored half cycles is half a period, so its multipliers are squared.
@@ -278,7 +325,15 @@ def orbit_multiplier(monodromy, size, lag):
 
 
 @kernel
-def follows(ring_now, orbit_point, departure, monodromy, periods, size, scale):
+def follows(
+    ring_now: Array,
+    orbit_point: Array,
+    departure: Array,
+    monodromy: Array,
+    periods: int,
+    size: int,
+    scale: float,
+) -> int:
     """Whether the run approaches the orbit as its linearisation says, `periods` after a known departure from it.
 
     Parameters

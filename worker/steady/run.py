@@ -11,11 +11,11 @@ from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_base, make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.segments import Log, empty_log
 from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.transitions import Transitions, empty_transitions
 from damperlab.worker.steady.orbit import coordinates
 from damperlab.worker.steady.section import LONGEST, RING
-from damperlab.worker.steady.tangent import SIZE
+from damperlab.worker.steady.variational import SIZE
 
 _SEGMENTS_PER_CYCLE = 2000  # budget: beyond it impacts follow each other too fast to resolve
 _LOG_ROWS = 4096
@@ -49,8 +49,8 @@ class Notes(NamedTuple):
         Largest |u| and |v| of the metered cycles.
     meter : Meter
         Sums over the metered cycles.
-    log : Log
-        The segments of one half cycle, for its Jacobian.
+    log : Transitions
+        The transitions of one half cycle, for its Jacobian.
     monodromy : array, shape (SIZE, SIZE)
         Jacobian of the last orbit.
     orbit, departure : array, shape (SIZE,)
@@ -61,7 +61,7 @@ class Notes(NamedTuple):
     before: NDArray[np.float64]
     peaks: NDArray[np.float64]
     meter: Meter
-    log: Log
+    log: Transitions
     monodromy: NDArray[np.float64]
     orbit: NDArray[np.float64]
     departure: NDArray[np.float64]
@@ -88,7 +88,7 @@ def make_notes(max_cycles, energies):
         np.full(LONGEST + 1, inf),
         np.empty((max_cycles + LONGEST, 2)),
         Meter(np.zeros(METERS), energies),
-        empty_log(_LOG_ROWS),
+        empty_transitions(_LOG_ROWS),
         np.eye(SIZE),
         np.zeros(SIZE),
         np.zeros(SIZE),

@@ -7,6 +7,7 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
+from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.orbit import (
     APPROACHES,
@@ -20,7 +21,7 @@ from damperlab.worker.steady.orbit import (
 from damperlab.worker.steady.run import advance, metered_cycle
 from damperlab.worker.steady.section import LONGEST, RING, extent, near_period, recurrence, settled_period
 from damperlab.worker.steady.statistics import mean_and_error
-from damperlab.worker.steady.tangent import SIZE, spectral_radius
+from damperlab.worker.steady.variational import SIZE
 
 _CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
 _BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic

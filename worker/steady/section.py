@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.steady.tangent import SIZE
+from damperlab.worker.steady.variational import SIZE
 
 RING = 128
 """Half cycles remembered, as section coordinates v, w, p, p'."""

@@ -17,7 +17,7 @@ from damperlab.worker.steady.search import Settings, search
 from damperlab.worker.steady.section import SAME
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.statistics import mean_and_error
-from damperlab.worker.steady.tangent import SIZE
+from damperlab.worker.steady.variational import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
 

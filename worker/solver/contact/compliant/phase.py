@@ -24,7 +24,6 @@ from damperlab.worker.solver.excitation.base import (
     phase_at,
     phase_until,
 )
-from damperlab.worker.solver.segments import record
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -45,6 +44,7 @@ from damperlab.worker.solver.state import (
     State,
 )
 from damperlab.worker.solver.state import PUSH as PUSHED
+from damperlab.worker.solver.transitions import record_segment, record_transition
 
 _MOST_IDLE = 64  # events without time moving on before the march gives up
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
@@ -141,8 +141,7 @@ def through_wall(state, wall, phase, left, k, base, free, contact, friction, sha
             state, t, kind = _pressed_on(state, wall, phase, left, base, contact, friction, counts, meter)
         else:
             state, t, kind = set_free(state, wall, phase, left, base, free, contact, friction, meter)
-        if log is not None:
-            record(log, before, (k + 1) * base.window - left, t, kind)
+        record_segment(log, before, (k + 1) * base.window - left, t, kind)
         if kind != NOTHING:
             counts[SEGMENTS] += 1
         if counts[SEGMENTS] > counts[BUDGET]:
@@ -157,8 +156,10 @@ def through_wall(state, wall, phase, left, k, base, free, contact, friction, sha
         phase = phase_until(base, k)
         if left > 0.0:
             phase = phase_after(base, opening, shaken, base.window - left)
+        reached = state
         if kind != NOTHING:
             state = _pass(state, kind, phase, base, friction, wall, counts, meter)
+        record_transition(log, t, kind, reached, state, phase)
     return state, phase, left, ARRIVED
 
 

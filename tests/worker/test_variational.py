@@ -1,0 +1,227 @@
+"""Jacobians of half a cycle: central differences of plain runs, Liouville's formula, the matrix exponential.
+
+A difference of runs is a derivative only where both runs pass the same events in the same order: elsewhere the map has a
+kink. Its error falls as the square of the step, so two steps, h and h/2, tell it: the extrapolated difference is off by less
+than a third of what the two differ by, and by the rounding of the ends over the step.
+"""
+
+from functools import lru_cache
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import expm
+from tests.worker.designs_drawn import Point, drawn_points
+
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.state import (
+    ARRIVED,
+    CLEARANCE,
+    FAR_WALL,
+    LET_GO,
+    NEAR_WALL,
+    RELEASE,
+    SLIP_ONSET,
+    TURN,
+    Particle,
+    State,
+    Wall,
+)
+from damperlab.worker.solver.transitions import (
+    AFTER,
+    BEFORE,
+    EVENT,
+    RIDING,
+    SLIP,
+    WIDTH,
+    Transitions,
+    empty_transitions,
+)
+from damperlab.worker.steady.orbit import coordinates, state_at
+from damperlab.worker.steady.run import Scene, make_scene
+from damperlab.worker.steady.variational import propagate
+
+MODELS = ("instant", "dwell", "compliant")
+POINTS = 60
+WARM_UP = 30
+LOOKED_AT = 12
+STEP = 1e-5
+EPSILON = 2.0**-52
+
+Matrix = NDArray[np.float64]
+
+
+def with_contact(point: Point, model: str, contact_time: float) -> Point:
+    """The same point with a contact that takes time, where the model says so."""
+    one = point.particle
+    if model == "dwell":
+        return point._replace(particle=one._replace(contact_time=contact_time))
+    if model == "compliant":
+        wall = Wall(*wall_constants(one.restitution, contact_time, one.mass_ratio))
+        return point._replace(particle=one._replace(wall=wall))
+    return point
+
+
+def events(log: Transitions) -> list[tuple[int, bool, bool, bool, bool]]:
+    """Kind of each event with what stuck and what was in contact before and after."""
+    rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
+    columns = (rows[:, BEFORE + SLIP] == 0.0, rows[:, AFTER + SLIP] == 0.0)
+    contacts = (rows[:, BEFORE + RIDING] > 0.0, rows[:, AFTER + RIDING] > 0.0)
+    kinds = rows[:, EVENT].astype(int)
+    return [
+        (int(kind), bool(a), bool(b), bool(c), bool(d))
+        for kind, a, b, c, d in zip(kinds, *columns, *contacts, strict=True)
+        if kind != 0
+    ]
+
+
+class Half(NamedTuple):
+    """One half cycle: its Jacobian, and the same by differences, with the bound on what the two may differ by."""
+
+    point: Point
+    events: list[tuple[int, bool, bool, bool, bool]]
+    jacobian: Matrix
+    differences: Matrix
+    allowed: Matrix
+
+
+def run_half(state: State, scene: Scene, log: Transitions) -> tuple[Matrix, State]:
+    """Section coordinates after one half cycle."""
+    log.cursor[0] = 0
+    end, outcome = half_cycle(state, *scene[:7], None, log)
+    assert outcome == ARRIVED
+    there = np.zeros(4)
+    coordinates(end, scene.particle, there)
+    return there, end
+
+
+def free_coordinates(state: State, point: Point) -> list[int]:
+    """Coordinates that can be moved aside in the regime of a state."""
+    free = [0]
+    if point.friction is None or state.slip != 0.0:
+        free.append(1)
+    wall_moves = point.particle.wall is not None
+    if state.riding == 0.0 or wall_moves or (state.dwell is not None and state.dwell.speed > 0.0):
+        free += [2, 3]
+    return free
+
+
+def compared(state: State, point: Point, scene: Scene) -> Half | None:
+    """The half cycle from a state on; None where runs beside it pass other events."""
+    log, beside = empty_transitions(4096), empty_transitions(4096)
+    end, _ = run_half(state, scene, log)
+    seen = events(log)
+    jacobian = np.eye(4)
+    propagate(log, *scene[:5], jacobian)
+    here = np.zeros(4)
+    coordinates(state, point.particle, here)
+    differences, allowed = jacobian.copy(), np.zeros((4, 4))
+    for j in free_coordinates(state, point):
+        unit = abs(here[j]) if state.riding > 0.0 and j == 2 else max(1.0, abs(here[j]))
+        slopes = []
+        for step in (STEP * unit, 0.5 * STEP * unit):
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = here.copy()
+                moved[j] += sign * step
+                start, possible = state_at(moved, state, point.particle)
+                if not possible:
+                    return None
+                there, _ = run_half(start, scene, beside)
+                if events(beside) != seen:
+                    return None
+                ends.append(there)
+            slopes.append((ends[0] - ends[1]) / (2.0 * step))
+        differences[:, j] = slopes[1] + (slopes[1] - slopes[0]) / 3.0
+        rounding = 64.0 * EPSILON * (1.0 + np.abs(end[:2]).max() + np.abs(here).max()) / (STEP * unit)
+        allowed[:, j] = np.abs(slopes[1] - slopes[0]) + rounding * (1.0 + np.abs(jacobian).max())
+    return Half(point, seen, jacobian, differences, allowed)
+
+
+@lru_cache
+def halves(model: str, has_friction: bool) -> list[Half]:
+    """Half cycles of drawn points, some time after the start from rest."""
+    times = np.geomspace(0.003, 0.3, 5)
+    found = []
+    log = empty_transitions(4096)
+    drawn = (p for p in drawn_points(4711) if (p.friction is not None) == has_friction)
+    for i, drawn_point in enumerate(islice(drawn, POINTS)):
+        point = with_contact(drawn_point, model, float(times[i % 5]))
+        scene = make_scene(*point, 100, None)
+        state = point.rest()
+        for half in range(WARM_UP + LOOKED_AT):
+            if half >= WARM_UP:
+                one = compared(state, point, scene)
+                if one is not None:
+                    found.append(one)
+            _, state = run_half(state, scene, log)
+    return found
+
+
+@pytest.mark.parametrize("has_friction", [True, False], ids=["friction", "no friction"])
+@pytest.mark.parametrize("model", MODELS)
+def test_jacobians_are_central_differences(model: str, has_friction: bool) -> None:
+    for half in halves(model, has_friction):
+        off = np.abs(half.jacobian - half.differences) - half.allowed
+        assert off.max() <= 0.0, half
+    assert len(halves(model, has_friction)) >= POINTS * LOOKED_AT // 2
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_half_cycles_compared_pass_every_kind_of_transition(model: str) -> None:
+    seen = {
+        event
+        for has_friction in (True, False)
+        for half in halves(model, has_friction)
+        for event in half.events
+    }
+    kinds = {kind for kind, *_ in seen}
+    expected = {TURN, SLIP_ONSET, NEAR_WALL, FAR_WALL, RELEASE}
+    if model == "dwell":
+        expected |= {LET_GO}
+    if model == "compliant":
+        expected |= {CLEARANCE}
+    assert expected <= kinds
+    assert (TURN, False, False, False, False) in seen  # slip reverses
+    assert (TURN, False, True, False, False) in seen  # and sticks
+    assert (TURN, False, False, True, True) in seen  # in contact
+    if model != "instant":
+        assert any(kind == TURN and sticks and contact for kind, _, sticks, contact, _ in seen)
+
+
+def test_volume_contracts_by_damping_and_impacts_alone() -> None:
+    """Liouville: without friction and without riding, det J = e^(2 N) exp(−2ζπ/r) with N impacts.
+
+    Of 24 products of four entries, each with a relative error of some 100 roundings.
+    """
+    compared = 0
+    for half in halves("instant", False):
+        if any(before or after for *_, before, after in half.events):
+            continue  # rides: the volume is lost
+        impacts = sum(kind in (NEAR_WALL, FAR_WALL) for kind, *_ in half.events)
+        zeta, r = half.point.damping_ratio, half.point.frequency_ratio
+        truth = half.point.particle.restitution ** (2 * impacts) * np.exp(-2.0 * zeta * np.pi / r)
+        allowed = 24.0 * 400.0 * EPSILON * max(1.0, np.abs(half.jacobian).max()) ** 4
+        assert np.linalg.det(half.jacobian) == pytest.approx(truth, rel=0.0, abs=allowed)
+        compared += impacts > 0
+    assert compared >= POINTS
+
+
+@pytest.mark.parametrize("windows", [1e-7, 0.3, 1.0, 2.5, 7.0])
+def test_event_free_motion_follows_the_matrix_exponential(windows: float) -> None:
+    point = Point(0.05, 0.6, None, Particle(5.0, 0.5, 0.1))
+    scene = make_scene(*point, 1, None)
+    log = empty_transitions(1)
+    log.cursor[0] = 1
+    log.rows[:] = 0.0
+    span = windows * scene.base.window
+    log.rows[0] = span
+    generator = np.zeros((4, 4))
+    generator[0, 1] = generator[2, 3] = 1.0
+    generator[1, :2] = -1.0, -2.0 * point.damping_ratio
+    jacobian = np.eye(4)
+    propagate(log, *scene[:5], jacobian)
+    assert -jacobian == pytest.approx(expm(span * generator), rel=0.0, abs=20.0 * EPSILON * (1.0 + span))

@@ -1,0 +1,138 @@
+"""The transitions of a half cycle, all that its variational equations need of it.
+
+Between two of them the motion is linear and its state-transition matrix depends on the time alone, so nothing is kept of
+event-free windows: crossing them costs no more than without a log.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.segments import Log, record
+from damperlab.worker.solver.state import State
+
+SPAN, EVENT, PUSH, BASE_RATE, V = range(5)
+"""Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s' and v there."""
+
+BEFORE = 5
+AFTER = 12
+"""First columns of the state just before and just after."""
+
+W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED = range(7)
+"""Columns of a state, from BEFORE or AFTER on; SPEED is that of its `Dwell`."""
+
+WIDTH = 19
+
+
+class Transitions(NamedTuple):
+    """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept.
+
+    Attributes
+    ----------
+    rows : array, shape (capacity · WIDTH,)
+        One row a transition, and one of kind NOTHING where a half cycle, or a span in a compliant wall, ends without one.
+    cursor : int64 array, shape (1,)
+    capacity : int
+        Rows that there is room for.
+    """
+
+    rows: NDArray[np.float64]
+    cursor: NDArray[np.int64]
+    capacity: int
+
+
+@kernel
+def empty_transitions(capacity: int) -> Transitions:
+    """Log with room for a number of transitions."""
+    return Transitions(np.empty(capacity * WIDTH), np.zeros(1, np.int64), capacity)
+
+
+@inlined
+def _point(log: Transitions) -> Transitions:
+    return Transitions(address(log.rows, 0), address(log.cursor, 0), log.capacity)
+
+
+def _is_type(log: Any, kind: type) -> bool:
+    return isinstance(log, types.BaseNamedTuple) and log.instance_class is kind
+
+
+def point_log(log: Any) -> Any:
+    """The same log with addresses for the arrays of `Transitions`; the arrays must outlive it."""
+    return _point(log) if isinstance(log, Transitions) else log
+
+
+@by_type(point_log)
+def _point_log(log):
+    if _is_type(log, Transitions):
+        return lambda log: _point(log)
+    return lambda log: log
+
+
+def keeps_segments(log: Any) -> bool:
+    """Whether a log asks for every segment, event-free windows included."""
+    return isinstance(log, Log)
+
+
+@by_type(keeps_segments)
+def _keeps_segments(log):
+    keeps = _is_type(log, Log)
+    return lambda log: keeps
+
+
+def record_segment(log: Any, state: State, start: float, duration: float, event: int) -> None:
+    """Append a segment to a `Log`; nothing where there is none."""
+    if isinstance(log, Log):
+        record(log, state, start, duration, event)
+
+
+@by_type(record_segment)
+def _record_segment(log, state, start, duration, event):
+    if _is_type(log, Log):
+        return lambda log, state, start, duration, event: record(log, state, start, duration, event)
+    return lambda log, state, start, duration, event: None
+
+
+def record_transition(log: Any, span: float, event: int, before: State, after: State, phase: Any) -> None:
+    """Append a transition to `Transitions`; nothing where there are none."""
+    if isinstance(log, Transitions):
+        _append(log, span, event, before, after, phase)
+
+
+@by_type(record_transition)
+def _record_transition(log, span, event, before, after, phase):
+    if _is_type(log, Transitions):
+        return lambda log, span, event, before, after, phase: _append(log, span, event, before, after, phase)
+    return lambda log, span, event, before, after, phase: None
+
+
+@kernel
+def _append(log: Transitions, span: float, event: int, before: State, after: State, phase: Any) -> None:
+    i = log.cursor[0]
+    log.cursor[0] = i + 1
+    if i >= log.capacity:
+        return
+    at = i * WIDTH
+    rows = log.rows
+    rows[at + SPAN] = span
+    rows[at + EVENT] = event
+    rows[at + PUSH] = phase.push
+    rows[at + BASE_RATE] = phase.rate
+    rows[at + V] = before.v
+    _side(rows, at + BEFORE, before)
+    _side(rows, at + AFTER, after)
+
+
+@inlined
+def _side(rows: NDArray[np.float64], at: int, state: State) -> None:
+    rows[at + W] = state.w
+    rows[at + SLIP] = state.slip
+    rows[at + RIDING] = state.riding
+    rows[at + WALL] = state.wall
+    rows[at + GAP] = state.gap
+    rows[at + P_RATE] = state.p_rate
+    rows[at + SPEED] = approach_speed(state.dwell)

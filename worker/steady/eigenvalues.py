@@ -1,0 +1,32 @@
+"""The largest eigenvalue of a small matrix."""
+
+from math import exp, log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import kernel
+
+
+@kernel
+def spectral_radius(matrix: NDArray[np.float64], size: int) -> float:
+    """Largest modulus of the eigenvalues of the leading block: ‖Mᴺ‖^(1/N) for N = 2⁴⁰ (Gelfand), by squaring."""
+    a = matrix[:size, :size].copy()
+    exponent = 0.0
+    weight = 1.0
+    for _ in range(40):
+        norm = np.abs(a).max()
+        if norm == 0.0:
+            return 0.0
+        a = a / norm
+        exponent += weight * log(norm)
+        weight *= 0.5
+        square = a.copy()
+        for i in range(size):
+            for j in range(size):
+                total = 0.0
+                for k in range(size):
+                    total += a[i, k] * a[k, j]
+                square[i, j] = total
+        a = square
+    return exp(exponent)

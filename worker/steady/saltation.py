@@ -1,0 +1,196 @@
+"""What an event does to tangent vectors: one saltation law for all contact models.
+
+Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It lies where one coordinate reaches
+its value, so its time moves by δt = −δz_i / f_i; it changes w by −q and the last coordinate to k of it, and the
+vector field from f⁻ to f⁺:
+
+    δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
+
+A reversal or a strike on a compliant wall has q = 0, k = 1; an impact q = β(1+e)/(1+β), k = −e, or where it ends a chatter
+q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e.
+Where the field does not jump nothing does: the onset of slip, a contact force that falls to zero, clearance.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.state import NEAR_WALL, Particle, Wall
+from damperlab.worker.solver.transitions import (
+    AFTER,
+    BASE_RATE,
+    BEFORE,
+    EVENT,
+    GAP,
+    P_RATE,
+    RIDING,
+    SLIP,
+    SPAN,
+    SPEED,
+    WALL,
+    WIDTH,
+    V,
+    W,
+)
+from damperlab.worker.solver.transitions import PUSH as INERTIA
+
+Array = NDArray[np.float64]
+
+# Up to this length [1/ω_n] a flight's mean acceleration is that of its ends, to a relative 1e-11.
+_SHORT_FLIGHT = 1e-5
+
+
+class Field(NamedTuple):
+    """The vector field on one side of an event: the rates of (v, w, y, y'), or of what stands in the place of y and y'."""
+
+    v: float
+    w: float
+    y: float
+    y_rate: float
+
+
+@inlined
+def field(
+    rows: Array,
+    at: int,
+    side: int,
+    free: Any,
+    loaded: Any,
+    base: Base,
+    friction: float | None,
+    particle: Particle | None,
+    wall: Wall | None,
+) -> Field:
+    """The vector field just before or just after an event."""
+    w = rows[at + side + W]
+    slip = rows[at + side + SLIP]
+    inertia = rows[at + INERTIA]
+    riding = False
+    push = 0.0  # of a compliant wall on the particle
+    compliance = free.compliance
+    if particle is not None:
+        riding = rows[at + side + RIDING] > 0.0
+        if riding:
+            compliance = loaded.compliance
+            if wall is not None:
+                push = rows[at + side + WALL] * (
+                    wall.damping * rows[at + side + SPEED] - wall.stiffness * rows[at + side + GAP]
+                )
+    held = False
+    offset = 0.0
+    if friction is not None:
+        held = slip == 0.0
+        offset = slip * friction
+    a = 0.0
+    if not held:
+        a = inertia - compliance * (base.two_zeta * w + rows[at + V] + offset) - push
+    if particle is not None:
+        if not riding:
+            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - inertia)
+        if wall is not None:
+            rate = rows[at + side + WALL] * rows[at + side + SPEED]
+            return Field(w, a, rate, a - inertia - push / particle.mass_ratio)
+        if rows[at + side + SPEED] > 0.0:  # the time left of a dwell runs down
+            return Field(w, a, -rows[at + side + WALL], 0.0)
+    return Field(w, a, 0.0, 0.0)
+
+
+@inlined
+def leaving_speed(
+    rows: Array,
+    at: int,
+    to: int,
+    count: int,
+    free: Any,
+    loaded: Any,
+    base: Base,
+    friction: float | None,
+    particle: Particle,
+) -> float:
+    """Speed at which a particle leaves the wall where its dwell ends.
+
+    It is e times that at which it came. The flights of a chatter become so short that this is rounding beside the velocities:
+    their length then does not go with it, and the two would leave no digit of how the next impact moves. Of a short flight
+    that ends on the same wall the speed is therefore the one that its length and the speed of that impact belong to.
+    """
+    known: float = particle.restitution * rows[at + BEFORE + SPEED]
+    gained = 0.0
+    length = 0.0
+    here = to
+    for i in range(to // WIDTH + 1, count):
+        following = i * WIDTH
+        start = field(rows, here, AFTER, free, loaded, base, friction, particle, None)
+        end = field(rows, following, BEFORE, free, loaded, base, friction, particle, None)
+        span = rows[following + SPAN]
+        length += span
+        gained += 0.5 * span * (start.y_rate + end.y_rate)
+        if length > _SHORT_FLIGHT or rows[following + BEFORE + RIDING] > 0.0:
+            return known
+        if rows[following + EVENT] == NEAR_WALL and rows[following + AFTER + SPEED] > 0.0:
+            speed: float = rows[at + BEFORE + WALL] * gained - rows[following + AFTER + SPEED]
+            return speed
+        here = following
+    return known
+
+
+@inlined
+def pass_contact(
+    rows: Array,
+    to: int,
+    let_go: bool,
+    before: Field,
+    after: Field,
+    particle: Particle,
+    wall: Wall | None,
+    z: Array,
+    n: int,
+) -> None:
+    """A wall is met, or lets the particle go."""
+    if wall is not None:  # nothing jumps but the field
+        pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
+        return
+    share = particle.mass_ratio / (1.0 + particle.mass_ratio)
+    flies = rows[to + AFTER + RIDING] == 0.0
+    if let_go:
+        kept = -particle.restitution if flies else 0.0
+        if not flies:
+            after = Field(after.v, after.w, 0.0, 0.0)
+        pass_event(2, before.y, -share * kept, kept, before, after, z, n)
+    elif flies:
+        kept = -particle.restitution
+        after = Field(after.v, after.w, kept * before.y, after.y_rate)
+        pass_event(2, before.y, share * (1.0 - kept), kept, before, after, z, n)
+    else:  # held for a time, or the end of a chatter
+        pass_event(2, before.y, share, 1.0 if rows[to + AFTER + SPEED] > 0.0 else 0.0, before, after, z, n)
+
+
+@inlined
+def pass_event(
+    reaches: int, rate: float, exchanged: float, kept: float, before: Field, after: Field, z: Array, n: int
+) -> None:
+    """The saltation law: δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt.
+
+    Parameters
+    ----------
+    reaches : int
+        Coordinate that reaches its value at the event: 1 or 2.
+    rate : float
+        Its rate before. Where it is zero the event is a touch without a linearisation, and nothing is changed.
+    exchanged, kept : float
+        q and k of the reset map.
+    before, after : Field
+        f⁻ and f⁺.
+    """
+    if rate == 0.0:
+        return
+    for j in range(n):
+        dt = -z[reaches * n + j] / rate
+        y = 0.0 if reaches == 2 else z[2 * n + j] + before.y * dt
+        y_rate = z[3 * n + j] + before.y_rate * dt
+        z[j] += (before.v - after.v) * dt
+        z[n + j] += (before.w - after.w) * dt - exchanged * y_rate
+        z[2 * n + j] = y - after.y * dt
+        z[3 * n + j] = kept * y_rate - after.y_rate * dt

@@ -1,0 +1,247 @@
+"""The variational equations of a half cycle: linear motion between events, one saltation law at all of them.
+
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: what a chatter leaves of δy would be lost in δp. While a
+rigid wall holds the particle for a contact time, y does not vary: (±δleft, ±δspeed) stand in its place, the time until it is
+let go and the speed at which it came, with the sign of the wall, so that they change sign with all others when half a
+cycle is mirrored. On the section, p and p' stand in the place of y and y' of a particle in flight (`orbit.coordinates`).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.contact.compliant.motion import Contact
+from damperlab.worker.solver.contact.media import medium_of
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.motion.taylor import TERMS, bend, change, slope
+from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall
+from damperlab.worker.solver.transitions import (
+    AFTER,
+    BEFORE,
+    EVENT,
+    RIDING,
+    SLIP,
+    SPAN,
+    SPEED,
+    WALL,
+    WIDTH,
+    Transitions,
+    point_log,
+)
+from damperlab.worker.steady.contact_flow import flow_in_wall
+from damperlab.worker.steady.saltation import Field, field, leaving_speed, pass_contact, pass_event
+
+Array = NDArray[np.float64]
+
+SIZE = 4
+"""Components of a tangent vector."""
+
+
+@kernel
+def propagate(
+    log: Transitions,
+    base: Base,
+    free: Medium,
+    loaded: Medium | Contact | None,
+    friction: float | None,
+    particle: Particle | None,
+    tangents: Array,
+) -> None:
+    """Carry tangent vectors through the transitions of one half cycle, in place, and mirror them.
+
+    Parameters
+    ----------
+    log : Transitions
+        Of exactly one half cycle.
+    base, free, loaded, friction, particle
+        As in `march.half_cycle`.
+    tangents : array, shape (SIZE, n)
+        n tangent vectors, in columns, in the coordinates of `orbit.coordinates`.
+
+    Notes
+    -----
+    A mass held by friction forgets δw, a riding particle follows the wall: directions in which a perturbation dies in no
+    time have multiplier 0. A chatter is the product of its impacts up to its end.
+    """
+    if particle is not None:
+        _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)
+    else:
+        _propagate(log, base, free, None, friction, None, None, tangents)
+
+
+@kernel
+def _propagate(
+    log_arrays: Transitions,
+    base: Base,
+    free_arrays: Medium,
+    loaded_arrays: Any,
+    friction: float | None,
+    particle: Particle | None,
+    wall: Wall | None,
+    tangents: Array,
+) -> None:
+    """`propagate`, with the wall once more by itself: its type tells the compiler which contact it is."""
+    log = point_log(log_arrays)
+    rows = log.rows
+    z = address(tangents, 0)
+    n = tangents.shape[1]
+    free = _homogeneous(free_arrays)
+    loaded = free
+    if particle is not None:
+        loaded = _homogeneous(medium_of(free_arrays, loaded_arrays, 1.0, wall))
+    count = min(log.cursor[0], log.capacity)
+    if particle is not None and count > 0:
+        _enter(rows, friction, wall, z, n)
+    resume = 0
+    for i in range(count):
+        if i < resume:
+            continue
+        at = i * WIDTH
+        riding = rows[at + BEFORE + RIDING] > 0.0
+        held = False
+        if friction is not None:
+            held = rows[at + BEFORE + SLIP] == 0.0
+        if wall is not None and riding:
+            flow_in_wall(rows[at + SPAN], held, loaded_arrays, wall, z, n)
+        else:
+            motion = loaded if riding else free
+            _flow(rows[at + SPAN], held, not riding, base.window, motion, particle, z, n)
+        kind = int(rows[at + EVENT])
+        to = at
+        if particle is not None:
+            if kind == LET_GO:
+                if rows[at + AFTER + RIDING] > 0.0 and i + 1 < count:
+                    if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
+                        resume = i + 2  # it would ride on, but for the wall that runs away
+                        to = at + WIDTH
+        if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSH):
+            before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
+            after = field(rows, to, AFTER, free, loaded, base, friction, particle, wall)
+            if kind == TURN:
+                pass_event(1, before.w, 0.0, 1.0, before, after, z, n)
+            elif particle is not None:
+                if kind == LET_GO:
+                    speed = leaving_speed(rows, at, to, count, free, loaded, base, friction, particle)
+                    after = Field(after.v, after.w, -rows[at + BEFORE + WALL] * speed, after.y_rate)
+                pass_contact(rows, to, kind == LET_GO, before, after, particle, wall, z, n)
+    if particle is not None and count > 0:
+        _leave(rows, (count - 1) * WIDTH, wall, z, n)
+    for i in range(SIZE * n):
+        z[i] = -z[i]
+
+
+@inlined
+def is_contact(riding: float, speed: float, wall: Wall | None) -> bool:
+    """Whether a contact has coordinates of its own: the particle is pushed by a compliant wall, or held by a rigid one."""
+    if wall is not None:
+        return riding > 0.0
+    return riding > 0.0 and speed > 0.0
+
+
+@inlined
+def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
+    """From section coordinates."""
+    riding = rows[BEFORE + RIDING]
+    contact = is_contact(riding, rows[BEFORE + SPEED], wall)
+    held = False
+    if friction is not None:
+        held = rows[BEFORE + SLIP] == 0.0
+    for j in range(n):
+        if held:
+            z[n + j] = 0.0
+        if not contact:
+            z[2 * n + j] = z[j] - z[2 * n + j] if riding == 0.0 else 0.0
+            z[3 * n + j] = z[n + j] - z[3 * n + j] if riding == 0.0 else 0.0
+
+
+@inlined
+def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
+    """To section coordinates."""
+    if not is_contact(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
+        for j in range(n):
+            z[2 * n + j] = z[j] - z[2 * n + j]
+            z[3 * n + j] = z[n + j] - z[3 * n + j]
+
+
+class Homogeneous(NamedTuple):
+    """The motion without its excitation.
+
+    Attributes
+    ----------
+    compliance : float
+        1 over the inertia.
+    vv, vw, wv, ww : float
+        State-transition matrix of (δv, δw) across a window.
+    of_v, of_w : array, shape (TERMS,)
+        Taylor coefficients of δv for unit δv and for unit δw at the start.
+    """
+
+    compliance: float
+    vv: float
+    vw: float
+    wv: float
+    ww: float
+    of_v: Array
+    of_w: Array
+
+
+@inlined
+def _homogeneous(medium: Medium) -> Homogeneous:
+    return Homogeneous(
+        medium.compliance,
+        medium.xx,
+        medium.xw,
+        medium.wx,
+        medium.ww,
+        address(medium.relative, 0),
+        address(medium.relative, TERMS),
+    )
+
+
+@inlined
+def _flow(
+    span: float,
+    held: bool,
+    flies: bool,
+    window: float,
+    motion: Homogeneous,
+    particle: Particle | None,
+    z: Array,
+    n: int,
+) -> None:
+    """A span without an event, the particle in flight or one body with the mass."""
+    if held:
+        for j in range(n):
+            z[n + j] = 0.0
+            if particle is not None:
+                if flies:
+                    z[2 * n + j] += span * z[3 * n + j]
+        return
+    windows = int(span / window)
+    rest = span - windows * window
+    vv_change = change(motion.of_v, rest)  # of the matrix less that of free flight: the digits of a short one
+    vw_change = bend(motion.of_w, rest)
+    wv = slope(motion.of_v, rest)
+    ww = slope(motion.of_w, rest)
+    if windows > 0:
+        vv = 1.0 + vv_change
+        vw = rest + vw_change
+        for _ in range(windows):
+            vv, wv = motion.vv * vv + motion.vw * wv, motion.wv * vv + motion.ww * wv
+            vw, ww = motion.vv * vw + motion.vw * ww, motion.wv * vw + motion.ww * ww
+        vv_change = vv - 1.0
+        vw_change = vw - span
+    for j in range(n):
+        dv = z[j]
+        dw = z[n + j]
+        bent = vv_change * dv + vw_change * dw
+        later = wv * dv + ww * dw
+        if particle is not None:
+            if flies:
+                z[2 * n + j] += span * z[3 * n + j] + bent
+                z[3 * n + j] += later - dw
+        z[j] = dv + (span * dw + bent)
+        z[n + j] = later
