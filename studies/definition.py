@@ -46,6 +46,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.survey import Survey
 from damperlab.studies.ground.survey_reading import read_survey
 from damperlab.studies.guard import guard
+from damperlab.studies.html import card
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
@@ -239,6 +240,11 @@ class Study(Choice):
         """Return no files: the definition says it all."""
         return {}
 
+    def _repr_html_(self) -> str:
+        """Show a notebook what the study varies and how many points that makes."""
+        sizes = [(name, _spelled(values)) for name, values in self.coordinates.items()]
+        return card(f"Study {self.name}".strip(), [("points", f"{self.points:,}"), *sizes])
+
     def document(self) -> dict[str, Any]:
         """Return the study as JSON-able data that parses back to an equal study."""
         dumped: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
@@ -248,6 +254,12 @@ class Study(Choice):
         # Validation leaves no ratio empty that is neither made of the physical block nor the particle's.
         spec: AxisSpec = getattr(self if name == "damping_ratio" else self.axes, name)
         return spec
+
+
+def _spelled(values: NDArray[np.float64]) -> str:
+    if len(values) == 1:
+        return f"{values[0]:g}"
+    return f"{values[0]:g} to {values[-1]:g}, {len(values)} values"
 
 
 def parse_study(document: object, shelf: Shelf | None = None) -> Study | Survey:

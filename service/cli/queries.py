@@ -324,7 +324,9 @@ def hand_out(
         with working(f"Writing {output}"):
             make_parent(output)
             if output.suffix == ".csv" or draw is None:
-                answer.to_dataframe().to_csv(output)
+                from damperlab.studies.answers.classes import with_words
+
+                with_words(answer).to_dataframe().to_csv(output)
             else:
                 from damperlab.service.figures.style import save
 

@@ -10,6 +10,7 @@ import xarray as xr
 from xarray.plot.accessor import DatasetPlotAccessor
 
 from damperlab.service.client.figure import finished
+from damperlab.studies.answers.classes import with_words
 from damperlab.studies.registry import EVERY_DIMENSION
 from damperlab.studies.variables import ResponseClass
 
@@ -135,13 +136,14 @@ def read_map(document: Mapping[str, Any]) -> ResonanceMap:
     """Rebuild a map, dimensions (y, x); see `damperlab.studies.answers.resonance_map`."""
     x, y = document["x_dimension"], document["y_dimension"]
     arrays = {**document, document["metric"]: document["values"], x: document["x"], y: document["y"]}
-    return ResonanceMap(*_parts(document, arrays, (y, x), ("x_dimension", "y_dimension", "x", "y")))
+    parts = _parts(document, arrays, (y, x), ("x_dimension", "y_dimension", "x", "y"))
+    return with_words(ResonanceMap(*parts))
 
 
 def read_response(document: Mapping[str, Any]) -> FrequencyResponse:
     """Rebuild a frequency response; see `damperlab.studies.answers.frequency_response`."""
     arrays = {**document, document["metric"]: document["values"]}
-    return FrequencyResponse(*_parts(document, arrays, ("frequency_ratio",)))
+    return with_words(FrequencyResponse(*_parts(document, arrays, ("frequency_ratio",))))
 
 
 def read_designs(document: Mapping[str, Any]) -> Designs:
@@ -154,12 +156,12 @@ def read_designs(document: Mapping[str, Any]) -> Designs:
     for name in EVERY_DIMENSION:
         if name in data:
             coordinates[name] = data.pop(name)
-    return Designs(data, coordinates, {**attributes, "designs": document["designs_total"]})
+    return with_words(Designs(data, coordinates, {**attributes, "designs": document["designs_total"]}))
 
 
 def read_tmd(document: Mapping[str, Any]) -> TmdComparison:
     """Rebuild a comparison with a tuned mass damper; see `damperlab.studies.answers.tmd_comparison`."""
-    return TmdComparison(*_parts(document, document, ("frequency_ratio",)))
+    return with_words(TmdComparison(*_parts(document, document, ("frequency_ratio",))))
 
 
 def read_precision(document: Mapping[str, Any]) -> WorkPrecision:

@@ -11,6 +11,7 @@ from damperlab.service.client.results import Accuracy, Estimate, Simulation
 from damperlab.service.client.study import Study
 from damperlab.service.client.transport import Transport, body
 from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.html import card
 from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, State
 
 if TYPE_CHECKING:
@@ -69,6 +70,10 @@ class Client:
     def __repr__(self) -> str:
         """Say where the service is."""
         return f"Client({self._transport.url!r})"
+
+    def _repr_html_(self) -> str:
+        """Show a notebook where the service is; it is not asked."""
+        return card("damperlab service", [("address", self._transport.url)])
 
     def submit(self, study: "Definition", reuse: bool = True) -> Study:
         """Hand in a study; one that is there already is given back and not computed again.

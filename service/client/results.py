@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.figure import finished
+from damperlab.studies.html import card
 from damperlab.studies.store.record import Record
 
 if TYPE_CHECKING:
@@ -114,6 +115,14 @@ class Simulation:
     cycles: int
     history: "xr.Dataset"
     ratios: dict[str, float]
+
+    def _repr_html_(self) -> str:
+        """Show a notebook the response, its measures and what happened."""
+        ratios = ", ".join(f"{name} = {value:g}" for name, value in self.ratios.items())
+        measures = {name: value for name, value in self.metrics.items() if isinstance(value, float)}
+        rows = [("response", self.response_class), ("status", self.status)]
+        rows += [(name, f"{value:.6g}") for name, value in measures.items()]
+        return card(f"Simulation at {ratios}", [*rows, *self.events.items()])
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw the time history, and write it to `path` (.png, .svg, .pdf) where one is given."""

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from damperlab.service.client.faults import Conflict, StillRunning, Stopped, refused
+from damperlab.service.client.faults import ClientFault, Conflict, StillRunning, Stopped, refused
 from damperlab.service.client.results import Refinement, read_record
 from damperlab.service.client.transport import Transport
 from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.faults import Fault, describe
+from damperlab.studies.html import card
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import (
     EXPORT_SUFFIXES,
@@ -65,6 +66,13 @@ class Study:
     def __repr__(self) -> str:
         """Say which study it is."""
         return f"<Study {self.id} {self.name!r}>"
+
+    def _repr_html_(self) -> str:
+        """Show a notebook the study as it is now; without an answer of the service, its name."""
+        try:
+            return self.record._repr_html_()
+        except ClientFault:
+            return card(f"Study {self.name}", [("id", self.id)])
 
     def __eq__(self, other: object) -> bool:
         """Equal ids of one service are one study."""

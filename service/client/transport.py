@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 import stamina
 
-from damperlab.service.client.faults import Problem, Unavailable, Unreachable, problem
+from damperlab.service.client.faults import ClientFault, Problem, Unavailable, Unreachable, problem
 from damperlab.service.client.faults import refused as refused_here
 from damperlab.studies.faults import Fault, describe
 
@@ -83,15 +83,24 @@ class Transport:
             If there is no service.
         """
         how["params"] = written(how.get("params") or {})
+        try:
+            response = self._answer(method, path, how)
+        except ClientFault as fault:
+            # whoever reads the traceback made a request: the frames of its retries would hide the message
+            refusal = fault.with_traceback(None)
+        else:
+            return None if response is None or response.status_code == 204 else _json(response)
+        raise refusal from None
+
+    def _answer(self, method: str, path: str, how: Mapping[str, Any]) -> httpx.Response | None:
+        """Send a request, again while that may help; None for a study that the first attempt deleted."""
         for attempt in self.attempts():
             with attempt, self._translated():
                 response = self._http.request(method, path, **how)
                 if method == "DELETE" and response.status_code == 404 and attempt.num > 1:
                     return None
                 _check(response)
-        if response.status_code == 204:
-            return None
-        return _json(response)
+        return response
 
     @contextmanager
     def stream(self, path: str, **how: Any) -> Iterator[httpx.Response]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+from damperlab.studies.html import card
 from damperlab.studies.registry import dimensions_of_definition
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling")
@@ -137,6 +138,17 @@ class Record:
     shape: tuple[int, ...]
     version: int
     outdated: bool
+
+    def _repr_html_(self) -> str:
+        """Show a notebook the state and the progress."""
+        rows = [
+            ("id", self.id),
+            ("state", self.state if self.phase == self.state else f"{self.state} ({self.phase})"),
+            ("points", f"{self.points_done:,} of {self.points_total:,}, {self.points_failed:,} failed"),
+            ("created", f"{self.created:%Y-%m-%d %H:%M:%S} UTC"),
+            ("message", self.message),
+        ]
+        return card(f"Study {self.name}".strip(), rows)
 
     @property
     def dimensions(self) -> tuple[str, ...]:
