@@ -37,6 +37,7 @@ from damperlab.service.routes import (
     tmd,
     zarr,
 )
+from damperlab.service.scrub import Scrub
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
@@ -142,10 +143,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     dispatcher.start()
     if settings.warm:
         kernels.start()
+    scrub = Scrub(runs)
+    scrub.start()
     try:
         yield
     finally:
         service.closing.set()
+        await run_sync(scrub.close)
         await run_sync(kernels.close)
         await run_sync(dispatcher.close)
         await run_sync(store.close)

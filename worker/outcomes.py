@@ -1,5 +1,6 @@
 """How a block, or a whole run, can end other than well; known without a cluster."""
 
+import errno
 from dataclasses import dataclass
 
 from damperlab.studies.faults import Fault
@@ -48,6 +49,11 @@ class Failure:
     message: str
 
 
+def is_full(error: OSError) -> bool:
+    """Whether a disk refused for want of room: blocks, inodes or a quota."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT)
+
+
 def judged(error: Exception, index: int, failures: int) -> Failure | None:
     """Decide what becomes of a block whose attempt raised an exception.
 
@@ -76,6 +82,8 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
         # it was tried for a while by the worker
         raise Outage(f"a worker cannot reach the study's data ({error})") from error
     text = f"{type(error).__name__}: {error}"
+    if isinstance(error, OSError) and is_full(error):
+        raise Outage(f"there is no room for the study's data ({text})") from error
     if failures < RETRIES:
         return None
     if isinstance(error, OSError):

@@ -20,7 +20,7 @@ from damperlab.studies.store.sweep import sweep
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
-from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage
+from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage, is_full
 from damperlab.worker.progress import Meter, Progress
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity, require_begun_alike
 from damperlab.worker.tasks import failed_values, run_block
@@ -358,7 +358,7 @@ class _Run:
             told = {"message": failure.message}
             checksum = write_region(cube_path, block, values, generation, told)
         except OSError as error:
-            kind = Outage if isinstance(error, ShelfAway) else Interrupted
+            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
             raise kind(f"the study's data cannot be written ({error})") from error
         self._failures.append(f"block {failure.index}: {failure.message}")
         points = values["status"].size

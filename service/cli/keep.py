@@ -18,20 +18,19 @@ _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def backup(
-    folder: Annotated[Path, typer.Argument(help="Folder to create.")],
+    folder: Annotated[Path, typer.Argument(help="Folder to create, or an earlier backup.")],
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy every study, even while studies run; the copy is a data folder that can be used directly."""
+    """Copy every study, even while studies run; into an earlier backup only what is new. The copy is a data folder itself."""
     from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
-    _refuse_used(folder)
-    # under its name only when it is whole
-    partial = folder.with_name(f"{folder.name}.partial")
-    _refuse_used(partial)
-    _copy(source, Store.open(partial), as_json, f"Backed up to {folder}")
-    partial.rename(folder)
+    if folder.exists() and any(folder.iterdir()) and not (folder / "catalogue.sqlite").is_file():
+        raise typer.BadParameter(
+            f"found {str(folder)!r}, which holds other files; allowed: a new folder, or a backup"
+        )
+    _copy(source, Store.open(folder), as_json, f"Backed up to {folder}")
 
 
 def restore(
@@ -116,11 +115,6 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
     note(f"{done}: {copied.studies} studies, {copied.blocks} blocks, {copied.bytes} bytes.")
     if as_json:
         print_json({"studies": copied.studies, "blocks": copied.blocks, "bytes": copied.bytes})
-
-
-def _refuse_used(folder: Path) -> None:
-    if folder.exists():
-        raise typer.BadParameter(f"{str(folder)!r} exists already. Name a folder that does not exist yet")
 
 
 def _seconds(text: str, option: str) -> float:

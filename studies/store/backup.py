@@ -6,22 +6,28 @@ in one transaction: a backup that was cut short holds no study, and never a stud
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Row, func, insert, select, text
+from sqlalchemy import Row, delete, func, insert, select, text
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.home import catalogue_id, cube_name, fact, parse_cube_name, remember
 from damperlab.studies.store.manifest import keep_marks
-from damperlab.studies.store.packed import BLOCKS, block_key
+from damperlab.studies.store.packed import BLOCKS, block_key, require_whole
 from damperlab.studies.store.rows import ALIVE, record_of
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks, events, keys, studies
+
+RECORDS = "records"
+"""The folder of the uploaded ground-motion records, in the data directory."""
 
 _AT_ONCE = 1000  # rows in one statement
 _TRIES = 5  # at a study whose blocks are taken back while it is copied
@@ -43,36 +49,32 @@ class Copied:
 
 
 def copy_store(source: Store, target: Store) -> Copied:
-    """Copy every study with its done blocks, the keys and the events into an empty store.
+    """Copy every study with its done blocks, the keys, the events and the uploaded records.
 
-    Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there.
+    Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
+    backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied, and
+    the copy's catalogue changes last, in one transaction: one that is cut short is as it was, and can be gone on with.
 
     Parameters
     ----------
     source : Store
         May be in use.
     target : Store
-        Holds no study yet.
+        Holds no study yet, or is an earlier backup of `source`.
 
     Returns
     -------
     Copied
-        What was copied.
+        What the backup holds, and the bytes that were copied now.
 
     Raises
     ------
     StoreFault
-        If the target holds studies, a file cannot be written, or a block of the source is damaged.
+        If the target holds other studies, a file cannot be written, or a block of the source is damaged.
     """
-    if target.page(limit=1).records:
-        raise StoreFault(
-            Fault(
-                "data_dir",
-                f"{target.data_dir}, which holds studies",
-                "a data directory without studies",
-                "name another folder",
-            )
-        )
+    mine = catalogue_id(source.catalogue)
+    _require_target(target, mine)
+    records = _copy_records(source.data_dir / RECORDS, target.data_dir / RECORDS)
     with source.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
     copies = [copy for study_id in ids if (copy := _copy_study(source, target, study_id)) is not None]
@@ -81,6 +83,8 @@ def copy_store(source: Store, target: Store) -> Copied:
             table: [row._asdict() for row in connection.execute(select(table))] for table in (keys, events)
         }
     with target.catalogue.writing() as connection:
+        for table in (done_blocks, studies, keys, events):
+            connection.execute(delete(table))
         for row, marks, _ in copies:
             state = "queued" if row.state == "running" else row.state
             free = {"state": state, "claim_owner": None, "claim_expires": None}
@@ -98,13 +102,52 @@ def copy_store(source: Store, target: Store) -> Copied:
                 last = select(func.max(table.c.number)).scalar_subquery()
                 counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
                 connection.execute(select(func.setval(counter, func.coalesce(last, 1))))
-    for row, _, _ in copies:
-        if row.state in ("done", "cancelled", "failed"):
-            try:
+        remember(connection, "backup_of", mine)
+    try:
+        for row, _, _ in copies:
+            if row.state in ("done", "cancelled", "failed"):
                 keep_marks(target, row.id, {})
-            except OSError as error:
-                raise cannot_use(target.shelf.address, error) from error
-    return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), sum(size for _, _, size in copies))
+        # what the source has deleted since
+        names = {cube_name(row.id, row.number) for row, _, _ in copies}
+        for name in list(target.shelf.shelves()):
+            if parse_cube_name(name) and name not in names:
+                target.shelf.at(name).clear()
+    except OSError as error:
+        raise cannot_use(target.shelf.address, error) from error
+    size = records + sum(size for _, _, size in copies)
+    return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size)
+
+
+def _require_target(target: Store, mine: str) -> None:
+    with target.catalogue.reading() as connection:
+        other = fact(connection, "backup_of")
+        used = connection.execute(select(studies.c.number).limit(1)).first() is not None
+    if other != mine and (used or other is not None):
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{target.data_dir}, which holds other studies",
+                "a data directory without studies, or an earlier backup of the same one",
+                "name another folder",
+            )
+        )
+
+
+def _copy_records(here: Path, there: Path) -> int:
+    """Copy the uploaded ground-motion records, which studies to come may name; give the bytes that were new."""
+    size = 0
+    try:
+        for file in sorted(here.iterdir()) if here.is_dir() else ():
+            content = file.read_bytes()
+            copy = there / file.name
+            if not file.is_file() or (copy.is_file() and copy.read_bytes() == content):
+                continue
+            there.mkdir(parents=True, exist_ok=True)
+            Folder(there).put(file.name, content)
+            size += len(content)
+    except OSError as error:
+        raise cannot_use(str(there), error) from error
+    return size
 
 
 def _copy_study(
@@ -140,11 +183,16 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
         raise damaged(here, None, "its description", str(error)) from error
     size = 0
     try:
-        there.clear()
+        have = {entry.key for entry in there.entries() if not entry.key.endswith(".partial")}
         there.fill(found, (BLOCKS,) if described.packed else ())
         for mark in marks:
-            files = {key: _piece(here, key, mark.block) for key in block_files(described, mark)}
-            there.put_all(files)
+            files = {
+                key: _piece(here, described, key, mark)
+                for key in block_files(described, mark)
+                if key not in have
+            }
+            if files:
+                there.put_all(files)
             size += sum(map(len, files.values()))
     except OSError as error:
         raise cannot_use(there.address, error) from error
@@ -159,10 +207,18 @@ def block_files(described: Description, mark: Row[Any]) -> list[str]:
     return [chunk_file(chunk_key(variable, place), mark.generation) for variable in described.arrays]
 
 
-def _piece(shelf: Shelf, key: str, block: int) -> bytes:
+def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
+    """Read one file of a block, and make sure that it is as it was written."""
     try:
-        return shelf.get(key)
+        content = shelf.get(key)
+        if described.packed:
+            require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
+        elif not described.arrays[key.partition("/")[0]].intact(content):
+            raise ValueError("the checksum of the file is not that of its contents")
     except FileNotFoundError as error:
-        raise damaged(shelf, block, key, "its file is lost") from error
+        raise damaged(shelf, mark.block, key, "its file is lost") from error
     except OSError as error:
         raise cannot_use(shelf.address, error) from error
+    except ValueError as error:
+        raise damaged(shelf, mark.block, key, str(error)) from error
+    return content

@@ -6,10 +6,11 @@ PostgreSQL: an advisory lock gives writers the same turns, and readers see one s
 """
 
 import os
+import socket
 import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,12 @@ BUSY_SECONDS = 60.0
 
 SQLITE_FILE = "catalogue.sqlite"
 """The catalogue in the data directory, where no database is named."""
+
+_WRITER = "-writer"
+"""Ends the name of the file, beside SQLite's own, that says which process writes."""
+
+_IDLE_SECONDS = 60
+"""PostgreSQL ends a writer that stood still for so long in a transaction, and with it its turn."""
 
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
@@ -80,8 +87,26 @@ class Catalogue:
         """Open one transaction that no other writer shares; it commits at the end, or not at all."""
         with self._faults(), self._writer.begin() as connection:
             forget_touched(connection)
+            self._sign()
             yield connection
             seal_rows(connection)
+
+    def _sign(self) -> None:
+        """Leave word of who writes now, for those who wait in vain; it is no lock and needs no care."""
+        if self._sqlite and self._url.database:
+            with suppress(OSError):
+                Path(f"{self._url.database}{_WRITER}").write_text(
+                    f"{os.getpid()} {socket.gethostname()} {time.time():.0f}"
+                )
+
+    def _writer_told(self) -> str:
+        """Say which process wrote last and, as it seems, still does."""
+        try:
+            pid, host, since = Path(f"{self._url.database}{_WRITER}").read_text().split()
+            seconds = max(0.0, time.time() - float(since))
+        except (OSError, ValueError):
+            return "another process holds the lock"
+        return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
     def integrity(self) -> list[str]:
         """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
@@ -143,9 +168,14 @@ class Catalogue:
     def _faults(self) -> Iterator[None]:
         try:
             yield
-        except (DatabaseError, InterfaceError, sqlite3.DatabaseError) as error:
-            cause = error if isinstance(error, sqlite3.DatabaseError) else error.orig
-            trouble = type(cause).__name__ in ("OperationalError", "InterfaceError", "LockNotAvailable")
+        except (DatabaseError, InterfaceError, sqlite3.DatabaseError, UnicodeDecodeError) as error:
+            cause = error.orig if isinstance(error, DatabaseError | InterfaceError) else error
+            trouble = type(cause).__name__ in (
+                "OperationalError",
+                "InterfaceError",
+                "LockNotAvailable",
+                "UnicodeDecodeError",
+            )
             if not trouble and "not a database" not in str(cause) and "malformed" not in str(cause):
                 raise
             found = str(cause).strip()
@@ -155,7 +185,7 @@ class Catalogue:
                         self.name,
                         found,
                         f"the write lock of the catalogue within {self._wait_seconds:g} s",
-                        "another process holds the lock; try again in a moment. Nothing was lost",
+                        f"{self._writer_told()}. Try again in a moment; nothing was lost",
                     )
                 ) from error
             raise StoreFault(
@@ -196,6 +226,9 @@ def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
     def _begin(connection: Connection) -> None:
         if connection.get_execution_options().get("writes", False):
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * wait_seconds)}")
+            connection.exec_driver_sql(
+                f"SET LOCAL idle_in_transaction_session_timeout = {1000 * _IDLE_SECONDS}"
+            )
             connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS_LOCK})")
         else:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")

@@ -1,7 +1,6 @@
 """The cubes of a store, each shown with the blocks that are done, and the room that is left for them."""
 
 import os
-import shutil
 from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
@@ -17,6 +16,9 @@ if TYPE_CHECKING:
 
 RESERVE_BYTES = 16 * 2**20
 """Room on the disk that no block is begun without."""
+
+RESERVE_FILES = 64
+"""Files that must still fit on the disk for a block to be begun."""
 
 _MARKS_KEPT = 16  # studies whose marks are remembered
 
@@ -108,17 +110,21 @@ class Cubes(StoreBase):
 
         Some room is kept free, so that the catalogue can still say what happened when the cubes have filled the disk.
         """
-        try:
-            free = shutil.disk_usage(self.data_dir).free
-        except OSError as error:
-            return f"the data directory cannot be used ({error})"
-        if not os.access(self.data_dir / "cubes", os.W_OK | os.X_OK):
-            return f"{self.data_dir / 'cubes'} cannot be written; change its permissions, or how its disk is mounted"
-        if free < RESERVE_BYTES:
-            return (
-                f"the disk of {self.data_dir} is full: {free / 1e6:.3g} MB are free, "
-                f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
-            )
+        for place in dict.fromkeys((self.data_dir, self.data_dir / "cubes")):
+            try:
+                room = os.statvfs(place)
+            except OSError as error:
+                return f"{place} cannot be used ({error})"
+            if not os.access(place, os.W_OK | os.X_OK):
+                return f"{place} cannot be written; change its permissions, or how its disk is mounted"
+            free = room.f_bavail * room.f_frsize
+            if free < RESERVE_BYTES:
+                return (
+                    f"the disk of {place} is full: {free / 1e6:.3g} MB are free, "
+                    f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
+                )
+            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems count none
+                return f"the disk of {place} is full: room for {room.f_favail} more files; remove some"
         return None
 
     def taken(self) -> Taken:

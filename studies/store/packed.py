@@ -17,6 +17,7 @@ from typing import Any
 
 import google_crc32c
 
+from damperlab.studies.store.coding import StoredArray
 from damperlab.studies.store.shelf import Shelf
 
 BLOCKS = "blocks"
@@ -143,3 +144,18 @@ def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
     if len(part) != size:
         raise ValueError("the file is cut short")
     return part
+
+
+def require_whole(
+    content: bytes, arrays: Mapping[str, StoredArray], digest: str, index: int, generation: str
+) -> None:
+    """Raise `ValueError` unless a file is the block's, with every byte as it was written."""
+    header = parse_header(content)
+    if header is None:
+        raise ValueError("the file is cut short")
+    header.require(digest, index, generation)
+    if set(header.parts) != set(arrays):
+        raise ValueError("the file does not hold the study's variables")
+    for name, (start, size) in header.parts.items():
+        if not arrays[name].intact(content[start : start + size]):
+            raise ValueError(f"{name} is not as it was written")

@@ -4,6 +4,7 @@ import getpass
 import os
 import platform
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -42,6 +43,7 @@ def provenance() -> dict[str, str]:
     return found
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return version(package)
@@ -49,6 +51,7 @@ def _version(package: str) -> str:
         return "not installed"
 
 
+@cache
 def _processor() -> str:
     # Linux keeps the model's name where `platform` does not look
     try:

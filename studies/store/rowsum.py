@@ -6,6 +6,7 @@ and with that compares it.
 """
 
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
 import google_crc32c
@@ -46,14 +47,20 @@ _AT_ONCE = 1000
 def row_sum(table: Table, row: Row[Any]) -> int:
     """Give the checksum of a row: CRC-32C of its columns that are not as they are by default."""
     told = [
-        (column.name, _plain(column, row._mapping[column.name]))
-        for column in table.c
-        if column.name not in _LEFT_OUT[table.name]
+        (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
     ]
     # a column that is added later, with a default, changes no row's checksum
-    defaults = {column.name: column.default.arg for column in table.c if column.default is not None}  # type: ignore[attr-defined]
-    kept = [(name, value) for name, value in told if value is not None and value != defaults.get(name)]
+    kept = [(name, value) for name, value, default in told if value is not None and value != default]
     return int(google_crc32c.value(repr(kept).encode()))
+
+
+@cache
+def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
+    return tuple(
+        (column, getattr(column.default, "arg", None))
+        for column in table.c
+        if column.name not in _LEFT_OUT[table.name]
+    )
 
 
 def require_row(table: Table, row: Row[Any], study_id: str) -> None:

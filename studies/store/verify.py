@@ -5,7 +5,7 @@ damaged can be told, and is made again from the other account; where both have l
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,7 +58,7 @@ class Damage:
     part: str = "block"
 
 
-def verify(store: Store, record: Record) -> Iterator[Damage]:
+def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
     """Read everything that a study has stored and compare it with its marks.
 
     Parameters
@@ -67,6 +67,8 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
         Where the study is.
     record : Record
         The study.
+    pause : callable
+        Called before each block, by who is in no hurry.
 
     Yields
     ------
@@ -110,6 +112,7 @@ def verify(store: Store, record: Record) -> Iterator[Damage]:
     plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
     cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))
     for mark in marks:
+        pause()
         if not 0 <= mark.block < plan.count:
             yield Damage(mark.block, "the study has no such block")
             continue

@@ -39,7 +39,12 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
 
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
     run("backup", tmp_path / "safe", "--data-dir", store.data_dir)
-    assert "which is there" in run("backup", tmp_path / "safe", "--data-dir", store.data_dir, status=2).stderr
+    again = run("backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
+    assert json.loads(again.stdout)["bytes"] == 0
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "notes").write_text("mine")
+    refused = run("backup", tmp_path / "other", "--data-dir", store.data_dir, status=2).stderr
+    assert "holds other files" in refused
     restored = run("restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
     assert json.loads(restored.stdout)["studies"] == 1
     new = Store.open(tmp_path / "new")

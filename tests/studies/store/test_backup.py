@@ -120,3 +120,66 @@ def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(filled, tm
         copy_store(filled, copy)
     assert copy.page().records == ()
     copy.close()
+
+
+def inodes(folder: Path) -> dict[str, int]:
+    return {str(file): file.stat().st_ino for file in folder.rglob("*~*")}
+
+
+def test_a_backup_is_taken_again_and_copies_what_is_new(
+    filled, tmp_path, make_study, make_plan_of, values_of
+):
+    copy = Store.open(tmp_path / "copy")
+    first = copy_store(filled, copy)
+    before = inodes(tmp_path / "copy")
+    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
+    filled.release(study.digest[:12], "runner 7")
+    write(filled, study, make_plan_of(study), values_of, 9)
+    filled.delete(filled.find("study 0").id)
+    second = copy_store(filled, copy)
+    assert (first.blocks, second.blocks) == (16, 5)
+    assert 0 < second.bytes < first.bytes / 8  # one block of sixteen
+    after = inodes(tmp_path / "copy")
+    assert {file: after[file] for file in before if file in after}.items() <= before.items()
+    assert [record.name for record in copy.page().records] == ["study 2"]
+    assert copy.find("study 2").blocks_done == 5
+    assert list(verify(copy, copy.find("study 2"))) == []
+    assert len(after) == 5
+    copy.close()
+
+
+def test_a_backup_that_was_cut_short_is_gone_on_with(filled, tmp_path):
+    lost = Path(filled.cube_path(filled.find("study 2").id), "blocks", "2~g")
+    content = lost.read_bytes()
+    lost.unlink()
+    copy = Store.open(tmp_path / "copy")
+    with pytest.raises(BlockDamaged):
+        copy_store(filled, copy)
+    lost.write_bytes(content)
+    assert copy_store(filled, copy).studies == 2
+    for record in copy.page().records:
+        assert list(verify(copy, record)) == []
+    copy.close()
+
+
+def test_a_flipped_bit_is_not_backed_up(filled, tmp_path):
+    block = Path(filled.cube_path(filled.find("study 0").id), "blocks", "7~g")
+    content = bytearray(block.read_bytes())
+    content[-9] ^= 1
+    block.write_bytes(bytes(content))
+    copy = Store.open(tmp_path / "copy")
+    with pytest.raises(BlockDamaged, match="block 7"):
+        copy_store(filled, copy)
+    copy.close()
+
+
+def test_uploaded_records_come_along(filled, tmp_path):
+    records = filled.data_dir / "records"
+    records.mkdir()
+    (records / "mine.json").write_text("{}")
+    copy, restored = Store.open(tmp_path / "copy"), Store.open(tmp_path / "restored")
+    copy_store(filled, copy)
+    copy_store(copy, restored)
+    assert (tmp_path / "restored" / "records" / "mine.json").read_text() == "{}"
+    copy.close()
+    restored.close()

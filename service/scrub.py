@@ -1,0 +1,97 @@
+"""Damage found before anybody asks: everything that is stored is read and compared, slowly, for as long as the service runs."""
+
+import logging
+import threading
+
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import check_catalogue, verify
+
+PAUSE_SECONDS = 0.5
+"""Between two blocks: reading one takes milliseconds, so that nobody notices."""
+ROUND_SECONDS = 3600.0
+"""Between the end of one round and the next."""
+
+_log = logging.getLogger("damperlab.scrub")
+
+
+class _Closing(Exception):
+    """The service ends."""
+
+
+class Scrub:
+    """Reads every study that nobody works on, block by block, and says what is damaged.
+
+    Parameters
+    ----------
+    store : Store
+        What is read.
+    pause_seconds : float
+        Between two blocks [s].
+    """
+
+    def __init__(self, store: Store, pause_seconds: float = PAUSE_SECONDS) -> None:
+        self.found: dict[str, list[str]] = {}
+        """What the last round found of each study, by its id; the catalogue's own under "catalogue"."""
+        self._store = store
+        self._pause_seconds = pause_seconds
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._keep_going, name="scrub", daemon=True)
+
+    def start(self) -> None:
+        """Begin with the first round."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End after the block at hand."""
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def look(self) -> None:
+        """Make one round."""
+        self._tell("catalogue", list(check_catalogue(self._store)))
+        cursor = None
+        while True:
+            page = self._store.page(limit=100, cursor=cursor)
+            for record in page.records:
+                if record.owner is None:
+                    self._look_at(record)
+            cursor = page.cursor
+            if cursor is None:
+                return
+
+    def _look_at(self, record: Record) -> None:
+        try:
+            damages = list(verify(self._store, record, self._pause))
+            if self._store.find(record.id).revision != record.revision:
+                return  # it was worked on meanwhile: what was seen may be of two moments
+        except StudyNotFound:
+            return
+        told = [
+            f"{damage.part if damage.block is None else f'block {damage.block}'}: {damage.found}"
+            for damage in damages
+        ]
+        self._tell(record.id, told)
+
+    def _tell(self, study_id: str, told: list[str]) -> None:
+        if told and told != self.found.get(study_id):
+            more = f", and {len(told) - 1} more" if len(told) > 1 else ""
+            mend = "damperlab verify" if study_id == "catalogue" else f"damperlab verify {study_id} --repair"
+            _log.error("%s is damaged: %s%s; see, and repair, with `%s`", study_id, told[0], more, mend)
+        self.found[study_id] = told
+
+    def _pause(self) -> None:
+        if self._closing.wait(self._pause_seconds):
+            raise _Closing
+
+    def _keep_going(self) -> None:
+        while not self._closing.is_set():
+            try:
+                self.look()
+            except _Closing:
+                return
+            except (StoreFault, OSError) as error:
+                _log.warning("stored results cannot be compared now: %s", error)
+            self._closing.wait(ROUND_SECONDS)
