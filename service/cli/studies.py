@@ -84,7 +84,7 @@ def show(
 ) -> None:
     """Show one study: its state, progress and definition."""
     if accuracy:
-        from damperlab.service.cli.tmd import precision
+        from damperlab.service.cli.precision import precision
 
         precision(study, data_dir, as_json)
         return

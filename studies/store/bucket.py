@@ -6,7 +6,7 @@ AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … Nothing of that is sto
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import timedelta
 from functools import lru_cache
@@ -48,6 +48,10 @@ class Bucket(Shelf):
         self._client = client
         self._bucket = bucket
         self._prefix = prefix
+
+    def __reduce__(self) -> tuple[Callable[[str], "Bucket"], tuple[str]]:
+        """Pickle by the address: who opens it elsewhere does so with keys of its own."""
+        return open_bucket, (self.address,)
 
     def at(self, name: str) -> "Bucket":
         """Give the names that begin with one more part."""

@@ -25,7 +25,8 @@ from damperlab.studies.store.description import (
 )
 from damperlab.studies.store.description import stored_variables as stored_variables
 from damperlab.studies.store.packed import BLOCKS, block_key, pack, read_part
-from damperlab.studies.store.shelf import Shelf, open_shelf
+from damperlab.studies.store.places import open_shelf
+from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.variables import Status
 
 

@@ -25,6 +25,10 @@ class Folder(Shelf):
         self._path = Path(address)
         super().__init__(str(self._path))
 
+    def __reduce__(self) -> tuple[type["Folder"], tuple[str]]:
+        """Pickle by the address."""
+        return Folder, (self.address,)
+
     def at(self, name: str) -> "Folder":
         """Give the folder below this one."""
         return Folder(self._path / name)

@@ -14,9 +14,9 @@ from damperlab.studies.store.box import box_of
 from damperlab.studies.store.cube import block_grid, stored_variables
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, record_of
-from damperlab.studies.store.shelf import open_shelf
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import studies
 from damperlab.studies.variables import Status

@@ -5,7 +5,7 @@ be seen. Everything that stores or reads cubes goes through this door, so that b
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -63,10 +63,6 @@ class Shelf(ABC):
     def __hash__(self) -> int:
         """Agree with equality."""
         return hash(self.address)
-
-    def __reduce__(self) -> tuple[Callable[[str], "Shelf"], tuple[str]]:
-        """Pickle by the address: who opens it elsewhere does so with keys of its own."""
-        return open_shelf, (self.address,)
 
     @property
     def name(self) -> str:
@@ -130,15 +126,3 @@ class Shelf(ABC):
         with ThreadPoolExecutor(AT_ONCE) as pool:
             for _ in pool.map(self.put, pieces, pieces.values()):
                 pass
-
-
-def open_shelf(address: str) -> Shelf:
-    """Give the shelf at an address: `s3://bucket/prefix`, or a folder."""
-    if address.startswith("s3://"):
-        # only for who asks for it: not every installation has the library
-        from damperlab.studies.store.bucket import open_bucket
-
-        return open_bucket(address)
-    from damperlab.studies.store.folder import Folder
-
-    return Folder(address)

@@ -141,7 +141,7 @@ class ObjectServer(Process):
 
     def wait(self, seconds: float = 60.0) -> None:
         """Start it, and wait until the bucket can be written."""
-        from damperlab.studies.store.shelf import open_shelf
+        from damperlab.studies.store.places import open_shelf
 
         give_up = time.monotonic() + seconds
         while True:
