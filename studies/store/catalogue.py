@@ -29,6 +29,9 @@ BUSY_SECONDS = 60.0
 SQLITE_FILE = "catalogue.sqlite"
 """The catalogue in the data directory, where no database is named."""
 
+REVISIONS = ("", *(f"{number:04}" for number in range(1, int(HEAD) + 1)))
+"""Of the catalogue, the oldest first; none in a new one."""
+
 _WRITER = "-writer"
 """Ends the name of the file, beside SQLite's own, that says which process writes."""
 
@@ -56,6 +59,8 @@ class Catalogue:
 
     def __init__(self, url: URL, wait_seconds: float = BUSY_SECONDS) -> None:
         self._url = url
+        self.read_only = False
+        """Whether every change is refused."""
         self._wait_seconds = wait_seconds
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
@@ -85,6 +90,15 @@ class Catalogue:
     @contextmanager
     def writing(self) -> Iterator[Connection]:
         """Open one transaction that no other writer shares; it commits at the end, or not at all."""
+        if self.read_only:
+            raise StoreFault(
+                Fault(
+                    self.name,
+                    "a data folder that cannot be written, opened to be read",
+                    "a data folder that can be written, to change anything",
+                    "copy it elsewhere, or change its permissions or how its disk is mounted",
+                )
+            )
         with self._faults(), self._writer.begin() as connection:
             forget_touched(connection)
             self._sign()
@@ -137,6 +151,15 @@ class Catalogue:
                     f"catalogue revision {found}",
                     f"revision {HEAD} or older",
                     "it was made by a newer damperlab: upgrade this one, or choose another data directory",
+                )
+            )
+        if found not in REVISIONS:
+            raise StoreFault(
+                Fault(
+                    self.name,
+                    f"catalogue revision {found!r}, which no version has written",
+                    f"revision {HEAD} or older",
+                    "it is damaged: make it again from the cubes with `damperlab rebuild`",
                 )
             )
         if self._sqlite:

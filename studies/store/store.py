@@ -1,12 +1,17 @@
 """The store: the catalogue and the cubes of one data directory, behind one door."""
 
+import os
+import shutil
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from damperlab.studies.store.blocks import Blocks
-from damperlab.studies.store.catalogue import BUSY_SECONDS, open_catalogue
+from damperlab.studies.store.catalogue import BUSY_SECONDS, SQLITE_FILE, open_catalogue
 from damperlab.studies.store.claims import Claims
 from damperlab.studies.store.cubes import Cubes
-from damperlab.studies.store.home import require_catalogue, shelf_of
+from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.home import CUBES, fact, require_catalogue, shelf_of
+from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.submissions import Submissions
 
@@ -28,6 +33,8 @@ class Store(Submissions, Blocks, Claims, Cubes):
     quota : Quota
         How much studies may take.
     """
+
+    _copy: TemporaryDirectory[str] | None = None
 
     @classmethod
     def open(
@@ -62,6 +69,8 @@ class Store(Submissions, Blocks, Claims, Cubes):
             catalogue's.
         """
         data_dir = Path(data_dir).expanduser().absolute()
+        if catalogue is None and cubes is None and is_read_only(data_dir):
+            return cls._open_read_only(data_dir, quota)
         if catalogue is None:
             require_catalogue(data_dir)
         opened = open_catalogue(data_dir, catalogue, wait_seconds)
@@ -71,3 +80,38 @@ class Store(Submissions, Blocks, Claims, Cubes):
             opened.close()
             raise
         return cls(data_dir, opened, shelf, quota)
+
+    @classmethod
+    def _open_read_only(cls, data_dir: Path, quota: Quota) -> "Store":
+        """Open a folder that cannot be written, by a copy of its catalogue: a database on such a disk cannot be locked."""
+        copy = TemporaryDirectory(prefix="damperlab-")
+        try:
+            for suffix in ("", "-wal"):  # what was written last may be in SQLite's log alone
+                file = data_dir / f"{SQLITE_FILE}{suffix}"
+                if file.exists():
+                    shutil.copyfile(file, Path(copy.name, file.name))
+            opened = open_catalogue(Path(copy.name))
+        except OSError as error:
+            copy.cleanup()
+            raise cannot_use(str(data_dir), error) from error
+        except BaseException:
+            copy.cleanup()
+            raise
+        with opened.reading() as connection:
+            address = fact(connection, "cubes")
+        shelf = open_shelf(f"{address}/{CUBES}" if address else str(data_dir / CUBES))
+        store = cls(data_dir, opened, shelf, quota)
+        opened.read_only = True
+        store._copy = copy
+        return store
+
+    def close(self) -> None:
+        """Close the catalogue's connections."""
+        super().close()
+        if self._copy is not None:
+            self._copy.cleanup()
+
+
+def is_read_only(data_dir: Path) -> bool:
+    """Whether a folder holds a catalogue and cannot be written."""
+    return (data_dir / SQLITE_FILE).is_file() and not os.access(data_dir, os.W_OK | os.X_OK)

@@ -203,9 +203,9 @@ def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
     """Compare a study's row with its marks."""
     sums = {
         "blocks_done": len(marks),
-        "points_done": sum(mark.points for mark in marks),
-        "points_failed": sum(mark.failed for mark in marks),
-        "points_reused": sum(mark.reused for mark in marks),
+        "points_done": sum(mark.points or 0 for mark in marks),
+        "points_failed": sum(mark.failed or 0 for mark in marks),
+        "points_reused": sum(mark.reused or 0 for mark in marks),
     }
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"

@@ -1,5 +1,6 @@
 """A disk that is full: the study says so, loses nothing, and goes on when there is room."""
 
+import shutil
 import subprocess
 import threading
 from collections.abc import Iterator
@@ -57,7 +58,7 @@ def fill(disk: Path, leave: int) -> Path:
     """Leave so many bytes free."""
     ballast = disk / "ballast"
     with ballast.open("wb") as file:
-        free = damperlab.studies.store.cubes.shutil.disk_usage(disk).free
+        free = shutil.disk_usage(disk).free
         file.write(bytes(max(0, free - leave)))
     return ballast
 
@@ -103,3 +104,21 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
     np.testing.assert_array_equal(times[~np.isnan(times)], whole["run_time"].values[~np.isnan(times)])
     assert sum(1 for _ in Path(store.cube_path(study_id), "blocks").iterdir()) == plan.count
     store.close()
+
+
+def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Path) -> None:
+    store = Store.open(disk.parent / "data")
+    cubes = disk.parent / "data" / "cubes"
+    command = ["mount", "-t", "tmpfs", "-o", "size=64m,nr_inodes=80", "tmpfs", str(cubes)]
+    subprocess.run(command, check=True, capture_output=True, timeout=20)
+    try:
+        assert store.trouble() is None
+        for number in range(30):
+            (cubes / str(number)).write_text("")
+        assert "more files" in (store.trouble() or "")
+        for number in range(30):
+            (cubes / str(number)).unlink()
+        assert store.trouble() is None
+    finally:
+        subprocess.run(["umount", "--lazy", str(cubes)], check=True, timeout=20)
+        store.close()

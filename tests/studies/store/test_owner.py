@@ -41,7 +41,7 @@ def test_a_folder_whose_catalogue_is_lost_is_refused_and_keeps_every_file(tmp_pa
     store.close()
     (tmp_path / "catalogue.sqlite").unlink()
     before = files(tmp_path)
-    with pytest.raises(StoreFault, match=r"no catalogue .*DAMPERLAB_CATALOGUE.*damperlab rebuild"):
+    with pytest.raises(StoreFault, match=r"without their catalogue.*DAMPERLAB_CATALOGUE.*damperlab rebuild"):
         Store.open(tmp_path)
     assert files(tmp_path) == before
 

@@ -1,0 +1,68 @@
+"""A data folder on a disk that cannot be written is read like any other, and nothing of it is changed."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
+
+
+@pytest.fixture
+def frozen(tmp_path: Path) -> Iterator[Callable[[Path], Path]]:
+    """Give a copy of a folder that nobody can write; root needs a disk of its own for that."""
+    folder = tmp_path / "frozen"
+    folder.mkdir()
+    mounted = os.geteuid() == 0
+    if mounted:
+        command = ["mount", "-t", "tmpfs", "tmpfs", str(folder)]
+        if subprocess.run(command, capture_output=True, timeout=20, check=False).returncode:
+            pytest.skip("root writes everywhere, and may not mount a disk here")
+
+    def freeze(source: Path) -> Path:
+        shutil.copytree(source, folder / "data")
+        if mounted:
+            subprocess.run(["mount", "-o", "remount,ro", str(folder)], check=True, timeout=20)
+        else:
+            for path in (folder / "data", *(folder / "data").rglob("*")):
+                path.chmod(0o555 if path.is_dir() else 0o444)
+        return folder / "data"
+
+    yield freeze
+    if mounted:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=20)
+    else:
+        for path in (p for p in (folder, *folder.rglob("*")) if p.is_dir()):
+            path.chmod(0o755)
+
+
+def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make_plan_of, values_of):
+    study = make_study(metrics=["amplitude_ratio"])
+    plan = make_plan_of(study)
+    record, _ = store.submit(study, plan, {})
+    for index in range(plan.count):
+        block = plan.block(index)
+        found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+        store.mark(record.id, BlockOutcome(index, block.points, 0, 1.0, 1.0, None, "g", found))
+    done = store.set_state(record.id, "done")
+    expected = store.cube(record.id).load()
+    # copied while it is open: the last marks are in SQLite's log
+    data = frozen(store.data_dir)
+    copy = Store.open(data)
+    assert copy.find(record.id) == done
+    assert copy.cube(record.id).load().identical(expected)
+    assert list(verify(copy, done)) == []
+    with pytest.raises(StoreFault, match="opened to be read"):
+        copy.set_state(record.id, "queued")
+    other = make_study(damping_ratio=0.3)
+    with pytest.raises(StoreFault, match="opened to be read"):
+        copy.submit(other, make_plan_of(other), {})
+    assert "cannot be written" in (copy.trouble() or "")
+    copy.close()
