@@ -4,6 +4,7 @@ import json
 import re
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,15 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
 from damperlab.service.reports import keep_report
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import make_plan
+from damperlab.studies.store.store import Store
 from damperlab.worker.accuracy.diagram import draw_diagrams
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import stability_table
+from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.simulate import Design
 
 FIRST_VIEW_BYTES = 1_500_000
@@ -331,3 +336,23 @@ def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
     page.get_by_label("File", exact=True).set_input_files(good)
     expect(page.locator(".records select").first.locator("option:checked")).to_contain_text("mine.csv (0.1 g")
     expect(page.get_by_role("region", name="Comparison under the record").get_by_role("row")).to_have_count(6)
+
+
+def test_a_study_that_compiles_says_so(
+    open_page: Callable[..., Any], own_service: Callable[..., Any], tmp_path: Path
+) -> None:
+    service = own_service()
+    with closing(Store.open(tmp_path / "data")) as store:
+        study = parse_study(
+            {"name": "waits", "particle": False, "axes": {"friction_ratio": 0.1, "frequency_ratio": 1.0}}
+        )
+        study_id = store.submit(study, make_plan(study, seconds_per_point), {})[0].id
+        # as another process does that runs it
+        assert store.claim(study_id, "elsewhere")
+        store.set_state(study_id, "running", owner="elsewhere")
+        store.set_phase(study_id, "compiling", 1, 3, owner="elsewhere")
+        page = open_page(service.url).go(f"#/studies/{study_id}")
+        words = page.locator(".head .progress .words")
+        expect(words).to_have_text("Compiling kernels, 1 of 3 scenes done …")
+        store.set_phase(study_id, None, owner="elsewhere")
+        expect(words).to_have_text("0 of 1 point")
