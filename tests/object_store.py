@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 
+from tests.ports import free_port
+
 KEY, SECRET = "tester", "only-on-loopback-0815"
 START_SECONDS = 60.0
 LIFE_SECONDS = 1800
@@ -37,7 +39,9 @@ class ObjectServer:
 
     def start(self) -> None:
         """Start it, on the ports and with the objects that it had before, and wait until it answers."""
-        self.ports = self.ports or dict(zip(_flags(), _free_ports(2 * len(_ROLES)), strict=True))
+        self.ports = self.ports or dict(
+            zip(_flags(), (free_port() for _ in range(2 * len(_ROLES))), strict=True)
+        )
         command = [
             *("timeout", "--signal=KILL", str(LIFE_SECONDS)),
             *(str(Path(sys.executable).with_name("weed")), "mini", f"-dir={self.folder}"),
@@ -143,16 +147,6 @@ def proxy_before(target: tuple[str, int]) -> Iterator[Proxy]:
 
 def _flags() -> list[str]:
     return [*_ROLES, *(f"{role}.port.grpc" for role in _ROLES)]
-
-
-def _free_ports(count: int) -> list[int]:
-    sockets = [socket.socket() for _ in range(count)]
-    for each in sockets:
-        each.bind(("127.0.0.1", 0))
-    ports = [each.getsockname()[1] for each in sockets]
-    for each in sockets:
-        each.close()
-    return ports
 
 
 def _answers(address: tuple[str, int]) -> bool:

@@ -22,6 +22,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_survey_block
 from damperlab.worker.provenance import computing, require_code, require_identity
+from damperlab.worker.warm import scenes, warm
 
 if TYPE_CHECKING:
     from distributed import Worker
@@ -61,7 +62,7 @@ def run_block(
     Returns
     -------
     BlockOutcome
-        `kernel_seconds` is CPU time of this thread inside `solve_block`.
+        `kernel_seconds` is CPU time of this thread inside `solve_block`, kernels being loaded before.
 
     Raises
     ------
@@ -74,6 +75,9 @@ def run_block(
     require_identity(solver or computing()["identity"])
     began = time.perf_counter()
     study = _study(cube_path, digest)
+    if not sources:  # else nothing may be left to compute
+        for scene in scenes(study):
+            warm(scene)
     began_kernel = time.thread_time()
     values, reused = _solve(cube_path, study, block, sources)
     kernel_seconds = time.thread_time() - began_kernel

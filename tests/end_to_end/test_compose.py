@@ -7,7 +7,6 @@ the loopback address, ports become free ones, the volume becomes a folder.
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -18,6 +17,7 @@ from typing import Any
 import httpx
 import pytest
 import yaml
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 START_SECONDS = 90.0
@@ -27,13 +27,6 @@ WORK_SECONDS = 120.0
 def _compose() -> dict[str, Any]:
     document: dict[str, Any] = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
     return document
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
 
 
 def _wait(true: Callable[[], bool], process: subprocess.Popen[bytes], log: Path, seconds: float) -> None:
@@ -48,7 +41,7 @@ def _wait(true: Callable[[], bool], process: subprocess.Popen[bytes], log: Path,
 def stack(tmp_path: Path) -> Iterator[str]:
     """The address of the service, once every part is healthy by its own check."""
     compose = _compose()
-    scheduler_port, service_port = str(_free_port()), str(_free_port())
+    scheduler_port, service_port = str(free_port()), str(free_port())
     data = tmp_path / "data"
     data.mkdir()
 

@@ -24,8 +24,9 @@ from pathlib import Path
 
 from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.compare import compare, run_again, unexpected_files
-from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm, free_port
+from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm
 from tests.faults.report import Report
+from tests.ports import free_port
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import psutil
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 
@@ -170,14 +170,6 @@ def dask(log: Path, *arguments: str, **environment: str) -> Process:
         "--no-dashboard",
         **environment,
     )
-
-
-def free_port() -> int:
-    """Give a port on which nobody listened a moment ago."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
 
 
 def end_on_sigterm() -> None:

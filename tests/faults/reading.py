@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from tests.faults.processes import ROOT, Process, dask, end_on_sigterm, free_port
+from tests.faults.processes import ROOT, Process, dask, end_on_sigterm
 from tests.faults.readers import READERS
 from tests.faults.tokens import PLAN, STUDY
+from tests.ports import free_port
 
 from damperlab.studies.store.faults import StudyBusy
 from damperlab.studies.store.store import Store

@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -14,6 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
+from tests import ports
 
 START_SECONDS = 90.0
 WORK_SECONDS = 180.0
@@ -134,11 +134,8 @@ def ended(record: dict[str, Any]) -> bool:
 
 @pytest.fixture
 def free_port() -> int:
-    """A port on which nobody listened a moment ago."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    return port
+    """A port on which nobody listens."""
+    return ports.free_port()
 
 
 @pytest.fixture(scope="session")

@@ -174,12 +174,16 @@ def test_stopped_window_lets_running_blocks_finish_and_drops_the_rest(client: Cl
 def test_grace_ends_for_blocks_that_take_longer(client: Client, tmp_path: Path) -> None:
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"began-{index}").touch()
-        time.sleep(4.0)
+        while not (tmp_path / "end").exists():
+            time.sleep(0.02)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
     window = window_of(client, task, 4)
     window.fill()
     while len(list(tmp_path.iterdir())) < 2:
         time.sleep(0.02)
-    assert list(window.drain(0.2)) == []
+    try:
+        assert list(window.drain(0.2)) == []
+    finally:
+        (tmp_path / "end").touch()
     assert window.empty

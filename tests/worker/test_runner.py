@@ -304,7 +304,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.lease import hold
 with hold(Store.open(Path(sys.argv[1])), sys.argv[2]):
     print("held", flush=True)
-    time.sleep(60)
+    time.sleep(600)
 """
 
 
