@@ -83,7 +83,7 @@ def test_impacts_conserve_momentum_and_obey_restitution(
     assert (off[joined] <= 1e-6 * scale).all()
 
 
-STICKING = Design(0.05, 1.0, 0.7), Design(0.1, 0.5, 0.2), Design(0.0038, 1.0, 0.6, Particle(2.0, 0.47, 0.1))
+STICKING = Design(0.05, 1.0, 0.7), Design(0.1, 0.5, 0.2), Design(0.05, 0.6, 0.3, Particle(2.0, 0.47, 0.1))
 
 
 def held_in(history: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:

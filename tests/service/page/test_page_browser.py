@@ -339,7 +339,7 @@ def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
 
 
 def test_a_study_that_compiles_says_so(
-    open_page: Callable[..., Any], own_service: Callable[..., Any], tmp_path: Path
+    own_service: Callable[..., Any], open_page: Callable[..., Any], tmp_path: Path
 ) -> None:
     service = own_service()
     with closing(Store.open(tmp_path / "data")) as store:
