@@ -102,7 +102,7 @@ def open_page(browser: Browser, service: Any) -> Iterator[Callable[..., Watched]
 @pytest.fixture(scope="session")
 def small_map(service: Any, helpers: Any) -> dict[str, Any]:
     """The record of a finished study with a map."""
-    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+    with httpx.Client(base_url=service.url, timeout=300.0) as client:
         record = client.post("/api/v1/studies", json=MAP).raise_for_status().json()
         finished: dict[str, Any] = helpers.wait_for(client, record["id"], helpers.ended)
     assert finished["state"] == "done", finished
