@@ -5,7 +5,7 @@ import re
 import typer
 
 from damperlab.service.cli.output import note, print_json
-from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.faults import Fault, StudyFaults, nearest
 
 DONE = 0
 FAILED = 1
@@ -75,7 +75,7 @@ def report(error: Exception, as_json: bool) -> int:
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:
     # the library that reads the options puts the name of its own exception before the message
-    text = error.format_message().replace("Value error, ", "")
+    text = _with_nearest(error.format_message().replace("Value error, ", ""))
     if as_json:
         _print_problem("usage", error.exit_code, text, ())
     else:
@@ -83,6 +83,13 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
         if not _asks_for_help(error):
             note("`damperlab --help` lists the commands, `damperlab COMMAND --help` their options.")
     return error.exit_code
+
+
+def _with_nearest(text: str) -> str:
+    """Add the choice that was probably meant to a message that lists the choices."""
+    found = re.search(r"'([^']*)' is not one of (.+)\.$", text)
+    near = nearest(found[1], re.findall(r"'([^']*)'", found[2])) if found else None
+    return f"{text} Did you mean {near}?" if near else text
 
 
 def _kebab(name: str) -> str:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.studies import vocabulary
 from damperlab.studies.faults import nearest
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.presets import CONTACT_TIMES
@@ -78,7 +79,7 @@ Output = Annotated[
     ),
 ]
 Objective = Annotated[
-    str | None,
+    vocabulary.Objective | None,
     typer.Option(
         help="What designs are ranked by; peak by default, resonance where the study has one frequency."
     ),

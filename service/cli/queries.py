@@ -32,6 +32,7 @@ from damperlab.service.cli.words import (
     slice_sentence,
     worst_sentence,
 )
+from damperlab.studies.vocabulary import Reduction
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -66,7 +67,7 @@ def map_(
         str | None, typer.Option(help="A third dimension, over which the result is reduced.")
     ] = None,
     reduce: Annotated[
-        str | None, typer.Option(help="How the third dimension is reduced: max (default), min or mean.")
+        Reduction | None, typer.Option(help="How the third dimension is reduced; max by default.")
     ] = None,
     at: At = None,
     interpolate: Interpolate = False,

@@ -32,6 +32,7 @@ from damperlab.service.cli.queries import answered, ask, hand_out, say_if
 from damperlab.service.cli.store import open_store
 from damperlab.service.cli.words import completeness_sentence, rows_table, span
 from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.vocabulary import Criterion, Excitation
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -49,10 +50,8 @@ if TYPE_CHECKING:
 def tmd(
     study: StudyId,
     criterion: Annotated[
-        str,
-        typer.Option(
-            help="How the tuned mass damper is tuned: den_hartog, den_hartog_table4, hinf, h2 or minimax."
-        ),
+        Criterion,
+        typer.Option(help="How the tuned mass damper is tuned."),
     ] = "minimax",
     mass_ratio: Annotated[
         float | None,
@@ -69,7 +68,7 @@ def tmd(
         float, typer.Option(help="Relative error of the tuned mass damper's damping.")
     ] = 0.0,
     excitation: Annotated[
-        str,
+        Excitation,
         typer.Option(
             help="Excitation: base motion, or a force on the structure (X over its static deflection)."
         ),
@@ -149,9 +148,7 @@ def refine(
     ] = 1e-3,
     value_tolerance: Annotated[
         float,
-        typer.Option(
-            help="Least share of the value by which a design must promise to be better to be searched for."
-        ),
+        typer.Option(help="Relative improvement below which a design is not searched for."),
     ] = 0.01,
     budget: Annotated[
         int, typer.Option(help="Largest number of points in all follow-ups together.")

@@ -122,6 +122,8 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
         (["simulate", "--clerance-ratio", "3"], "--clearance-ratio"),
         (["map", "x", "--at", "clearence_ratio=3"], "Did you mean clearance_ratio?"),
         (["studies", "--state", "dne"], "Did you mean done?"),
+        (["optimum", "x", "--objective", "peek"], "Did you mean peak?"),
+        (["export", "x", "--format", "cvs", "-o", "x"], "Did you mean csv?"),
         (["run", "figur-11"], "did you mean figure-11?"),
         (["earthquake", "--at", "clearanc_m=1"], "Did you mean clearance_m?"),
     ],
