@@ -123,7 +123,7 @@ def _closed_form() -> str:
 
 def _kernels() -> str:
     """Compile or load the hybrid kernel, and check that it keeps the balance of energy."""
-    from damperlab.worker.jit import CACHE_FOLDER
+    from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
     from damperlab.worker.simulate import Design, simulate
     from damperlab.worker.solver.state import Particle
 
@@ -136,8 +136,9 @@ def _kernels() -> str:
             f"after {CYCLES} cycles the energy is out of balance by {residual:.3g} of the work done"
         )
     files = sum(1 for _ in CACHE_FOLDER.rglob("*.nbc"))
+    shipped = sum(1 for _ in shipped_folder().glob("*.nbc"))
     took = time.perf_counter() - began
-    return f"ready in {took:.1f} s, energy balanced to {residual:.1g}; {files} compiled in {CACHE_FOLDER}"
+    return f"ready in {took:.1f} s, energy balanced to {residual:.1g}; {shipped} in the package, {files} in {CACHE_FOLDER}"
 
 
 def _store(settings: "Settings") -> str:
