@@ -22,7 +22,7 @@ def backup(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy every study, even while studies run; into an earlier backup only what is new. The copy is a data folder itself."""
+    """Copy every study, even while studies run; an earlier backup is updated. The copy is a usable data folder."""
     from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
@@ -48,7 +48,7 @@ def restore(
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
-    """Make the catalogue again from the cubes, or add what it lacks; run twice or cut short, it ends the same."""
+    """Rebuild the catalogue from the cubes, or add missing studies to it; it is safe to interrupt and to repeat."""
     from damperlab.studies.store.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
@@ -68,17 +68,17 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
 def gc(
     data_dir: DataDir = None,
     older_than: Annotated[
-        str, typer.Option(metavar="TIME", help="Leave alone what is younger: 90s, 30min, 12h, 7d.")
+        str, typer.Option(metavar="TIME", help="Keep files younger than this, as in 90s, 30min, 12h or 7d.")
     ] = "1h",
     trash_after: Annotated[
         str, typer.Option(metavar="TIME", help="How long a cube stays in the trash before it is removed.")
     ] = "7d",
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="List what would be done; change nothing.")
+        bool, typer.Option("--dry-run", help="List what would be removed; change nothing.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove what is certainly superseded; cubes of deleted studies go to a trash first. Other files stay, and are listed."""
+    """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
     from damperlab.studies.store.sweep import collect_garbage
 
     seconds = _seconds(older_than, "--older-than")

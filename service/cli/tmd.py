@@ -151,7 +151,7 @@ def refine(
         typer.Option(help="Relative improvement below which a design is not searched for."),
     ] = 0.01,
     budget: Annotated[
-        int, typer.Option(help="Largest number of points in all follow-ups together.")
+        int, typer.Option(help="Largest total number of points of all follow-up studies.")
     ] = 20_000,
     boundary: Annotated[
         str | None,
@@ -202,11 +202,15 @@ def refine(
 
 def race(
     study: StudyId,
-    confidence: Annotated[float, typer.Option(help="Confidence with which the best shall be known.")] = 0.95,
+    confidence: Annotated[
+        float, typer.Option(help="Confidence with which the best design is to be known.")
+    ] = 0.95,
     indifference: Annotated[
-        float, typer.Option(help="Share of the value by which another design may be better all the same.")
+        float, typer.Option(help="Relative difference below which two designs count as equally good.")
     ] = 0.02,
-    budget: Annotated[float, typer.Option(help="Cycles that all rounds together may take.")] = 5e7,
+    budget: Annotated[
+        float, typer.Option(help="Largest total number of excitation cycles of all rounds.")
+    ] = 5e7,
     objective: Objective = None,
     band: Band = None,
     exclude_locked: ExcludeLocked = False,
@@ -217,7 +221,7 @@ def race(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute the designs that may be the best ever longer, until the best is known with the confidence asked for."""
+    """Compute the designs that may be the best for more and more cycles, until the best is known with the given confidence."""
     check_cluster(workers, scheduler)
     judging = read_judging(objective, band, exclude_locked, max_impact_speed, within)
     store = open_store(data_dir)

@@ -20,11 +20,11 @@ def recompute(
     workers: Workers = None,
     scheduler: Scheduler = None,
     replace: Annotated[
-        bool, typer.Option("--replace/--keep", help="Delete the older version once the new one is done.")
+        bool, typer.Option("--replace/--keep", help="Delete the older version once the new one is complete.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute an outdated study with today's solver, beside its results, and show what differs."""
+    """Recompute an outdated study with today's solver, keep both results, and show the differences."""
     check_cluster(workers, scheduler)
     from damperlab.studies.store.differences import differences_of
     from damperlab.worker.provenance import provenance
@@ -67,7 +67,7 @@ def retry(
     scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute blocks again that failed as a whole, as by workers that died; points that failed by their numbers stay."""
+    """Recompute blocks that failed as a whole, for example because a worker died; points that failed numerically stay."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
     finish(store, store.retry(store.find(study).id), workers, scheduler, as_json)

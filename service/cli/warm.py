@@ -28,7 +28,8 @@ def warm(
     all_: Annotated[
         bool,
         typer.Option(
-            "--all", help="Every scene; else those of a study, a point and an earthquake by default."
+            "--all",
+            help="Compile the kernels of every scene; by default those of a study, a point and an earthquake.",
         ),
     ] = False,
     target: Annotated[

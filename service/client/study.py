@@ -516,11 +516,11 @@ class Study:
         Parameters
         ----------
         confidence : float
-            Confidence with which the best shall be known.
+            Confidence with which the best design is to be known.
         indifference : float
-            Share of the value by which another design may be better all the same.
+            Relative difference below which two designs count as equally good.
         budget : float
-            Cycles that all rounds together may take.
+            Largest total number of excitation cycles of all rounds.
         with_ : iterable of Study
             The follow-ups that are done.
         dry_run : bool

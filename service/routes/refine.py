@@ -87,16 +87,19 @@ class RaceQuery(FollowUp, RankingQuery):
     """Parameters of a race between the designs that may be the best."""
 
     confidence: float = Field(
-        CONFIDENCE, ge=0.5, le=0.9999, description="Confidence with which the best shall be known."
+        CONFIDENCE, ge=0.5, le=0.9999, description="Confidence with which the best design is to be known."
     )
     indifference: float = Field(
         INDIFFERENCE,
         ge=1e-4,
         le=0.5,
-        description="Share of the value by which another design may be better all the same.",
+        description="Relative difference below which two designs count as equally good.",
     )
     budget: float = Field(
-        CYCLES, ge=0, allow_inf_nan=False, description="Cycles that all rounds together may take."
+        CYCLES,
+        ge=0,
+        allow_inf_nan=False,
+        description="Largest total number of excitation cycles of all rounds.",
     )
 
 
