@@ -60,6 +60,11 @@ def first_crossing(polynomial, sign, start, end, curvature):
     -------
     float
         The time; inf where there is none; `start` where the function is already negative.
+
+    Notes
+    -----
+    At most 400 intervals are looked at. Motions within a window need few; a cluster of four or five roots in a
+    hundredth of the interval would need more, and then the sign at the end alone decides.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]

@@ -1,0 +1,66 @@
+"""The compliant wall: an impact in free space lasts the contact time, and the bodies part with e of their approach."""
+
+from math import inf, pi
+
+import mpmath
+from hypothesis import example, given
+from hypothesis import strategies as st
+from tests.worker.forms import EPS, FIXED, both, in_form
+
+from damperlab.worker.physics.contact import (
+    calibrate,
+    contact_time_of_stiffness,
+    reduced_mass,
+    spring_energy,
+    wall_constants,
+    wall_force,
+)
+
+
+@both
+@FIXED
+@given(e=st.floats(0.01, 0.999), time=st.floats(1e-6, 10.0), mass=st.floats(1e-3, 10.0))
+@example(e=0.1353352832366127, time=1.0, mass=0.1)  # e⁻², where the wall is critically damped
+@example(e=0.05, time=1.0, mass=0.1)  # overdamped
+def test_a_free_impact_ends_after_the_contact_time_with_e_of_its_approach(
+    form: str, e: float, time: float, mass: float
+) -> None:
+    stiffness, damping = in_form(wall_constants, form)(e, time, mass)
+    rate, share = in_form(calibrate, form)(e, time)
+    with mpmath.workdps(40):
+        mu = mpmath.mpf(mass) / (1 + mpmath.mpf(mass))
+        k, c = mpmath.mpf(stiffness) / mu, mpmath.mpf(damping) / mu
+        # of the depth and its rate; in units of the contact time, so that all numbers are of order one
+        moved = mpmath.expm(mpmath.matrix([[0, time], [-k * time, -c * time]])) * mpmath.matrix([0, 1])
+        depth, depth_rate = moved[0], moved[1]
+        force = (k * depth + c * depth_rate) * time
+    # angle and constants are rounded to a few units, and e = exp(−2θ cot θ) passes the angle's error on thirtyfold
+    assert abs(depth_rate + e) <= 1e-13
+    assert abs(force) <= 1e-12
+    assert abs(rate * rate * float(mu) / stiffness - 1) <= 1e-14
+    assert abs(2 * share * rate * float(mu) / damping - 1) <= 1e-14
+    back = in_form(contact_time_of_stiffness, form)(e, stiffness, mass)
+    assert abs(back / time - 1) <= 1e-13
+
+
+@both
+def test_an_elastic_wall_is_half_a_period_of_its_spring(form: str) -> None:
+    assert in_form(calibrate, form)(1.0, 0.25) == (pi / 0.25, 0.0)
+    assert in_form(contact_time_of_stiffness, form)(1.0, 0.0, 0.1) == inf
+
+
+@both
+@FIXED
+@given(k=st.floats(0, 1e6), c=st.floats(0, 1e3), depth=st.floats(-1, 1), rate=st.floats(-10, 10))
+def test_a_wall_pushes_and_never_pulls(form: str, k: float, c: float, depth: float, rate: float) -> None:
+    force = in_form(wall_force, form)(k, c, depth, rate)
+    assert force >= 0.0
+    if depth <= 0.0:
+        assert force == 0.0
+    # jitted, product and sum are rounded once
+    elastic, viscous = k * depth, c * rate
+    expected = max(elastic + viscous, 0.0) if depth > 0.0 else 0.0
+    assert abs(force - expected) <= EPS * (abs(elastic) + abs(viscous))
+    energy = in_form(spring_energy, form)(k, depth)
+    assert abs(energy - 0.5 * k * max(depth, 0.0) ** 2) <= 2 * EPS * energy
+    assert in_form(reduced_mass, form)(1.0) == 0.5

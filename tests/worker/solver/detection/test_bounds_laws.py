@@ -1,0 +1,55 @@
+"""Bounds on the motion hold on every motion within a window, and so do those on the base."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.worker.forms import EPS, FIXED, both, in_form
+
+from damperlab.worker.solver.detection.bounds import motion_bounds, u_bend, w_bend
+from damperlab.worker.solver.excitation.base import base_bend, expand_base, phase_of_sine
+from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.taylor import TERMS, combine
+
+numbers = st.floats(-5, 5)
+PLACES = np.linspace(0.0, 1.0, 33)
+
+
+@both
+@FIXED
+@given(
+    damping=st.floats(0, 1),
+    r=st.floats(0.1, 10),
+    inertia=st.floats(1, 2),
+    x=numbers,
+    w=numbers,
+    angle=st.floats(0, 6.2),
+    share=st.floats(0.01, 1.0),
+)
+def test_no_motion_leaves_its_bounds(
+    form: str, damping: float, r: float, inertia: float, x: float, w: float, angle: float, share: float
+) -> None:
+    base = make_base(damping, r, None)
+    medium = make_medium(base, inertia, None)
+    span = share * base.window
+    phase = phase_of_sine(np.sin(angle), np.cos(angle), r)
+    x_most, w_most, u2_most = in_form(motion_bounds, form)(x, w, span, base, phase, medium.compliance)
+    relative, absolute, shaken = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
+    combine(x, w, phase.first, phase.second, medium.relative, relative)
+    combine(x, w, phase.first, phase.second, medium.absolute, absolute)
+    expand_base(base, phase, shaken)
+    at = PLACES * span
+    derive = np.polynomial.polynomial
+
+    def most(p: np.ndarray, order: int) -> float:
+        values = derive.polyval(at, derive.polyder(p, order) if order else p)
+        return float(np.abs(values).max()) * (1 - 64 * EPS)
+
+    assert most(relative, 0) <= x_most
+    assert most(relative, 1) <= w_most
+    assert most(absolute, 2) <= u2_most
+    for order in (2, 3, 4, 5):
+        bound = in_form(u_bend, form)(order, False, w_most, u2_most, base, phase, medium.compliance)
+        assert most(absolute, order) <= bound
+        assert most(shaken, order) <= base_bend(base, phase, order)
+        assert in_form(u_bend, form)(order, True, 0.0, 0.0, base, phase, 1.0) == base_bend(base, phase, order)
+    assert most(relative, 3) <= in_form(w_bend, form)(0, w_most, u2_most, base, phase, medium.compliance)

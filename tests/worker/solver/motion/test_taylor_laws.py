@@ -1,0 +1,111 @@
+"""Taylor polynomials: their values in exact arithmetic, and the motion that they expand against the matrix exponential."""
+
+import mpmath
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from tests.worker.forms import EPS, FIXED, both, in_form
+
+from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, make_base, make_medium
+from damperlab.worker.solver.motion.taylor import (
+    TERMS,
+    acceleration_into,
+    bend,
+    change,
+    combine,
+    curvature,
+    curvature_bound,
+    rate_into,
+    slope,
+    stand,
+    value,
+)
+
+coefficients = st.lists(st.floats(-10.0, 10.0), min_size=TERMS, max_size=TERMS).map(np.array)
+times = st.floats(0.0, 1.0)
+
+
+def exact(p: NDArray[np.float64], t: float, derivative: int = 0, first: int = 0) -> tuple[float, float]:
+    """A derivative from the term `first` on, and the sum of its terms' sizes."""
+    with mpmath.workdps(60):
+        terms = [
+            mpmath.ff(n, derivative) * mpmath.mpf(float(p[n])) * mpmath.mpf(t) ** (n - derivative)
+            for n in range(max(derivative, first), TERMS)
+        ]
+        return float(sum(terms)), float(sum(abs(term) for term in terms))
+
+
+@both
+@FIXED
+@given(p=coefficients, t=times)
+def test_values_and_derivatives_to_rounding(form: str, p: NDArray[np.float64], t: float) -> None:
+    for function, derivative, first in (
+        (value, 0, 0),
+        (change, 0, 1),
+        (bend, 0, 2),
+        (slope, 1, 1),
+        (curvature, 2, 2),
+    ):
+        expected, size = exact(p, t, derivative, first)
+        # each term passes through at most eight roundings of the tree, and of the powers of t
+        assert abs(in_form(function, form)(p, t) - expected) <= 16 * EPS * size + 1e-300
+    most = max(abs(exact(p, t * share, 2)[0]) for share in np.linspace(0, 1, 9))
+    assert in_form(curvature_bound, form)(p, t) >= most * (1 - 16 * EPS)
+
+
+@both
+@FIXED
+@given(p=coefficients, dropped=st.integers(0, 3), t=times)
+def test_derivatives_as_polynomials(form: str, p: NDArray[np.float64], dropped: int, t: float) -> None:
+    out = np.full(TERMS, np.nan)
+    in_form(rate_into, form)(p, dropped, out)
+    rate = np.polynomial.polynomial.polyder(p)
+    np.testing.assert_array_equal(out, np.concatenate((rate[dropped:], np.zeros(dropped + 1))))
+    in_form(acceleration_into, form)(p, out)
+    second = np.arange(1, TERMS - 1) * np.arange(2, TERMS) * p[2:]
+    np.testing.assert_array_equal(out, np.concatenate((second, np.zeros(2))))
+
+
+@both
+@FIXED
+@given(p=coefficients, v=st.floats(-10, 10))
+def test_a_mass_that_sticks_moves_with_the_base(form: str, p: NDArray[np.float64], v: float) -> None:
+    relative, absolute = np.full(TERMS, np.nan), p.copy()
+    in_form(stand, form)(v, relative, absolute)
+    np.testing.assert_array_equal(relative, [v, *np.zeros(TERMS - 1)])
+    np.testing.assert_array_equal(absolute, [p[0] + v, *p[1:]])
+
+
+@FIXED
+@given(
+    damping=st.floats(0.0, 1.0),
+    r=st.floats(0.1, 10.0),
+    inertia=st.floats(1.0, 2.0),
+    x=st.floats(-1, 1),
+    w=st.floats(-1, 1),
+    phase=st.floats(0, 6.2),
+)
+def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
+    damping: float, r: float, inertia: float, x: float, w: float, phase: float
+) -> None:
+    base = make_base(damping, r, None)
+    medium = make_medium(base, inertia, None)
+    assert base.window * (1 + damping) * max(1.0, r) <= LARGEST_WINDOW * (1 + EPS)
+    sine, cosine = np.sin(phase), np.cos(phase)
+    with mpmath.workdps(40):
+        k = 1 / mpmath.mpf(inertia)
+        field = mpmath.matrix(
+            [[0, 1, 0, 0], [-k, -k * base.two_zeta, mpmath.mpf(r) ** 2, 0], [0, 0, 0, r], [0, 0, -r, 0]]
+        )
+        after = mpmath.expm(field * base.window) * mpmath.matrix([x, w, sine, cosine])
+        expected = [float(after[i]) for i in range(3)]
+    # a dozen roundings of terms whose sizes are those of x, w and of what the base adds, at most r² h = 0.4 r
+    size = 16 * EPS * (3.0 + r)
+    moved_x = medium.xx * x + medium.xw * w + medium.xs * sine + medium.xc * cosine
+    moved_w = medium.wx * x + medium.ww * w + medium.ws * sine + medium.wc * cosine
+    assert abs(moved_x - expected[0]) <= size
+    assert abs(moved_w - expected[1]) <= size
+    curve = np.empty(TERMS)
+    combine(x, w, sine, cosine, medium.absolute, curve)
+    assert abs(value(curve, base.window) - (expected[0] + expected[2])) <= size
