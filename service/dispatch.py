@@ -197,25 +197,8 @@ class Dispatcher:
             if len(self._runs) >= self._at_once:
                 return []
         now = time.monotonic()
-        found = []
-        for state in ("queued", "running"):
-            cursor = None
-            while True:
-                page = self._store.page(limit=200, cursor=cursor, state=state)
-                found += [
-                    (record.created, record.id)
-                    for record in page.records
-                    if (
-                        record.owner is None
-                        or owner_is_dead(record.owner)
-                        or self._store.abandoned(record.id)
-                    )
-                    and self._not_before.get(record.id, 0.0) <= now
-                ]
-                cursor = page.cursor
-                if cursor is None:
-                    break
-        return [study_id for _, study_id in sorted(found)]
+        found = self._store.unclaimed(owner_is_dead)
+        return [study_id for study_id in found if self._not_before.get(study_id, 0.0) <= now]
 
     def _run(self, study_id: str, stop: threading.Event) -> None:
         try:

@@ -1,9 +1,10 @@
 """Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
 
 import time
+from collections.abc import Callable
 from typing import Any
 
-from sqlalchemy import Connection, Row, update
+from sqlalchemy import Connection, Row, select, update
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
@@ -53,6 +54,24 @@ class Claims(StoreBase):
         with self.catalogue.reading() as connection:
             row = alive_row(connection, study_id)
         return row is not None and not self._holds(row)
+
+    def unclaimed(self, dead: Callable[[str], bool]) -> list[str]:
+        """Give the ids of the queued and running studies that nobody works on, oldest first.
+
+        Parameters
+        ----------
+        dead : callable
+            Whether an owner can be seen to be gone before its claim ends.
+        """
+        c = studies.c
+        query = select(c.id, c.number, c.claim_owner, c.claim_expires)
+        query = query.where(c.state.in_(("queued", "running")), c.deleted.is_(None))
+        # few columns: ten thousand studies may wait, and each that comes makes somebody look
+        with self.catalogue.reading() as connection:
+            rows: list[Row[Any]] = list(connection.execute(query.order_by(c.created, c.number)))
+        return [
+            row.id for row in rows if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner)))
+        ]
 
     def _holds(self, row: Row[Any]) -> bool:
         if row.claim_owner is None:

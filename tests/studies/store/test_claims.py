@@ -111,3 +111,15 @@ def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
     record = store.find(study_id)
     assert (record.blocks_done, record.owner) == (1, None)
     assert list(verify(store, record)) == []
+
+
+def test_studies_that_wait_are_told_oldest_first(store: Store, make_study, make_plan_of) -> None:
+    ids = []
+    for damping_ratio in (0.1, 0.2, 0.3, 0.4, 0.5):
+        study = make_study(damping_ratio=damping_ratio)
+        ids.append(store.submit(study, make_plan_of(study), {})[0].id)
+    store.claim(ids[1], "runner 7")
+    store.claim(ids[2], "dead")
+    store.set_state(ids[2], "running")
+    store.set_state(ids[3], "done")
+    assert store.unclaimed(lambda owner: owner == "dead") == [ids[0], ids[2], ids[4]]
