@@ -23,9 +23,11 @@ class OtherSolver:
     ----------
     folder : Path
         Where the copy is made.
+    environment : str
+        Added to this process's own.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **environment: str) -> None:
         for name in ("src", "studies", "worker", "service"):
             shutil.copytree(
                 ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__")
@@ -38,7 +40,7 @@ class OtherSolver:
             f"            values[name][linear] = column * ({SCALE!r} if name == 'amplitude_ratio' else 1.0)\n"
         )
         block.write_text(text.replace(line, changed))
-        self._environment = {**os.environ, "PYTHONPATH": str(folder / "src")}
+        self._environment = {**os.environ, **environment, "PYTHONPATH": str(folder / "src")}
 
     def run(self, *arguments: str, allowed: tuple[int, ...] = (0,)) -> dict[str, Any]:
         """Run `damperlab` with arguments and ``--json``; give what it prints."""

@@ -18,6 +18,11 @@ export function isActive(state) {
   return state === "queued" || state === "running";
 }
 
+/** What is said of results of another solver than today's. @param {any} record */
+export function outdatedNote(record) {
+  return record.outdated && el("p", { class: "quiet outdated" }, "Outdated: computed by an earlier version of the solver.");
+}
+
 /** A state as a sign and a word: never by colour alone. @param {string} state */
 export function badge(state) {
   return el(
@@ -87,12 +92,18 @@ export function actions(record, onChange) {
     if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
     return ask(studyPath(record.id), {}, { method: "DELETE" });
   };
+  // the new version is another study: nothing about this one has changed
+  const recompute = async () => {
+    location.hash = `#/studies/${(await post("recompute")).id}`;
+    return undefined;
+  };
   const active = isActive(record.state);
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
     active && button("Cancel", () => post("cancel")),
     stopped && button("Resume", () => post("resume")),
+    record.outdated && !active && button("Recompute", recompute, "quiet"),
     !active && button("Delete", remove, "quiet"),
   );
   return place;

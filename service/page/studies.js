@@ -3,7 +3,7 @@
 import { ask, follow, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
 import { moment } from "./numbers.js";
-import { actions, badge, isActive, progressBar } from "./progress.js";
+import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { vocabulary } from "./vocabulary.js";
 
 /** Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them. */
@@ -85,6 +85,7 @@ export async function studiesView(root) {
         el("a", { class: "title", href: `#/studies/${record.id}` }, name),
         el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id)),
         record.message && el("div", { class: "quiet" }, record.message),
+        outdatedNote(record),
       ),
       el("div", { class: "state" }, badge(record.state), progressBar(record)),
       actions(record, () => look()),

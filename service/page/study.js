@@ -6,7 +6,7 @@ import { earthquakeTab } from "./earthquake.js";
 import { el, fill, prose, say } from "./dom.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
-import { actions, badge, isActive, progressBar } from "./progress.js";
+import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { RECORD, Selection } from "./selection.js";
 import { surveyTab } from "./survey_tab.js";
 import { vocabulary } from "./vocabulary.js";
@@ -70,6 +70,7 @@ export async function studyView(root, { parts, query }) {
         }),
       ),
       el("div", { class: "row" }, badge(now.state), progressBar(now)),
+      outdatedNote(now),
       now.message && el("p", { class: "box fault" }, prose(now.message)),
     );
   }

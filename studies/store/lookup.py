@@ -33,7 +33,9 @@ class Lookup(StoreBase):
     """What the catalogue says about studies."""
 
     def find(self, ref: str) -> Record:
-        """Look a study up by its id, a prefix of it that no other id has, or its name (the newest so named).
+        """Look a study up by its id, a prefix of it that no other study's has, or its name (the newest so named).
+
+        Of several versions, or where the first was deleted, a prefix finds the newest.
 
         Raises
         ------
@@ -49,8 +51,8 @@ class Lookup(StoreBase):
             newest = select(studies).where(ALIVE).order_by(studies.c.number.desc())
             starts = func.substr(studies.c.id, 1, len(ref)) == ref.lower()
             fits = connection.execute(newest.where(starts).limit(4)).all() if ref else []
-            if len(fits) == 1:
-                return record_of(fits[0])
+            if len({row.digest for row in fits}) == 1:
+                return record_of(max(fits, key=lambda row: row.version))  # of versions the newest
             named = connection.execute(newest.where(studies.c.name == ref).limit(1)).one_or_none()
             if named is not None:
                 return record_of(named)

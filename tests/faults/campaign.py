@@ -4,7 +4,8 @@ A scheduler, two workers and a service run as processes, and a PostgreSQL server
 studies are computed, one of the processes, or all of them, is killed again and again, and started anew. Beside them
 this process watches the catalogue: a done-mark that was seen once must stay as it is. At the end every study is done,
 every cube equals bit for bit what the solver gives in one undisturbed piece (run_time aside), every checksum holds, no
-block was begun again after it was acknowledged, and no file is left that no study needs.
+block was begun again after it was acknowledged, and no file is left that no study needs. Meanwhile an outdated study is
+recomputed, blocks that were given up are tried again, and a study is deleted.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from pathlib import Path
 
 from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.compare import compare, run_again, unexpected_files
+from tests.faults.deeds import Deeds
 from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm
 from tests.faults.report import Report
 from tests.ports import free_port
@@ -40,6 +42,8 @@ VICTIMS = {"worker": 5, "service": 3, "scheduler": 1, "all": 1, "database": 1, "
 """How often each is killed, relative to the others; a lost scheduler costs the service a longer wait."""
 LOOK_SECONDS = 0.2
 """Between two looks at the done-marks."""
+DEEDS_A_LOOK = 0.05
+"""How often, a look, what users ask of the stored studies is asked: at random, so that kills come before and after."""
 KILLS_WITHOUT_A_BLOCK = 6
 """After so many the next one waits until a block is done."""
 TELL_SECONDS = 10.0
@@ -131,6 +135,9 @@ class Campaign:
             # the catalogue remembers where the cubes are
             objects.address if objects else None,
         )
+        # before anything is killed: what is asked of it is asked while that happens
+        catalogue = {"DAMPERLAB_CATALOGUE": settings["DAMPERLAB_CATALOGUE"]} if database else {}
+        self._deeds = Deeds(folder, self._store, study_of, **secrets, **catalogue)
         self._marks: dict[str, dict[int, str]] = {}
         self._studies: dict[str, Study] = {}
         # nothing is killed before the first block is done
@@ -165,7 +172,7 @@ class Campaign:
                 self._unrewarded += 1
                 self._report.kills = dict(killed)
             give_up = time.monotonic() + patience
-            while self._going_on() and time.monotonic() < give_up:
+            while (self._going_on() or self._deeds.pending) and time.monotonic() < give_up:
                 self._go_on(LOOK_SECONDS, submit=False)
         finally:
             # the servers go on: what they hold is read below
@@ -193,6 +200,9 @@ class Campaign:
             self._watch()
             if submit:
                 self._submit_if_idle()
+            if self._deeds.pending and self._random.random() < DEEDS_A_LOOK:
+                self._deeds.step(self._port)
+                self._studies |= self._deeds.studies
             self._tell()
             left = until - time.monotonic()
             if left <= 0.0:
@@ -294,6 +304,7 @@ class Campaign:
                 report.studies_not_done += 1
             else:
                 compare(self._store, record, study, report)
+        self._deeds.check(report)
         report.seconds = round(time.monotonic() - self._began, 1)
 
 

@@ -27,6 +27,7 @@ class Report:
     unequal_variables: int = 0
     damaged_blocks: int = 0
     strays_after_gc: int = 0
+    deeds_undone: int = 0
     defects: int = 0
     """Answers with status 500."""
 
@@ -68,6 +69,7 @@ FAULTS = {
     "unequal_variables": "variables unlike the undisturbed ones",
     "damaged_blocks": "blocks whose checksum does not hold",
     "strays_after_gc": "stray files left",
+    "deeds_undone": "recomputed, retried or deleted studies unlike what was asked",
     "defects": "answers 500",
 }
 """What must not happen, in words."""
