@@ -22,7 +22,14 @@ from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
 from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage, is_full
 from damperlab.worker.progress import Meter, Progress
-from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity, require_begun_alike
+from damperlab.worker.provenance import (
+    WrongCode,
+    code_hash,
+    computing,
+    one_identity,
+    require_begun_alike,
+    require_solver,
+)
 from damperlab.worker.tasks import failed_values, run_block
 from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
@@ -166,6 +173,9 @@ class _Run:
         if not pending.size or self._stopping:
             return
         sweep(self._store, self._study_id)
+        if self._record.blocks_done:
+            # known before a cluster is started; whether the processors are alike its workers say
+            require_solver(self._study_id, self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
         order = (int(index) for index in self._plan.order(pending))
         self._require_room()

@@ -328,19 +328,6 @@ def test_claim_of_a_killed_process_is_taken_over_at_once(
     assert record.state == "done"
 
 
-def test_cube_of_another_solver_is_not_mixed(client: Client, store: Store) -> None:
-    study = friction_study()
-    older = {**provenance(), "kernels": "0" * 16}
-    record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), older)
-    stop = threading.Event()
-    with slow(client, 0.4):
-        run_study(store, record.id, lambda: nullcontext(client), stop_after(1, stop), stop)
-    record = run_study(store, record.id, never, ignore, threading.Event())
-    assert record.state == "failed"
-    assert record.message is not None
-    assert "was begun by damperlab" in record.message
-
-
 def test_error_of_the_caller_leaves_the_study_failed_and_free(
     client: Client, store: Store, submitted: Record
 ) -> None:
