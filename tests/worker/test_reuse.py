@@ -52,7 +52,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
 
 
 def submit(store: Store, study: Study, chunk: int, reuse: bool = True, **provenances: str) -> Record:
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 2, chunk), seconds_per_point)
+    plan = plan_with_chunk(study, (1, 1, 1, 1, min(2, study.shape[-2]), chunk), seconds_per_point)
     return store.submit(study, plan, {**provenance(), **provenances}, reuse=reuse)[0]
 
 
