@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damperlab.service.simulation import HISTORY_CYCLES, HISTORY_PERIODS, SAMPLES
+from damperlab.service.simulation import HISTORY_CYCLES, HISTORY_PERIODS, SAMPLES, SEED_LIMIT, STARTS_LIMIT
 from damperlab.studies.ground.paper import CASES
 from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES
 from damperlab.studies.quantity import RATIOS
@@ -49,6 +49,13 @@ def simulation_schema() -> dict[str, Any]:
                 "default": "event",
                 "description": "rk4 needs cycles",
             },
+            "starts": _count(
+                0,
+                "number of initial states whose steady responses are compared; the first is rest",
+                0,
+                STARTS_LIMIT,
+            ),
+            "seed": _count(0, "seed of the random initial states", 0, SEED_LIMIT),
         },
     }
 

@@ -19,10 +19,12 @@ from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.simulate import Design, Simulation, scenes_of, simulate
 from damperlab.worker.solver.state import Particle
+from damperlab.worker.starts import Attractors, find_attractors
+from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 from damperlab.worker.warm import Scene
 
-KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method")
+KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method", "starts", "seed")
 
 STEADY_CYCLES = 4000
 """Excitation cycles after which a response that is not steady is given as it is."""
@@ -30,6 +32,9 @@ HISTORY_PERIODS = 1000
 """Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
+STARTS_LIMIT = 256
+"""Starts of one request."""
+SEED_LIMIT = 2**32 - 1
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,8 @@ class Asked:
         Most samples of it.
     method : {"event", "rk4"}
         The solver.
+    starts, seed : int
+        Start states whose responses are compared, rest the first; 0 for none. And the seed of their draw.
     """
 
     design: Design
@@ -55,6 +62,8 @@ class Asked:
     history: int
     samples: int
     method: Literal["event", "rk4"]
+    starts: int = 0
+    seed: int = 0
 
 
 def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> Asked:
@@ -63,7 +72,8 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     Parameters
     ----------
     document : object
-        As read from JSON: the ratios by name, ``particle``, ``contact``, ``cycles``, ``history``, ``samples``, ``method``.
+        As read from JSON: the ratios by name, ``particle``, ``contact``, ``cycles``, ``history``, ``samples``, ``method``,
+        ``starts``, ``seed``.
     cycles_limit : int
         Most excitation cycles, for r ≥ 1; of a slower excitation, whose cycles cost more, natural periods.
     samples_limit : int
@@ -122,6 +132,17 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
     elif method == "rk4":
         faults.append(Fault("cycles", "nothing", "a number of cycles with method rk4", "add it"))
+    starts = document.get("starts", 0)
+    starts = _caught(faults, lambda raw, field: read_count(raw, 0, STARTS_LIMIT, field), starts, "starts", 0)
+    if starts and (cycles is not None or method == "rk4"):
+        advice = "leave out `starts`, or `cycles` and `method`"
+        faults.append(
+            Fault(
+                "starts", describe(starts), "`starts` only for steady responses of the event solver", advice
+            )
+        )
+    seed = document.get("seed", 0)
+    seed = _caught(faults, lambda raw, field: read_count(raw, 0, SEED_LIMIT, field), seed, "seed", 0)
     history = document.get("history", min(HISTORY_CYCLES, longest))
     history = _caught(faults, lambda raw, field: read_count(raw, 0, longest, field), history, "history", 0)
     samples = document.get("samples", min(SAMPLES, samples_limit))
@@ -140,7 +161,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
         )
     design = Design(ratios["damping_ratio"], ratios["frequency_ratio"], ratios["friction_ratio"], particle)
-    return Asked(design, cycles, history, samples, method)
+    return Asked(design, cycles, history, samples, method, starts, seed)
 
 
 def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
@@ -157,17 +178,20 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
     -------
     dict
         ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
-        ``status`` and ``response_class`` in words; ``wall`` with the ``stiffness`` over k and the ``damping`` over k/ω_n
-        of a compliant one.
+        ``status`` and ``response_class`` in words; ``attractors`` where starts were asked for; ``wall`` with the
+        ``stiffness`` over k and the ``damping`` over k/ω_n of a compliant one.
     """
-    answer = simulate(
-        asked.design, asked.cycles, asked.history, asked.method, settings=_settings(asked, cycles_limit)
-    )
+    settings = _settings(asked, cycles_limit)
+    answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
     found = simulation_document(answer, asked.samples)
     if asked.cycles is not None and answer.metrics["status"] == Status.MAX_CYCLES:
         found["status"] = (
             f"The values are over the {counted(answer.cycles, 'cycle')} from rest that were asked for, and not those of a "
             "steady response."
+        )
+    if asked.starts:
+        found["attractors"] = attractors_document(
+            find_attractors(asked.design, asked.starts, asked.seed, settings)
         )
     if asked.design.particle is not None and asked.design.particle.wall is not None:
         found["wall"] = asked.design.particle.wall._asdict()
@@ -181,7 +205,7 @@ def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
 
 def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
     slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
-    return Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 1e-4, 1e-9)
+    return Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 0.02, 1e-9)
 
 
 def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
@@ -195,6 +219,25 @@ def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
         "events": answer.events,
         "cycles": answer.cycles,
         "history": decimated(answer.history, samples),
+    }
+
+
+def attractors_document(found: Attractors) -> dict[str, Any]:
+    """Put the responses that many starts lead to into a document."""
+    return {
+        "starts": found.starts,
+        "failed": found.failed,
+        "decided_by_a_rounding": found.by_a_rounding,
+        "met": [
+            {
+                "share": one.starts / found.starts,
+                "starts": one.starts,
+                "from_rest": one.from_rest,
+                "metrics": dict(zip(Response._fields, one.response, strict=True)),
+            }
+            for one in found.met
+        ],
+        "note": found.sentence,
     }
 
 

@@ -53,8 +53,8 @@ def _contact_time() -> Reads:
 
 # A standard error falls only as N^-½; rounding alone leaves a periodic response about 1e-14 from its period.
 TOLERANCE = Quantity(
-    "tolerance", "relative standard error at which a modulated response is accepted", 1e-8, 0.5,
-    "the default is 1e-4; the cycles needed grow as its inverse square",
+    "tolerance", "relative standard error at which the mean of a modulated response is accepted", 1e-8, 0.5,
+    "the default is 0.02, one standard error of 2 %; the cycles needed grow as its inverse square",
 )  # fmt: skip
 PERIODIC_TOLERANCE = Quantity(
     "periodic_tolerance", "relative distance from periodicity at which a response counts as periodic",
@@ -96,7 +96,7 @@ class Steady(Choice):
     """When the response of a design point counts as steady."""
 
     max_cycles: Annotated[int, whole(1, 1_000_000, "excitation cycles after which a point stops")] = 4000
-    tolerance: Annotated[float, real(TOLERANCE)] = 1e-4
+    tolerance: Annotated[float, real(TOLERANCE)] = 0.02
     periodic_tolerance: Annotated[float, real(PERIODIC_TOLERANCE)] = 1e-9
 
 

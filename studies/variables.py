@@ -43,9 +43,10 @@ class Status(IntEnum):
 
 _STATUS_SENTENCES = {
     Status.NOT_COMPUTED: "This point has not been computed yet.",
-    Status.CONVERGED: "The steady response was found to the asked tolerance.",
+    Status.CONVERGED: "The steady response was found: its orbit, or its mean to `steady.tolerance`.",
     Status.MAX_CYCLES: (
-        "The cycle limit was reached first; values are given with their error. Try increasing `steady.max_cycles`."
+        "The run reached its limit on cycles or events before the mean was known to `steady.tolerance`; values are given "
+        "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`."
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
     Status.UNBOUNDED: "The response grows without bound (no damping at resonance).",
@@ -134,22 +135,26 @@ VARIABLES: dict[str, Variable] = {
     v.name: v
     for v in (
         _ratio(
-            "amplitude_ratio", "amplitude ratio X/Z", "Mean over steady cycles of the cycle's peak |x|/Z."
+            "amplitude_ratio",
+            "amplitude ratio X/Z",
+            "Mean of the peaks of |x|/Z over steady excitation cycles beginning at every half cycle, so that a motion and "
+            "its mirror image have one value.",
         ),
         _ratio(
             "amplitude_ratio_max",
             "largest amplitude ratio",
-            "Largest |x|/Z over the steady cycles that were measured.",
+            "Largest |x|/Z over the steady cycles that were measured; of a response that does not repeat it grows slowly "
+            "with their number, and has no error.",
         ),
         _ratio(
             "amplitude_ratio_rms",
             "rms amplitude ratio",
-            "√2 times the rms of x/Z over the steady cycles; equals the amplitude for a sinusoid.",
+            "√2 times the rms of x/Z over the steady cycles; equals the amplitude for a sinusoid. It has no error of its own.",
         ),
         _ratio(
             "relative_amplitude_ratio",
             "relative amplitude ratio |x−z|/Z",
-            "Mean over steady cycles of the cycle's peak |x−z|/Z.",
+            "Mean of the peaks of |x−z|/Z over the same cycles; it has no error of its own.",
         ),
         _ratio(
             "amplitude_error",
@@ -184,6 +189,11 @@ VARIABLES: dict[str, Variable] = {
         ),
         _ratio("impacts_per_cycle", "impacts per cycle", "Impacts on either wall per excitation cycle."),
         _ratio(
+            "impacts_error",
+            "error of the impacts per cycle",
+            "One standard error of impacts_per_cycle (batch means); 0 for a periodic response, whose impacts are counted.",
+        ),
+        _ratio(
             "impact_speed_max",
             "largest impact speed",
             "Largest approach speed at an impact, over Z·ω_n.",
@@ -198,14 +208,22 @@ VARIABLES: dict[str, Variable] = {
             "dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."
         ),
         _ratio("dissipation_impact", "impact share of dissipation", "Share of the loss that is impact."),
+        _ratio(
+            "dissipation_error",
+            "error of the shares of dissipation",
+            "Largest standard error of the three shares (batch means of their ratio); of a periodic response, the relative "
+            "distance from periodicity.",
+        ),
         Variable(
             "cycles",
             "i4",
             "1",
             "excitation cycles computed",
-            "Excitation cycles stepped to find the response.",
+            "Excitation cycles of the run that found the response; what looks for orbits beside it is not counted.",
         ),
-        _ratio("run_time", "run time", "Run time of the point in its kernel.", "s"),
+        _ratio(
+            "run_time", "run time", "CPU time that the point took its thread, kernels compiled before.", "s"
+        ),
         Variable("status", "i1", "1", "status", "How the computation ended.", Status),
         _of_starts(
             "amplitude_ratio_mean",

@@ -93,3 +93,12 @@ def _print(report: dict[str, Any]) -> None:
     )
     passed = sum(row["passed"] for row in report["stability"])
     say(f"{passed} of {len(report['stability'])} extreme cases pass.")
+    answers = report["steady"]["table"]
+    verdicts = ", ".join(
+        f"{count} {name.removeprefix('verdict: ')}"
+        for name, count in answers.items()
+        if name.startswith("verdict")
+    )
+    say(
+        f"Of {answers['answers compared']} random steady responses compared with plain integrations: {verdicts}."
+    )

@@ -67,6 +67,11 @@ def simulate(
             help="Length of the time history for -o and --json, in excitation cycles before the end.",
         ),
     ] = None,
+    starts: Annotated[
+        int,
+        typer.Option(help="Number of initial states whose steady responses are compared; the first is rest."),
+    ] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the random initial states.")] = 0,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -95,6 +100,8 @@ def simulate(
     document["history"] = _history(history, output, cycles, method, given["frequency_ratio"])
     if cycles is not None:
         document["cycles"] = cycles
+    if starts or seed:
+        document |= {"starts": starts, "seed": seed}
     with working("Reading the design"):
         from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
 
@@ -161,3 +168,22 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
     way = "on along the steady response" if steady else "from rest"
     say(f"After {counted(answer['cycles'], 'cycle')} {way}: {state}; {events}.")
     say(answer["status"])
+    if "attractors" in answer:
+        _print_attractors(answer["attractors"])
+
+
+def _print_attractors(found: dict[str, Any]) -> None:
+    """Print the responses that the starts lead to, and what decides between them."""
+    names = (
+        "response_class",
+        "period",
+        "amplitude_ratio",
+        "amplitude_error",
+        "impacts_per_cycle",
+        "floquet_multiplier",
+    )
+    rows = (
+        (f"{one['share']:.3g}", *(cell(name, one["metrics"][name]) for name in names)) for one in found["met"]
+    )
+    print_table(("share", *names), rows)
+    say(found["note"])

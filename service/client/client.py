@@ -175,6 +175,8 @@ class Client:
         history: int | None = None,
         samples: int | None = None,
         method: Literal["event", "rk4"] = "event",
+        starts: int | None = None,
+        seed: int | None = None,
     ) -> Simulation:
         """Compute one design point now.
 
@@ -192,6 +194,8 @@ class Client:
             Cycles at the end whose time history is wanted, and most samples of it.
         method : {"event", "rk4"}
             The event-driven solver, or the paper's fixed steps.
+        starts, seed : int, optional
+            Start states whose steady responses are compared, rest the first, and the seed of their draw.
 
         Raises
         ------
@@ -214,6 +218,8 @@ class Client:
             "cycles": cycles,
             "history": history,
             "samples": samples,
+            "starts": starts,
+            "seed": seed,
         }
         document: dict[str, Any] = {**ratios, "particle": particle, "method": method}
         document |= {name: value for name, value in chosen.items() if value is not None}
@@ -222,7 +228,12 @@ class Client:
 
         names = ("metrics", "status", "response_class", "state", "events", "cycles")
         found = {name: answer[name] for name in names}
-        return Simulation(**found, history=read_history(answer["history"]), ratios=ratios)
+        return Simulation(
+            **found,
+            history=read_history(answer["history"]),
+            ratios=ratios,
+            attractors=answer.get("attractors"),
+        )
 
     def accuracy(self) -> Accuracy:
         """Give the last report of `damperlab accuracy` that the service keeps.

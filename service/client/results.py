@@ -105,6 +105,10 @@ class Simulation:
         Displacements and velocities over ``time`` [1/ω_n], each with its unit; empty where none was asked for.
     ratios : dict of float
         The design point.
+    attractors : dict, optional
+        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``), whether a change of the
+        start in its last digits leads to another one (``decided_by_a_rounding``), and the same in words (``note``); None
+        where no starts were asked for.
     """
 
     metrics: dict[str, Any]
@@ -115,6 +119,7 @@ class Simulation:
     cycles: int
     history: "xr.Dataset"
     ratios: dict[str, float]
+    attractors: dict[str, Any] | None = None
 
     def _repr_html_(self) -> str:
         """Show a notebook the response, its measures and what happened."""

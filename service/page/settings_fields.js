@@ -91,6 +91,6 @@ export function steadyField(study, change) {
     "div",
     { class: "row" },
     numberField("Most cycles per point", "steady.max_cycles", steady.max_cycles ?? 4000, (value) => change("steady.max_cycles", value)),
-    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? 1e-4, (value) => change("steady.tolerance", value)),
+    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? 0.02, (value) => change("steady.tolerance", value)),
   );
 }

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.faults import QueryFault
@@ -13,6 +14,14 @@ from damperlab.studies.faults import Fault, counted
 
 ERRORS = 3.0
 """Of a value's stated errors; two values farther apart than both together are two responses."""
+OWN_ERRORS = {
+    "amplitude_ratio": "amplitude_error",
+    "impacts_per_cycle": "impacts_error",
+    "dissipation_viscous": "dissipation_error",
+    "dissipation_friction": "dissipation_error",
+    "dissipation_impact": "dissipation_error",
+}
+"""The variable that holds the error of a quantity."""
 ROUNDING = 1e-6
 """Relative difference below which two values are one response, whatever their errors."""
 
@@ -41,8 +50,9 @@ def compared_response(
     Dataset
         As of `frequency_response` on `cube`, with `other`, `other_amplitude_error`, `other_response_class` and
         `other_status` of the second study, and `differs`: 1 where the two are farther apart than `ERRORS` times their
-        errors and `ROUNDING`. Attributes: `apart` (lowest and highest frequency of each run of differing ones),
-        `largest_difference` and `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
+        errors and `ROUNDING`, 0 also where an error is not known. Attributes: `errors_unknown` (how many those are), `apart`
+        (lowest and highest frequency of each run of differing ones), `largest_difference` and `largest_difference_at`;
+        `complete`, `points`, `points_failed` of both together.
 
     Raises
     ------
@@ -59,14 +69,12 @@ def compared_response(
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, such as the way down for the way up"
             raise QueryFault(Fault("with", found, f"a study with the same {name}", advice))
-    errors = np.zeros(first.sizes[FREQUENCY])
-    if metric == "amplitude_ratio":
-        for one in (first, second):
-            errors += np.nan_to_num(one["amplitude_error"].values) if "amplitude_error" in one else 0.0
+    errors = _errors(cube, metric, at) + _errors(other, metric, at)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
-    differs = np.nan_to_num(distance, nan=0.0) > np.nan_to_num(limit)
+    unknown = np.isfinite(distance) & ~np.isfinite(limit)
+    differs = distance > limit  # False where either is unknown
     answer = first.copy()
     for name, source in (
         ("other", metric),
@@ -89,6 +97,7 @@ def compared_response(
     points = first.attrs["points"] + second.attrs["points"]
     answer.attrs |= {
         "apart": spans,
+        "errors_unknown": int(unknown.sum()),
         "points": points,
         "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
         "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
@@ -105,5 +114,24 @@ def compared_response(
             f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}, at "
             f"r = {where}; most at r = {r[place]:.6g}, {a[place]:.6g} against {b[place]:.6g}."
         )
+    if unknown.any():
+        sentence += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
     answer.attrs["note"] = f"{first.attrs['note']} {sentence}"
     return answer
+
+
+def _errors(cube: xr.Dataset, metric: str, at: Mapping[str, float] | None) -> NDArray[np.float64]:
+    """Stated errors of a quantity along a curve; NaN where none is known, which is not 0.
+
+    A quantity without an error of its own is taken to be as well known, relatively, as the amplitude.
+    """
+    own = OWN_ERRORS.get(metric)
+    needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")
+    if any(name not in cube for name in needed):
+        return np.full(cube.sizes[FREQUENCY], np.nan)
+    values = [frequency_response(cube, name, at)[name].values for name in needed]
+    if own:
+        return values[0]
+    of_metric, error, amplitude = values
+    errors: NDArray[np.float64] = np.abs(of_metric) * error / amplitude
+    return errors

@@ -31,7 +31,7 @@ LONGEST_SECONDS = 20.0
 """Of one point, before it counts as a hang: a point of 60 cycles takes well under a millisecond."""
 RESIDUAL = 1e-9
 """Largest share of the energy that may be unaccounted for."""
-SETTINGS = Settings(CYCLES, 1e-4, 1e-9)
+SETTINGS = Settings(CYCLES, 0.02, 1e-9)
 CONTACTS = ("instant", "dwell", "compliant")
 NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time")
 KEPT = 20

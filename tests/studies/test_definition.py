@@ -46,7 +46,7 @@ def test_silent_study_is_the_papers_structure_without_friction() -> None:
     assert study.metrics == STANDARD
     assert (study.steady.max_cycles, study.steady.tolerance, study.steady.periodic_tolerance) == (
         4000,
-        1e-4,
+        0.02,
         1e-9,
     )
     assert (study.shape, study.points) == ((1, 1, 1, 1, 1, 1), 1)

@@ -10,7 +10,7 @@ from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 
-SETTINGS = Settings(4000, 1e-4, 1e-9)
+SETTINGS = Settings(4000, 0.02, 1e-9)
 """The defaults of a study."""
 
 

@@ -7,7 +7,15 @@ from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_base, make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, METERS, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.state import (
+    ARRIVED,
+    BUDGET,
+    COUNTS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    Meter,
+)
 
 
 @kernel

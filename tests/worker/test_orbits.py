@@ -9,8 +9,9 @@ from tests.worker.designs_drawn import Point, drawn_points
 from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass
+from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.state import ARRIVED, TURN, Particle, State
+from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.orbit import around, coordinates, state_at
 from damperlab.worker.steady.response import Response
@@ -38,10 +39,12 @@ def held_out() -> list[tuple[Point, Response, State]]:
 
 def plain_means(point: Point, period: int) -> np.ndarray:
     """Mean peak of each period, from rest on."""
-    peaks = np.empty((period * (PLAIN_CYCLES // period), 2))
-    _, outcome = march_plainly(*point, point.rest(), 0, peaks)
+    count = 2 * period * (PLAIN_CYCLES // period)
+    halves = np.empty((count + 1, 3))
+    _, outcome = march_halves(*point, point.rest(), 0, halves)
     assert outcome == ARRIVED
-    means: np.ndarray = peaks[:, 0].reshape(-1, period).mean(axis=1)
+    windows = np.maximum(halves[:-1, 0], halves[1:, 0])  # cycles beginning at every half cycle
+    means: np.ndarray = windows.reshape(-1, 2 * period).mean(axis=1)
     return means
 
 
@@ -136,8 +139,9 @@ def test_the_response_found_is_the_one_that_the_run_comes_to() -> None:
 def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_it() -> None:
     """Of half a cycle, by central differences: step 1e-6, so its square; a held mass has no w to vary."""
     point = Point(0.02, 0.8, 0.5, Particle(1.0, 0.1, 1.0))
-    scene = make_scene(*point, 40, True)
+    scene = make_scene(*point, True)
     base, free, loaded, friction, particle, work, counts = scene
+    counts[BUDGET] = 100_000
     state = point.rest()
     for _ in range(40):
         state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)

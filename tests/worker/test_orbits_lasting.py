@@ -13,7 +13,7 @@ from damperlab.worker.physics.contact import wall_constants
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
 from damperlab.worker.steady.orbit import coordinates, state_at
 from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.run import advance, make_notes, make_scene
+from damperlab.worker.steady.run import advance, begin_trace, cycle_peaks, make_notes, make_scene
 
 MODELS = ("dwell", "compliant")
 DRAWN = 24
@@ -34,11 +34,14 @@ def lasting(point: Point, model: str, contact_time: float) -> Point:
 
 def plain(point: Point, state: State, cycles: int) -> tuple[np.ndarray, State]:
     """Peaks of some cycles, and the end, by marching alone."""
-    scene = make_scene(*point, cycles, True)
+    scene = make_scene(*point, True)
     notes = make_notes(cycles, True)
-    end, _, outcome = advance(state, 0, 2 * cycles, True, scene, notes)
+    begin_trace(state, scene, notes)
+    end, half, outcome = advance(state, 0, 2 * cycles, 0, scene, notes)
     assert outcome == ARRIVED
-    return notes.peaks[:cycles, 0], end
+    advance(end, half, 1, half, scene, notes)  # the window that begins in the last half cycle
+    cycle_peaks(notes.trace, 2 * cycles + 1, notes.cycles)
+    return notes.cycles[:cycles, 0], end
 
 
 @lru_cache

@@ -19,6 +19,7 @@ from damperlab.worker.physics.contact import wall_constants
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.state import (
     ARRIVED,
+    BUDGET,
     CLEARANCE,
     FAR_WALL,
     LET_GO,
@@ -150,7 +151,8 @@ def halves(model: str, has_friction: bool) -> list[Half]:
     drawn = (p for p in drawn_points(4711) if (p.friction is not None) == has_friction)
     for i, drawn_point in enumerate(islice(drawn, POINTS)):
         point = with_contact(drawn_point, model, float(times[i % 5]))
-        scene = make_scene(*point, 100, None)
+        scene = make_scene(*point, None)
+        scene.counts[BUDGET] = 300_000
         state = point.rest()
         for half in range(WARM_UP + LOOKED_AT):
             if half >= WARM_UP:
@@ -213,7 +215,7 @@ def test_volume_contracts_by_damping_and_impacts_alone() -> None:
 @pytest.mark.parametrize("windows", [1e-7, 0.3, 1.0, 2.5, 7.0])
 def test_event_free_motion_follows_the_matrix_exponential(windows: float) -> None:
     point = Point(0.05, 0.6, None, Particle(5.0, 0.5, 0.1))
-    scene = make_scene(*point, 1, None)
+    scene = make_scene(*point, None)
     log = empty_transitions(1)
     log.cursor[0] = 1
     log.rows[:] = 0.0

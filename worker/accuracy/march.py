@@ -9,11 +9,22 @@ from damperlab.worker.solver.motion.linear import march_alone
 from damperlab.worker.solver.motion.propagator import make_base, make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.observables import energies_of
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, PEAK, RELATIVE_PEAK
+from damperlab.worker.solver.state import (
+    ARRIVED,
+    BUDGET,
+    COUNTS,
+    IDLE,
+    IMPACTS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    Meter,
+)
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.settle import at_rest
 
 _SEGMENTS_PER_CYCLE = 20_000
+_MOST_EVENTS = 5_000_000
 
 
 @kernel
@@ -84,3 +95,53 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
         p_rate = state.p_rate
     end = (state.v, state.w + frequency_ratio, p, p_rate)
     return end, outcome, counts, (residual, largest, total / cycles)
+
+
+@kernel
+def march_halves(damping_ratio, frequency_ratio, friction, particle, state, silent, halves):
+    """March from a state at phase 0: `silent` half cycles, then one for each row of `halves`.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio, friction, particle, state
+        As in `damperlab.worker.steady.settle.settle`.
+    silent : int
+        Half cycles before anything is noted.
+    halves : array, shape (half cycles, 3)
+        Filled with the largest |u| and |v| of each half cycle, and its impacts.
+
+    Returns
+    -------
+    state : State
+        At the end.
+    outcome : int
+        ARRIVED, or how the march ended early: also where more events have passed than there is room for.
+    """
+    base = make_base(damping_ratio, frequency_ratio, None)
+    free = make_medium(base, 1.0, None)
+    loaded = None
+    if particle is not None:
+        loaded = make_loaded(base, particle, particle.wall, None)
+    work = np.empty((4, TERMS))
+    counts = np.zeros(COUNTS, np.int64)
+    sums = np.zeros(METERS)
+    meter = Meter(sums, None)
+    counts[BUDGET] = _MOST_EVENTS
+    outcome = ARRIVED
+    for _ in range(silent):
+        counts[IDLE] = 0
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        if outcome != ARRIVED:
+            return state, outcome
+    for half in range(halves.shape[0]):
+        sums[PEAK] = 0.0
+        sums[RELATIVE_PEAK] = 0.0
+        before = counts[IMPACTS]
+        counts[IDLE] = 0
+        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+        if outcome != ARRIVED:
+            return state, outcome
+        halves[half, 0] = sums[PEAK]
+        halves[half, 1] = sums[RELATIVE_PEAK]
+        halves[half, 2] = counts[IMPACTS] - before
+    return state, outcome

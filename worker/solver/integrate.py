@@ -210,7 +210,9 @@ def half_cycle(
                     w_most,
                     u2_most,
                 )
-            crossed = _coast(state, offset, held, t, particle, relative, absolute)
+            if kind != NOTHING or not whole:
+                # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
+                crossed = _coast(state, offset, held, t, particle, relative, absolute)
             reached = end
             if kind != NOTHING or (energies_of(meter) is not None and not whole):
                 expand_base(base, phase, shaken)

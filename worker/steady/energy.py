@@ -44,13 +44,18 @@ def stored_energy(state, base_rate, particle):
 
 @kernel
 def energy_residual(sums, stored_before, stored_after):
+    """|work in − losses − change of stored energy| over work in, of what a meter added up."""
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+    peak = max(sums[PEAK], sums[RELATIVE_PEAK])
+    return unbalanced(sums[WORK_IN], losses, stored_before, stored_after, peak)
+
+
+@kernel
+def unbalanced(work, losses, stored_before, stored_after, peak):
     """|work in − losses − change of stored energy| over work in.
 
     Where next to no work goes in over the stretch (without loss, or locked, the base takes back in one half cycle what
     it gave in the other) the energy that goes to and fro is the measure instead.
     """
-    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
-    gained = stored_after - stored_before
-    swing = 0.5 * max(sums[PEAK], sums[RELATIVE_PEAK]) ** 2
-    scale = max(abs(sums[WORK_IN]), losses, stored_before, stored_after, swing)
-    return abs(sums[WORK_IN] - losses - gained) / scale
+    scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
+    return abs(work - losses - (stored_after - stored_before)) / scale

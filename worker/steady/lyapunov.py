@@ -20,6 +20,7 @@ _BATCHES = 16
 def is_chaotic(
     state: State,
     cycles: int,
+    least: float,
     base: Base,
     free: Medium,
     loaded: Medium | Contact | None,
@@ -30,7 +31,7 @@ def is_chaotic(
     log_: Transitions,
     size: int,
 ) -> bool:
-    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by 0.01.
+    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by `least`.
 
     Parameters
     ----------
@@ -38,11 +39,13 @@ def is_chaotic(
         On the attractor.
     cycles : int
         Excitation cycles over which the growth is averaged; one sixteenth more go before, to turn the vector.
+    least : float
+        Growth a cycle that counts.
 
     Notes
     -----
     The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has exponent
-    0: its mean then lies within its error, or below the 0.01 that tells slow beats from chaos at this length.
+    0: its mean then lies within its error, or below `least`: 0.01 tells slow beats from chaos over 320 cycles.
     """
     tangent = np.zeros((SIZE, 1))
     tangent[0, 0] = 1.0
@@ -77,4 +80,4 @@ def is_chaotic(
             square += growth * growth
     mean = total / _BATCHES
     variance = max(square / _BATCHES - mean * mean, 0.0)
-    return mean > max(0.01, 3.0 * sqrt(variance / (_BATCHES - 1)))
+    return mean > max(least, 3.0 * sqrt(variance / (_BATCHES - 1)))

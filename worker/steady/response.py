@@ -1,12 +1,13 @@
-"""The measures of one design point, and how they follow from a meter."""
+"""The measures of one design point, and how they follow from a trace."""
 
 from math import nan, pi, sqrt
 from typing import NamedTuple
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.state import FRICTION_LOSS, IMPACT_LOSS, SPEED, SQUARE, STUCK, VISCOUS_LOSS
-from damperlab.worker.steady.energy import energy_residual
+from damperlab.worker.steady.energy import unbalanced
+from damperlab.worker.steady.run import impacts_of_cycle, losses_of_cycle
+from damperlab.worker.steady.statistics import mean_and_error
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
@@ -22,6 +23,7 @@ INTEGRATED = frozenset(
         "dissipation_viscous",
         "dissipation_friction",
         "dissipation_impact",
+        "dissipation_error",
     )
 )
 """Measures that need integrals over the motion; a study that stores none of them is computed without."""
@@ -43,20 +45,54 @@ class Response(NamedTuple):
     period: int
     floquet_multiplier: float
     impacts_per_cycle: float
+    impacts_error: float
     impact_speed_max: float
     stick_fraction: float
     dissipation_viscous: float
     dissipation_friction: float
     dissipation_impact: float
+    dissipation_error: float
     cycles: int
     status: int
 
 
+class Kind(NamedTuple):
+    """What kind of response was found, and how well it is known.
+
+    Attributes
+    ----------
+    response_class, period : int
+        Period in excitation cycles; 0 for a response that is not periodic.
+    multiplier : float
+        Largest Floquet multiplier; NaN for a response that is not periodic.
+    error : float
+        Of the mean peak.
+    cycles, status : int
+        Cycles of the run, and how it ended.
+    """
+
+    response_class: int
+    period: int
+    multiplier: float
+    error: float
+    cycles: int
+    status: int
+
+
+class Mean(NamedTuple):
+    """Mean peaks of |u| and |v|, and the standard errors of impacts per cycle and of the shares of dissipation."""
+
+    amplitude: float
+    relative: float
+    impacts_error: float
+    dissipation_error: float
+
+
 @kernel
 def failed(status, cycles):
-    """Response of a point whose march ended early."""
+    """Response of a point whose run ended early."""
     return Response(
-        nan, nan, nan, nan, nan, nan, _UNKNOWN, 0, nan, nan, nan, nan, nan, nan, nan, cycles, status
+        nan, nan, nan, nan, nan, nan, _UNKNOWN, 0, nan, nan, nan, nan, nan, nan, nan, nan, nan, cycles, status
     )
 
 
@@ -76,79 +112,119 @@ def periodic_class(lag, stuck, impacts):
 
 
 @kernel
-def measured_response(
-    meter,
-    peaks,
-    first,
-    last,
-    impacts,
-    stored_before,
-    stored_after,
-    frequency_ratio,
-    lag,
-    unsteady_class,
-    multiplier,
-    error,
-    cycles,
-    status,
-):
-    """Response from what was metered over the cycles first … last − 1.
+def mean_of_period(trace, lag, error):
+    """Means over one period of `lag` half cycles, of which the trace holds the rows 1 … lag.
 
-    Parameters
-    ----------
-    meter : Meter
-        Sums over those cycles; without energies, what follows from them is NaN.
-    peaks : array, shape (cycles, 2)
-        Peaks of |u| and |v| of each cycle.
-    impacts : int
-        Impacts in those cycles.
-    stored_before, stored_after : float
-        Stored energy at their ends.
-    lag : int
-        Period in mirrored half cycles; 0 for a response that is not periodic, whose class is `unsteady_class`.
-    multiplier, error, cycles, status
-        Handed through.
+    Every half cycle begins one window of a whole cycle, so that a motion and its mirror image have the same mean.
     """
-    count = last - first
     amplitude = 0.0
     relative = 0.0
-    largest = 0.0
+    for i in range(lag):
+        here = trace[i + 1]
+        after = trace[(i + 1) % lag + 1]
+        amplitude += max(here[0], after[0])
+        relative += max(here[1], after[1])
+    amplitude /= lag
+    return Mean(amplitude, relative / lag, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
+
+
+@kernel
+def mean_of_run(notes, first, last):
+    """Means over the metered cycles first … last − 1 of a run that does not repeat, with their standard errors."""
+    trace, peaks, series = notes.trace, notes.cycles, notes.series
+    amplitude = 0.0
+    relative = 0.0
     for i in range(first, last):
         amplitude += peaks[i, 0]
         relative += peaks[i, 1]
-        largest = max(largest, peaks[i, 0])
-    time = count * 2.0 * pi / frequency_ratio
-    sums = meter.sums
+        series[i] = impacts_of_cycle(trace, i)
+    _, impacts_error = mean_and_error(series, first, last)
+    count = last - first
+    return Mean(
+        amplitude / count, relative / count, impacts_error, _error_of_shares(trace, series, first, last)
+    )
+
+
+@kernel
+def _error_of_shares(trace, series, first, last):
+    """Largest standard error of the three shares of dissipation: that of a ratio of means, linearised."""
+    total = 0.0
+    for i in range(first, last):
+        for which in range(3):
+            total += losses_of_cycle(trace, i, which)
+    if not total > 0.0:
+        return 0.0
+    per_cycle = total / (last - first)
+    worst = 0.0
+    for which in range(3):
+        part = 0.0
+        for i in range(first, last):
+            part += losses_of_cycle(trace, i, which)
+        share = part / total
+        for i in range(first, last):
+            loss = 0.0
+            for other in range(3):
+                loss += losses_of_cycle(trace, i, other)
+            series[i] = (losses_of_cycle(trace, i, which) - share * loss) / per_cycle
+        _, error = mean_and_error(series, first, last)
+        worst = max(worst, error)
+    return worst
+
+
+@kernel
+def measured_response(stretch, energies, frequency_ratio, mean, kind):
+    """Response from what was metered.
+
+    Parameters
+    ----------
+    stretch : Stretch
+        Totals of the metered half cycles.
+    energies : True or None
+        Whether integrals were metered; without, what follows from them is NaN.
+    frequency_ratio : float
+        r.
+    mean : Mean
+        Mean peaks, and errors.
+    kind : Kind
+        Class, period and status.
+    """
+    cycles = 0.5 * (stretch.last - stretch.first)
+    time = cycles * 2.0 * pi / frequency_ratio
     residual = nan
     rms = nan
     share = nan
-    if meter.energies is not None:
-        losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+    shares_error = nan
+    if energies is not None:
+        losses = stretch.viscous + stretch.friction + stretch.impact
         # a locked mass loses nothing: no shares of rounding
-        share = 1.0 / losses if losses > 1e-12 * stored_before else 0.0
-        residual = energy_residual(sums, stored_before, stored_after)
-        rms = sqrt(2.0 * sums[SQUARE] / time)
-    stuck = min(sums[STUCK] / time, 1.0)
-    kind = unsteady_class
-    period = 0
-    if lag > 0:
-        kind, period = periodic_class(lag, stuck, impacts)
+        share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
+        shares_error = mean.dissipation_error if share > 0.0 else 0.0
+        residual = unbalanced(
+            stretch.work,
+            losses,
+            stretch.stored_before,
+            stretch.stored_after,
+            max(stretch.peak, stretch.relative_peak),
+        )
+        rms = sqrt(2.0 * stretch.square / time)
     return Response(
-        amplitude / count,
-        largest,
-        rms,
-        relative / count,
-        error,
-        residual,
-        kind,
-        period,
-        multiplier,
-        impacts / count,
-        sums[SPEED],
-        stuck,
-        sums[VISCOUS_LOSS] * share,
-        sums[FRICTION_LOSS] * share,
-        sums[IMPACT_LOSS] * share,
-        cycles,
-        status,
+        amplitude_ratio=mean.amplitude,
+        amplitude_ratio_max=stretch.peak,
+        amplitude_ratio_rms=rms,
+        relative_amplitude_ratio=mean.relative,
+        amplitude_error=kind.error,
+        energy_residual=residual,
+        response_class=kind.response_class,
+        period=kind.period,
+        floquet_multiplier=kind.multiplier,
+        impacts_per_cycle=stretch.impacts / cycles,
+        impacts_error=mean.impacts_error,
+        impact_speed_max=stretch.speed,
+        stick_fraction=min(stretch.stuck / time, 1.0),
+        dissipation_viscous=stretch.viscous * share,
+        dissipation_friction=stretch.friction * share,
+        dissipation_impact=stretch.impact * share,
+        dissipation_error=shares_error,
+        cycles=kind.cycles,
+        status=kind.status,
     )

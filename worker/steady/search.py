@@ -1,14 +1,18 @@
-"""The run towards the steady response: on until it repeats, until the orbit it tends to is known, or until its mean is."""
+"""The run towards the steady response: on until it repeats, until the orbit it tends to is known, or until its mean is.
 
-from math import inf, sqrt
+The run itself is a plain integration. What looks for orbits works beside it, on copies of its state and with counts of its
+own, so the run is the same whatever is looked for.
+"""
+
+from math import inf, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from damperlab.worker.steady.eigenvalues import spectral_radius
-from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.orbit import (
     APPROACHES,
     LEAVES,
@@ -18,28 +22,112 @@ from damperlab.worker.steady.orbit import (
     find_orbit,
     follows,
 )
-from damperlab.worker.steady.run import advance, metered_cycle
-from damperlab.worker.steady.section import LONGEST, RING, extent, near_period, recurrence, settled_period
-from damperlab.worker.steady.statistics import mean_and_error
+from damperlab.worker.steady.run import (
+    EVENTS_PER_CYCLE,
+    advance,
+    begin_beside,
+    begin_trace,
+    cycle_peaks,
+    work_done,
+)
+from damperlab.worker.steady.section import (
+    LONGEST,
+    RING,
+    extent,
+    near_period,
+    recurrence,
+    settled_period,
+    stays_closed,
+)
+from damperlab.worker.steady.statistics import Estimate, estimate
 from damperlab.worker.steady.variational import SIZE
 
-_CHUNK = 32  # half cycles between looks at the section; even, so that a chunk holds whole cycles
-_BURN_IN = 0.2  # share of max_cycles taken as transient when the response turns out not to be periodic
-_FEWEST_MEASURED = 512  # cycles before a standard error is believed
+# Half cycles between looks at the section; even, so that whole cycles lie between. Fewer where a half cycle takes long.
+_CHUNK = 32
+_SHORT_CHUNK = 8
+_LONG_HALF = 1000  # windows
+_TRANSIENT_LEFT = 0.01  # share of a free vibration that is left after the burn-in
+_LARGEST_BURN_IN = 0.2  # of max_cycles: a structure without damping has no other bound
+_FEWEST_MEASURED = 768  # cycles before a standard error is believed
+_CORRELATIONS = 50.0  # correlation times that have to be measured
+_MARGIN = 1.1  # of the cycles that the next look is planned at, over those that the last one asks for
+_SPARE_EVENTS = 20_000
+_MOST_BESIDE = 0.1  # half cycles spent on looking for orbits nearby, beside those of the run
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 _REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
+# Share of the first distance to an orbit to which the run has to come; and if it has followed the linearisation for long.
+_CLOSED_IN = 0.1
+_CLOSED_IN_SLOWLY = 0.7
+_LONG = 256  # half cycles
+_AT_THE_ORBIT = 1e-8  # relative distance that is as good
 # Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
 _CREEP = 1e-2
 _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies are measured (as in `state.Meter`)."""
+    """When to stop: the study's `steady` block; and whether energies are measured (as in `scene.Meter`)."""
 
     max_cycles: int
     tolerance: float
     periodic_tolerance: float
     energies: bool | None = True
+
+
+class Orbit(NamedTuple):
+    """A periodic orbit.
+
+    Attributes
+    ----------
+    state : State
+        On it, at phase 0.
+    lag : int
+        Period in mirrored half cycles; 0: none.
+    error : float
+        Distance from periodicity.
+    """
+
+    state: State
+    lag: int
+    error: float
+
+
+class Candidate(NamedTuple):
+    """A stable orbit that waits for the run to close in on it.
+
+    Attributes
+    ----------
+    orbit : Orbit
+    met : int
+        Half cycle of the run at which it was found.
+    since : int
+        Half cycle of the run's departure from it that was noted last.
+    share : float
+        Of the first distance, what was left then.
+    """
+
+    orbit: Orbit
+    met: int
+    since: int
+    share: float
+
+
+class Look(NamedTuple):
+    """What a look at the section starts from.
+
+    Attributes
+    ----------
+    half : int
+        Half cycles of the run.
+    scale : float
+        Size of the motion.
+    size : int
+        Leading section coordinates that take part.
+    """
+
+    half: int
+    scale: float
+    size: int
 
 
 class Found(NamedTuple):
@@ -50,44 +138,35 @@ class Found(NamedTuple):
     state : State
         On the orbit, or where the run stopped.
     outcome : int
-        ARRIVED, or how the march ended early.
-    half, extra : int
-        Half cycles of the run; half cycles spent on orbits beside it.
-    lag : int
-        Period in mirrored half cycles; 0 where the response was not found to repeat.
-    error : float
-        Distance from periodicity.
-    scale : float
-        Size of the motion.
-    size : int
-        Leading section coordinates that take part.
-    metered_from, impacts, stored
-        The cycle from which the run was metered (−1: not), with the impacts and the stored energy there.
+        ARRIVED, or how the run ended early.
+    look : Look
+        At the end of the run.
+    orbit : Orbit
+        That the run tends to; its `lag` is 0 where the response was not found to repeat.
+    mean : Estimate
+        Of the metered cycles, where it does not repeat.
+    known : bool
+        Whether that mean is known to the tolerance.
     """
 
     state: State
     outcome: int
-    half: int
-    extra: int
-    lag: int
-    error: float
-    scale: float
-    size: int
-    metered_from: int
-    impacts: int
-    stored: float
+    look: Look
+    orbit: Orbit
+    mean: Estimate
+    known: bool
 
 
 @kernel
-def search(start, scene, friction, particle, notes, settings):
-    """March from a state until the steady response is known, or to `max_cycles`.
+def search(start, scene, probe, friction, particle, notes, settings):
+    """Run from a state until the steady response is known, or to the limit on cycles or events.
 
     Parameters
     ----------
     start : State
         At phase 0.
-    scene : Scene
-        What is marched in.
+    scene, probe : Scene
+        What the run is integrated in, and the same for what looks for orbits beside it.
     friction, particle
         Those of the scene, once more by themselves: absent, they are None.
     notes : Notes
@@ -99,90 +178,115 @@ def search(start, scene, friction, particle, notes, settings):
     -------
     Found
     """
-    ring, before, counts = notes.ring, notes.before, scene.counts
+    ring = notes.ring
     state = start
     coordinates(state, particle, ring[0])
+    chunk = _CHUNK if scene.base.windows <= _LONG_HALF else _SHORT_CHUNK
+    most = 2 * settings.max_cycles
+    most_work = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
+    burn_in = _burn_in(scene.base, settings) // chunk * chunk
     outcome = ARRIVED
     half = 0
-    extra = 0
-    lag = 0
-    error = inf
-    scale = 1.0
-    size = SIZE
-    metered_from = -1
-    impacts = 0
-    stored = 0.0
-    next_look = 0
+    metered = -1  # half cycles
+    next_look = _FEWEST_MEASURED
     next_try = _CHUNK
-    orbit = state
-    period = 0  # of an orbit that waits for the run to confirm it
-    orbit_error = inf
-    met_at = 0
-    burn_in = 2 * int(_BURN_IN * settings.max_cycles) // _CHUNK * _CHUNK
-    while half < 2 * settings.max_cycles:
-        if metered_from < 0 and half >= burn_in:
-            metered_from = half // 2
-            impacts = counts[IMPACTS]
-            stored = stored_energy(state, scene.base.frequency_ratio, particle)
-            next_look = metered_from + _FEWEST_MEASURED
-        span = min(_CHUNK, 2 * settings.max_cycles - half)
-        state, half, outcome = advance(state, half, span, metered_from >= 0, scene, notes)
+    none = Orbit(state, 0, inf)
+    candidate = Candidate(none, 0, 0, 1.0)
+    rival = False
+    beside = 0  # half cycles spent on looking for orbits
+    look = Look(0, 1.0, SIZE)
+    mean = Estimate(0, 0, inf, inf, inf, False)
+    while half < most and work_done(scene, half) <= most_work:
+        if metered < 0 and (half >= burn_in or work_done(scene, half) >= _LARGEST_BURN_IN * most_work):
+            metered = 0
+            begin_trace(state, scene, notes)
+        span = min(chunk, most - half)
+        state, half, outcome = advance(state, half, span, metered, scene, notes)
+        look = Look(half, extent(ring, half), active_size(state, particle, scene.counts))
         if outcome != ARRIVED:
-            break
-        scale = extent(ring, half)
-        size = active_size(state, particle, counts)
+            return Found(state, outcome, look, none, mean, False)
+        if metered >= 0:
+            metered += span
         if friction is not None:
-            if counts[IMPACTS] == 0:
-                state, crept = _creep_limit(state, friction, scene.base.frequency_ratio)
+            if scene.counts[IMPACTS] == 0:
+                limit, crept = _creep_limit(state, friction, scene.base.frequency_ratio)
                 if crept:
-                    lag, error = 2, 0.0
-                    break
-        lag, error = settled_period(ring, half, before, span, scale, settings.periodic_tolerance)
-        if lag > 0:
-            state, error, repels, halves = _polished(
-                state, ring[half % RING], lag, error, scale, size, scene, particle, notes
-            )
-            extra += halves
-            if not repels:
-                break
-            lag = 0
+                    return Found(limit, ARRIVED, look, Orbit(limit, 2, 0.0), mean, True)
+        orbit = _repeated(state, look, span, scene, probe, particle, notes, settings)
+        if orbit.lag > 0:
+            return Found(orbit.state, ARRIVED, look, orbit, mean, True)
         for i in range(1, min(LONGEST, half // 2) + 1):
-            before[i] = recurrence(ring, half, i)
-        if period > 0:
-            verdict, halves = _verdict(
-                orbit, half - met_at, period, half, scale, size, scene, particle, notes
-            )
-            extra += halves
-            if verdict == APPROACHES:
-                state, lag, error = orbit, period, orbit_error
-                break
-            if verdict == LEAVES:
-                period = 0
+            notes.before[i] = recurrence(ring, half, i)
+        if candidate.orbit.lag > 0:
+            candidate, arrives = _closing_in(candidate, look, scene, probe, particle, notes)
+            if arrives:
+                return Found(candidate.orbit.state, ARRIVED, look, candidate.orbit, mean, True)
+            if candidate.orbit.lag == 0:
                 next_try = half + half // 2
-        elif half >= next_try:
-            next_try = half + max(_CHUNK, half // 4)
-            period = near_period(ring, half, scale)
-            if period > 0:
-                orbit, orbit_error, halves = _stable_orbit(
-                    state, period, ring[half % RING], scale, size, scene, particle, notes
-                )
-                extra += halves
-                met_at = half
-                if orbit_error == inf:
-                    period = 0
-                else:
-                    certain, halves = _attracts_all(orbit, ring[half % RING], scene, particle, notes)
-                    extra += halves
-                    if certain:
-                        state, lag, error = orbit, period, orbit_error
-                        break
-        cycle = half // 2
-        if metered_from >= 0 and cycle >= next_look:
-            mean, deviation = mean_and_error(notes.peaks[:, 0], metered_from, cycle)
-            if deviation <= settings.tolerance * mean:
-                break
-            next_look = metered_from + 2 * (cycle - metered_from)
-    return Found(state, outcome, half, extra, lag, error, scale, size, metered_from, impacts, stored)
+                rival = True
+        elif half >= next_try and beside <= _MOST_BESIDE * half + _CHUNK:
+            next_try = half + max(_CHUNK, half // 2)
+            candidate, arrives, halves = _stable_orbit_nearby(state, look, scene, probe, particle, notes)
+            beside += halves
+            if arrives:
+                return Found(candidate.orbit.state, ARRIVED, look, candidate.orbit, mean, True)
+        if metered >= 2 * next_look:
+            cycle_peaks(notes.trace, metered, notes.cycles)
+            mean = estimate(notes.cycles[:, 0], 0, metered // 2)
+            if _is_known(mean, settings) and not rival:
+                return Found(state, ARRIVED, look, none, mean, True)
+            next_look = _next_look(mean, settings)
+    if metered < 0:  # nothing was left after the burn-in
+        metered = 0
+        begin_trace(state, scene, notes)
+    if metered < 2:
+        state, half, outcome = advance(state, half, 2, metered, scene, notes)
+        metered += 2
+        if outcome != ARRIVED:
+            return Found(state, outcome, look, none, mean, False)
+    cycle_peaks(notes.trace, metered, notes.cycles)
+    mean = estimate(notes.cycles[:, 0], 0, metered // 2)
+    return Found(state, ARRIVED, look, none, mean, _is_known(mean, settings))
+
+
+@kernel
+def _burn_in(base, settings):
+    """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
+
+    Until `_TRANSIENT_LEFT` of it is left, ln(100) r/(2πζ) = 0.73 r/ζ cycles. What then is still no steady response is found by
+    its data (`statistics.estimate`).
+    """
+    most = _LARGEST_BURN_IN * settings.max_cycles
+    if base.two_zeta <= 0.0:
+        return 2 * int(most)
+    needed = -log(_TRANSIENT_LEFT) * base.frequency_ratio / (pi * base.two_zeta)
+    return 2 * int(min(needed, most))
+
+
+@kernel
+def _is_known(mean, settings):
+    """Whether the mean of a response that does not repeat is known to the tolerance, from enough of it, without a drift."""
+    measured = mean.last - mean.first
+    return (
+        mean.error <= settings.tolerance * mean.mean
+        and measured >= _FEWEST_MEASURED
+        and measured >= _CORRELATIONS * mean.correlation
+        and mean.stationary
+    )
+
+
+@kernel
+def _next_look(mean, settings):
+    """Metered cycles of the next look, planned from this one.
+
+    Looks are few, and each at a length fixed before its data are seen: a mean that was looked at again and again, until its
+    error happened to be small, would be off by more than its error.
+    """
+    measured = mean.last - mean.first
+    needed = max(
+        measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, _CORRELATIONS * mean.correlation
+    )
+    return mean.first + int(min(max(_MARGIN * needed, 1.25 * measured), 3.0 * measured))
 
 
 @kernel
@@ -204,53 +308,49 @@ def _creep_limit(state, friction, frequency_ratio):
 
 
 @kernel
-def _polished(state, point, lag, error, scale, size, scene, particle, notes):
-    """The orbit beside a run that has all but closed on it: its error, whether it repels, the half cycles that it took.
+def _repeated(state, look, span, scene, probe, particle, notes, settings):
+    """The orbit on which the run all but repeats; of lag 0 where it does not, or where the orbit repels it.
 
-    Where Newton fails, or leaves for another orbit, the run's own state stays the answer. An orbit that repels the run was
-    met by chance: where friction stops the mass, chaos has few dimensions and comes back to a point very nearly.
+    An orbit that repels the run was met by chance: where friction stops the mass, chaos has few dimensions and comes back to
+    a point very nearly. Where Newton fails, or leads elsewhere, the run's own state is the answer, once it has repeated for
+    as long as is remembered.
     """
-    base, free, loaded, friction, _, work, counts = scene
-    orbit, distance, halves = find_orbit(
-        state,
-        lag,
-        scale,
-        scale,
-        base,
-        free,
-        loaded,
-        friction,
-        particle,
-        work,
-        counts,
-        notes.log,
-        notes.monodromy,
-    )
-    coordinates(orbit, particle, notes.orbit)
-    moved = 0.0
-    for i in range(size):
-        moved = max(moved, abs(notes.orbit[i] - point[i]))
-    if distance < inf and moved <= 100.0 * error + 1e-9 * scale:
-        state, error = orbit, distance
-    else:
-        _end, complete = around(
+    tolerance = settings.periodic_tolerance
+    lag, error = settled_period(notes.ring, look.half, notes.before, span, look.scale, tolerance)
+    if lag == 0:
+        return Orbit(state, 0, inf)
+    orbit, complete, _ = _newton(state, lag, look.scale, look, scene, probe, particle, notes)
+    if orbit.error < inf:
+        coordinates(orbit.state, particle, notes.orbit)
+        moved = 0.0
+        for i in range(look.size):
+            moved = max(moved, abs(notes.orbit[i] - notes.ring[look.half % RING, i]))
+        if moved > 100.0 * error + 1e-9 * look.scale:
+            orbit = Orbit(state, lag, inf)
+    if orbit.error == inf:
+        orbit = Orbit(state, lag, error)
+        base, free, loaded, friction, _, work, counts = probe
+        begin_beside(probe, scene, lag)
+        _, complete = around(
             state, lag, base, free, loaded, friction, particle, work, counts, notes.log, notes.monodromy
         )
-        halves += lag
-        if not complete:
-            return state, error, False, halves
-    return state, error, spectral_radius(notes.monodromy, size) > 1.0 + _REPELS, halves
+        if not stays_closed(notes.ring, look.half, lag, tolerance * look.scale):
+            return Orbit(state, 0, inf)
+    if complete and spectral_radius(notes.monodromy, look.size) > 1.0 + _REPELS:
+        return Orbit(state, 0, inf)
+    return orbit
 
 
 @kernel
-def _stable_orbit(state, period, point, scale, size, scene, particle, notes):
-    """A stable orbit within reach of the run, noted for its confirmation; its error is inf where there is none."""
-    base, free, loaded, friction, _, work, counts = scene
+def _newton(state, lag, reach, look, scene, probe, particle, notes):
+    """Periodic orbit by Newton from a state of the run, its error infinite where there is none; its Jacobian in the notes."""
+    base, free, loaded, friction, _, work, counts = probe
+    begin_beside(probe, scene, 12 * lag)
     orbit, error, halves = find_orbit(
         state,
-        period,
-        scale,
-        inf if particle is None else 0.5 * scale,
+        lag,
+        look.scale,
+        reach,
         base,
         free,
         loaded,
@@ -261,43 +361,84 @@ def _stable_orbit(state, period, point, scale, size, scene, particle, notes):
         notes.log,
         notes.monodromy,
     )
-    if not (error < inf and spectral_radius(notes.monodromy, size) < 1.0 - 1e-9):
-        return orbit, inf, halves
-    if particle is not None:
-        coordinates(orbit, particle, notes.orbit)
-        for i in range(SIZE):
-            notes.departure[i] = point[i] - notes.orbit[i]
-            if abs(notes.departure[i]) > _REACH * scale:
-                error = inf
-    return orbit, error, halves
+    return Orbit(orbit, lag, error), error < inf, halves
 
 
 @kernel
-def _attracts_all(orbit, point, scene, particle, notes):
-    """Whether the run can but tend to a stable orbit, and the half cycles spent on looking.
+def _stable_orbit_nearby(state, look, scene, probe, particle, notes):
+    """A stable orbit within reach of the run, noted for its confirmation; whether the run can but tend to it; half cycles."""
+    nothing = Candidate(Orbit(state, 0, inf), 0, 0, 1.0)
+    lag = near_period(notes.ring, look.half, look.scale)
+    if lag == 0:
+        return nothing, False, 0
+    reach = inf if particle is None else 2.0 * _REACH * look.scale
+    orbit, found, halves = _newton(state, lag, reach, look, scene, probe, particle, notes)
+    if not found or not spectral_radius(notes.monodromy, look.size) < 1.0 - 1e-9:
+        return nothing, False, halves
+    point = notes.ring[look.half % RING]
+    coordinates(orbit.state, particle, notes.orbit)
+    for i in range(SIZE):
+        notes.departure[i] = point[i] - notes.orbit[i]
+        if particle is not None:
+            if abs(notes.departure[i]) > _REACH * look.scale:
+                return nothing, False, halves
+    certain = _attracts_all(orbit, point, scene, probe, particle, notes)
+    return Candidate(orbit, look.half, look.half, 1.0), certain, halves
+
+
+@kernel
+def _attracts_all(orbit, point, scene, probe, particle, notes):
+    """Whether the run can but tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never grows. So
     a stable periodic one attracts them all, unless the mass may still come to a wall on its way.
     """
     if particle is not None:
         if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
-            return False, 0
+            return False
+        base, free, loaded, friction, _, work, counts = probe
+        begin_beside(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
         meter = Meter(np.zeros(METERS), notes.meter.energies)
-        metered_cycle(orbit, scene, meter)
-        return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio, 2
-    return True, 0
+        state = orbit.state
+        for _ in range(2):
+            state, outcome = half_cycle(
+                state, base, free, loaded, friction, particle, work, counts, meter, None
+            )
+            if outcome != ARRIVED:
+                return False
+        return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio
+    return True
 
 
 @kernel
-def _verdict(orbit, since, period, half, scale, size, scene, particle, notes):
-    """What the run has done about an orbit `since` it was noted, and the half cycles spent on looking."""
-    periods = since // period
-    at = notes.ring[(half - since + periods * period) % RING]
-    verdict = follows(at, notes.orbit, notes.departure, notes.monodromy, periods, size, scale)
-    halves = 0
-    if verdict == APPROACHES and scene.counts[IMPACTS] == 0:
-        certain, halves = _attracts_all(orbit, at, scene, particle, notes)
-        if not certain:
-            verdict = LEAVES
-    return verdict, halves
+def _closing_in(candidate, look, scene, probe, particle, notes):
+    """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether the run tends to it.
+
+    The run has to close in on the orbit just as its linearisation says, stretch after stretch, until it is nearer by
+    `_CLOSED_IN`, or has done so for `_LONG`: a run may look for a while as if it approached an orbit of which the basin ends
+    close by.
+    """
+    orbit = candidate.orbit
+    nothing = Candidate(Orbit(orbit.state, 0, inf), 0, 0, 1.0)
+    periods = (look.half - candidate.since) // orbit.lag
+    at = candidate.since + periods * orbit.lag
+    point = notes.ring[at % RING]
+    verdict = follows(point, notes.orbit, notes.departure, notes.monodromy, periods, look.size, look.scale)
+    if verdict == LEAVES:
+        return nothing, False
+    if verdict != APPROACHES:
+        return candidate, False
+    if scene.counts[IMPACTS] == 0:
+        certain = _attracts_all(orbit, point, scene, probe, particle, notes)
+        return (candidate, True) if certain else (nothing, False)
+    first = 0.0
+    now = 0.0
+    for i in range(look.size):
+        first += notes.departure[i] ** 2
+        notes.departure[i] = point[i] - notes.orbit[i]
+        now += notes.departure[i] ** 2
+    share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
+    enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
+    arrives = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
+    return Candidate(orbit, candidate.met, at, share), arrives

@@ -59,12 +59,28 @@ def settled_period(ring, now, before, span, scale, tolerance):
             rate = max((d / earlier) ** (lag / span), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, left = lag, d * rate / (1.0 - rate)
+        elif d <= tolerance * scale and earlier <= tolerance * scale:
+            # a slow base leaves more rounding than that: what counts is that it stays so
+            if stays_closed(ring, now, lag, tolerance * scale):
+                found, left = lag, d
         if found > 0:
             break
     for shorter in range(1, found):
         if found % shorter == 0 and recurrence(ring, now, shorter) <= SAME * scale:
             return shorter, left
     return found, left
+
+
+@kernel
+def stays_closed(ring, now, lag, distance):
+    """Whether the run has repeated within a distance, by the period and all its multiples, for half of what is remembered."""
+    if now < RING:
+        return False
+    for i in range(LONGEST):
+        for multiple in range(lag, LONGEST + 1, lag):
+            if recurrence(ring, now - i, multiple) > distance:
+                return False
+    return True
 
 
 @kernel

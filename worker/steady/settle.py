@@ -7,26 +7,39 @@ import numpy as np
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, PEAK, RELATIVE_PEAK
-from damperlab.worker.steady.energy import stored_energy
+from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.lyapunov import is_chaotic
 from damperlab.worker.steady.orbit import around, coordinates, orbit_multiplier
-from damperlab.worker.steady.response import failed, measured_response
-from damperlab.worker.steady.run import make_notes, make_scene, metered_cycle
+from damperlab.worker.steady.response import (
+    Kind,
+    failed,
+    mean_of_period,
+    mean_of_run,
+    measured_response,
+    periodic_class,
+)
+from damperlab.worker.steady.run import (
+    begin_beside,
+    begin_trace,
+    beside,
+    make_notes,
+    make_scene,
+    metered_half,
+    stretch_of,
+)
 from damperlab.worker.steady.search import Settings, search
 from damperlab.worker.steady.section import SAME
 from damperlab.worker.steady.start import at_rest
-from damperlab.worker.steady.statistics import mean_and_error
 from damperlab.worker.steady.variational import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
-_UNKNOWN = int(ResponseClass.UNKNOWN)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
-_LYAPUNOV_CYCLES = 320
+# Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.
+_LYAPUNOV = ((32, 0.2), (96, 0.1), (320, 0.01))
 
 
 @kernel
@@ -56,113 +69,115 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     Notes
     -----
     The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
-    `periodic_tolerance`. Or Newton finds a periodic orbit, stable by its multipliers, and the next stretch of the run
-    closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the way
-    need not be stepped. Or, beyond a burn-in, the batch-means error of the mean peak is below `tolerance`. Or
-    `max_cycles` is reached.
+    `periodic_tolerance`, and the orbit does not repel it. Or Newton finds a periodic orbit, stable by its multipliers, and
+    the run closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the
+    way need not be stepped. Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`. Or
+    `max_cycles`, or the limit on events, is reached.
     """
-    scene = make_scene(
-        damping_ratio, frequency_ratio, friction, particle, settings.max_cycles, settings.energies
-    )
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
+    probe = beside(scene)
     notes = make_notes(settings.max_cycles, settings.energies)
-    found = search(start, scene, friction, particle, notes, settings)
+    found = search(start, scene, probe, friction, particle, notes, settings)
     if found.outcome != ARRIVED:
-        return failed(found.outcome, (found.half + found.extra) // 2), found.state
-    if found.lag > 0:
-        return _measured_orbit(found, scene, particle, notes)
-    return _measured_run(found, scene, particle, notes, settings)
+        return failed(found.outcome, found.look.half // 2), found.state
+    if found.orbit.lag > 0:
+        return _measured_orbit(found, scene, probe, particle, notes)
+    return _measured_run(found, scene, probe, particle, notes)
 
 
 @kernel
-def _measured_orbit(found, scene, particle, notes):
+def _measured_orbit(found, scene, probe, particle, notes):
     """Response over one period, and the state after it."""
-    base, free, loaded, friction, _, work, counts = scene
-    state = found.state
-    meter = notes.meter
-    lag = _shortest_period(state, found.lag, found.scale, scene, particle)
-    period = (
-        lag if lag % 2 == 1 else lag // 2
-    )  # whole cycles: the mirrored map of an odd lag is half a period
-    meter.sums[:] = 0.0
-    stored = stored_energy(state, base.frequency_ratio, particle)
-    impacts = counts[IMPACTS]
-    for cycle in range(period):
-        state, outcome = metered_cycle(state, scene, meter)
-        notes.peaks[cycle, 0] = meter.sums[PEAK]
-        notes.peaks[cycle, 1] = meter.sums[RELATIVE_PEAK]
+    base, free, loaded, friction, _, work, counts = probe
+    state = found.orbit.state
+    cycles = found.look.half // 2
+    lag = _shortest_period(state, found, scene, probe, particle)
+    # whole cycles: the mirrored map of an odd lag is half a period
+    halves = 2 * lag if lag % 2 == 1 else lag
+    begin_beside(probe, scene, halves)
+    begin_trace(state, probe, notes)
+    for row in range(halves):
+        state, outcome = metered_half(state, row + 1, probe, notes)
         if outcome != ARRIVED:
-            return failed(outcome, found.half // 2), state
-    impacts = counts[IMPACTS] - impacts
+            return failed(outcome, cycles), state
+    stretch = stretch_of(notes.trace, 0, halves)
+    begin_beside(probe, scene, lag)
     multiplier = nan
-    _end, complete = around(
+    _, complete = around(
         state, lag, base, free, loaded, friction, particle, work, counts, notes.log, notes.monodromy
     )
     if complete:
-        multiplier = orbit_multiplier(notes.monodromy, 2 if impacts == 0 else found.size, lag)
+        size = 2 if stretch.impacts == 0.0 else found.look.size
+        multiplier = orbit_multiplier(notes.monodromy, size, lag)
+    stuck = stretch.stuck * base.frequency_ratio / (halves * np.pi)
+    kind, period = periodic_class(lag, stuck, stretch.impacts)
+    error = found.orbit.error
     response = measured_response(
-        meter,
-        notes.peaks,
-        0,
-        period,
-        impacts,
-        stored,
-        stored_energy(state, base.frequency_ratio, particle),
+        stretch,
+        notes.meter.energies,
         base.frequency_ratio,
-        lag,
-        _UNKNOWN,
-        multiplier,
-        found.error,
-        found.half // 2 + period + (found.extra + lag + 1) // 2,
-        _CONVERGED,
+        mean_of_period(notes.trace, lag, error),
+        Kind(kind, period, multiplier, error, cycles, _CONVERGED),
     )
     return response, state
 
 
 @kernel
-def _measured_run(found, scene, particle, notes, settings):
+def _measured_run(found, scene, probe, particle, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
-    base, free, loaded, friction, _, work, counts = scene
+    base, free, loaded, friction, _, work, counts = probe
     state = found.state
-    cycles = found.half // 2
-    impacts = counts[IMPACTS] - found.impacts
-    mean, error = mean_and_error(notes.peaks[:, 0], found.metered_from, cycles)
-    status = _CONVERGED if error <= settings.tolerance * mean else _MAX_CYCLES
-    stretch = min(_LYAPUNOV_CYCLES, cycles)
-    chaotic = is_chaotic(
-        state, stretch, base, free, loaded, friction, particle, work, counts, notes.log, found.size
-    )
+    mean = found.mean
+    chaotic = False
+    for cycles, least in _LYAPUNOV:
+        if not chaotic:
+            begin_beside(probe, scene, 4 * cycles)
+            chaotic = is_chaotic(
+                state,
+                min(cycles, found.look.half // 2),
+                least,
+                base,
+                free,
+                loaded,
+                friction,
+                particle,
+                work,
+                counts,
+                notes.log,
+                found.look.size,
+            )
     response = measured_response(
-        notes.meter,
-        notes.peaks,
-        found.metered_from,
-        cycles,
-        impacts,
-        found.stored,
-        stored_energy(state, base.frequency_ratio, particle),
+        stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
+        notes.meter.energies,
         base.frequency_ratio,
-        0,
-        _CHAOTIC if chaotic else _MODULATED,
-        nan,
-        error,
-        cycles + (found.extra + 2 * stretch + 1) // 2,
-        status,
+        mean_of_run(notes, mean.first, mean.last),
+        Kind(
+            _CHAOTIC if chaotic else _MODULATED,
+            0,
+            nan,
+            mean.error,
+            found.look.half // 2,
+            _CONVERGED if found.known else _MAX_CYCLES,
+        ),
     )
     return response, state
 
 
 @kernel
-def _shortest_period(state, lag, scale, scene, particle):
+def _shortest_period(state, found, scene, probe, particle):
     """The shortest part of a period after which the state repeats already."""
-    for shorter in range(1, lag):
-        if lag % shorter == 0 and _closes(state, shorter, scale, scene, particle):
-            return shorter
-    return lag
+    for shorter in range(1, found.orbit.lag):
+        if found.orbit.lag % shorter == 0:
+            begin_beside(probe, scene, shorter)
+            if _closes(state, shorter, found.look.scale, probe, particle):
+                return shorter
+    return found.orbit.lag
 
 
 @kernel
-def _closes(state, lag, scale, scene, particle):
+def _closes(state, lag, scale, probe, particle):
     """Whether a state repeats after `lag` mirrored half cycles."""
-    base, free, loaded, friction, _, work, counts = scene
+    base, free, loaded, friction, _, work, counts = probe
     start = np.empty(SIZE)
     end = np.empty(SIZE)
     coordinates(state, particle, start)

@@ -1,13 +1,50 @@
-"""Mean and standard error of correlated cycle peaks: batch means."""
+"""Mean and standard error of correlated series: batch means, with the correlation time and a test of stationarity."""
 
 from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
 
 from damperlab.worker.jit import kernel
 
+FEWEST = 80
+"""Samples below which nothing is said of their correlation."""
+
 # Odd and without a common factor: batches of a whole number of periods would see no spread at all.
-_BATCHES = (9, 19, 37)
+_BATCHES = (37, 19, 9)
 # Student's t at 97.5 % over 1.96, for batches − 1 degrees of freedom: ±1.96 standard errors are a 95 % interval.
-_STUDENT = (1.177, 1.072, 1.035)
+_STUDENT = (1.035, 1.072, 1.177)
+# Ratio from which an error by longer batches replaces that by shorter ones: chance alone exceeds it once in ten times.
+_LONGER = (0.0, 1.2, 1.3)
+
+_GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less easily misled than on single samples
+_DIFFERENT = 3.0  # standard errors by which a beginning has to differ from the rest to be left out
+_STEADY_TREND = 0.9  # of a third's step to the one before: beyond it no end is in sight
+_TREND_BATCHES = 19
+_TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
+
+
+class Estimate(NamedTuple):
+    """What a series says of its mean.
+
+    Attributes
+    ----------
+    first, last : int
+        Range used.
+    mean, error : float
+        The mean and its standard error.
+    correlation : float
+        Integrated correlation time [samples]: how many of them tell as much as one independent one.
+    stationary : bool
+        Whether the range shows no trend.
+    """
+
+    first: int
+    last: int
+    mean: float
+    error: float
+    correlation: float
+    stationary: bool
 
 
 @kernel
@@ -24,16 +61,16 @@ def mean_and_error(samples, first, last):
     Returns
     -------
     mean, error : float
-        The error is the largest of those by 9, 19 and 37 batches: batches shorter than the correlation time
-        understate it, and which are too short is not known beforehand. 1.96 times it is the half width of a 95 %
-        interval. Fewer than 80 samples say nothing of their correlation: the whole spread then.
+        The error is that by 37 batches, unless 19 or 9 show one that is larger by more than chance: batches shorter than the
+        correlation time understate it, but fewer are less certain. 1.96 times it is the half width of a 95 % interval.
+        Fewer than 80 samples say nothing of their correlation: the whole spread then.
     """
     count = last - first
     total = 0.0
     for i in range(first, last):
         total += samples[i]
     mean = total / count
-    if count < 80:
+    if count < FEWEST:
         lowest = samples[first]
         highest = samples[first]
         for i in range(first, last):
@@ -55,5 +92,118 @@ def mean_and_error(samples, first, last):
             centre += batch
             square += batch * batch
         variance = max(square / batches - (centre / batches) ** 2, 0.0)
-        worst = max(worst, _STUDENT[j] * sqrt(variance / (batches - 1)))
+        error = _STUDENT[j] * sqrt(variance / (batches - 1))
+        if error > _LONGER[j] * worst:
+            worst = error
     return mean, worst
+
+
+@kernel
+def estimate(samples, first, last):
+    """What samples[first:last] say of their mean once a transient at the beginning, if the data show one, is left out.
+
+    Parameters
+    ----------
+    samples : array
+        Correlated.
+    first, last : int
+        Range given.
+
+    Returns
+    -------
+    Estimate
+
+    Notes
+    -----
+    The transient is that of the marginal standard error rule (MSER, White 1997): the beginning whose omission makes
+    Σ(xᵢ − x̄)²/n² of what is left least, in groups of 16, at most the first half. It is left out only where its mean differs
+    from that of the rest by three standard errors: the rule alone prefers a quiet part of a correlated series, and would
+    understate the error. Afterwards batches may not rise or fall more often than by chance (Mann 1945, Kendall 1975): batch
+    means alone take a trend for noise. What a trend leaves to come, by the geometric series through the means of its thirds, is
+    added to the error.
+    """
+    cut = _transient(samples, first, last)
+    mean, error = mean_and_error(samples, cut, last)
+    count = last - cut
+    variance = 0.0
+    for i in range(cut, last):
+        variance += (samples[i] - mean) ** 2
+    variance /= count
+    correlation = error * error * count / variance if variance > 0.0 else 0.0
+    stationary = False
+    if count >= FEWEST:
+        stationary = abs(_rises(samples, cut, last)) <= _TREND
+        if not stationary:
+            error += _to_come(samples, cut, last, mean)
+    return Estimate(cut, last, mean, error, correlation, stationary)
+
+
+@kernel
+def _mean(samples, first, last):
+    total = 0.0
+    for i in range(first, last):
+        total += samples[i]
+    return total / (last - first)
+
+
+@kernel
+def _rises(samples, first, last):
+    """Pairs of batches of which the later is higher, less those of which it is lower."""
+    length = (last - first) // _TREND_BATCHES
+    means = np.empty(_TREND_BATCHES)
+    for b in range(_TREND_BATCHES):
+        means[b] = _mean(samples, first + b * length, first + (b + 1) * length)
+    rises = 0
+    for b in range(_TREND_BATCHES):
+        for a in range(b):
+            rises += int(means[b] > means[a]) - int(means[b] < means[a])
+    return rises
+
+
+@kernel
+def _to_come(samples, first, last, mean):
+    """Distance from the mean of a series with a trend to where it may lead."""
+    third = (last - first) // 3
+    one = _mean(samples, first, first + third)
+    two = _mean(samples, first + third, first + 2 * third)
+    three = _mean(samples, first + 2 * third, first + 3 * third)
+    step = three - two
+    before = two - one
+    rate = 1.0
+    if before != 0.0:
+        rate = min(max(step / before, 0.0), 1.0)
+    left = step * rate / (1.0 - rate) if rate < _STEADY_TREND else 10.0 * step
+    return max(abs(three + left - mean), abs(three - one))
+
+
+@kernel
+def _transient(samples, first, last):
+    """End of the transient at the beginning of a series; `first` where the data show none."""
+    groups = (last - first) // _GROUP
+    if last - first < 2 * FEWEST:
+        return first
+    means = np.empty(groups)
+    for g in range(groups):
+        end = last - (groups - 1 - g) * _GROUP
+        means[g] = _mean(samples, end - _GROUP, end)
+    total = 0.0
+    square = 0.0
+    least = -1.0
+    cut = 0
+    centre = _mean(samples, first, last)
+    for g in range(groups - 1, -1, -1):
+        total += means[g] - centre
+        square += (means[g] - centre) ** 2
+        n = groups - g
+        if 2 * n >= groups:
+            marginal = (square - total * total / n) / (float(n) * n)
+            if least < 0.0 or marginal <= least:
+                least = marginal
+                cut = g
+    if cut == 0:
+        return first
+    start = last - (groups - cut) * _GROUP
+    rest, error = mean_and_error(samples, start, last)
+    ratio = float(last - start) / (start - first)
+    apart = abs(_mean(samples, first, start) - rest)
+    return start if apart > _DIFFERENT * error * sqrt(1.0 + ratio) else first

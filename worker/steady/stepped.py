@@ -114,6 +114,8 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
         nan,
         nan,
         nan,
+        nan,
+        nan,
         cycles,
         status,
     )

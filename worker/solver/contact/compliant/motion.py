@@ -221,7 +221,13 @@ def _make_pressed(base, mass_ratio, wall, held, between):
     inverse = np.zeros((2, 2))
     weight = 1.0
     if fast > 0:
-        slow, back, rates, inverse = split(a, fast)
+        slow, back, fast_rates, fast_inverse, converged = split(a, fast)
+        if not converged:  # the whole motion over short spans, which needs nothing told apart
+            fast = 0
+            slow_step = step
+    if fast > 0:
+        rates = fast_rates
+        inverse = fast_inverse
         n = DIM - fast
         column = 2 - fast
         for i in range(fast):

@@ -9,6 +9,7 @@ from damperlab.worker.jit import kernel
 DIM = 6
 """Coordinates X, X', sin φ, cos φ, y, y' of a contact (`motion.py`)."""
 _ITERATIONS = 60
+_ROUNDING = 1e-12  # relative change that the last digits of an iteration may go on with
 
 
 @kernel
@@ -23,9 +24,10 @@ def contact_rates(square, damping):
 
 @kernel
 def split(a, fast):
-    """P, B, F and its inverse, of the last `fast` coordinates."""
+    """P, B, F and its inverse, of the last `fast` coordinates; and whether the iterations for them converged."""
     n = DIM - fast
     p = np.zeros((fast, n))
+    change = 0.0
     g = np.zeros((n, n))
     inverse = _inverse(a[n:, n:])
     for _ in range(_ITERATIONS):
@@ -41,16 +43,17 @@ def split(a, fast):
                 for k in range(n):
                     total += p[i, k] * g[k, j]
                 right[i, j] = total
-        changed = False
+        change = 0.0
         for i in range(fast):
             for j in range(n):
                 total = 0.0
                 for k in range(fast):
                     total += inverse[i, k] * right[k, j]
-                changed = changed or total != p[i, j]
+                change = max(change, abs(total - p[i, j]))
                 p[i, j] = total
-        if not changed:
+        if change == 0.0:
             break
+    converged = change <= _ROUNDING * np.abs(p).max()
     rates = np.zeros((fast, fast))
     for i in range(fast):
         for j in range(fast):
@@ -66,16 +69,17 @@ def split(a, fast):
             for j in range(fast):
                 for k in range(n):
                     right[i, j] += g[i, k] * b[k, j]
-        changed = False
+        change = 0.0
         for i in range(n):
             for j in range(fast):
                 total = 0.0
                 for k in range(fast):
                     total += right[i, k] * inverse[k, j]
-                changed = changed or total != b[i, j]
+                change = max(change, abs(total - b[i, j]))
                 b[i, j] = total
-        if not changed:
+        if change == 0.0:
             break
+    converged = converged and change <= _ROUNDING * np.abs(b).max()
     # one fast coordinate stands in the second of two places, so that what follows knows one form
     whole = np.zeros((2, 2))
     whole_inverse = np.zeros((2, 2))
@@ -85,7 +89,7 @@ def split(a, fast):
     if fast == 2:
         whole[:, :] = rates
         whole_inverse[:, :] = inverse
-    return p, b, whole, whole_inverse
+    return p, b, whole, whole_inverse, converged
 
 
 @kernel

@@ -1,0 +1,133 @@
+"""Steady answers against plain marches, and what looks for orbits never touching the run."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from tests.worker.plain_march import march_plainly
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.accuracy.truth import SETTINGS, Point, every, points
+from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
+
+MODELS = ("instant", "instant", "dwell", "instant", "instant", "compliant")
+
+
+def solved(point: Point, settings: Settings = SETTINGS, start: State | None = None) -> tuple[Response, State]:
+    """Steady response from rest, or from a given start."""
+    found: tuple[Response, State] = settle(*point, settings, point.rest() if start is None else start)
+    return found
+
+
+def test_random_answers_of_every_contact_model_are_what_plain_marches_come_to() -> None:
+    """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is."""
+    answers = list(every(islice(points(5, MODELS), 180), 5000))
+    wrong = [
+        one
+        for one in answers
+        if not one.verdict.startswith("agrees") and not one.verdict.startswith("several responses")
+    ]
+    assert len(answers) >= 175
+    assert wrong == []
+    assert sum(one.verdict.startswith("several responses") for one in answers) <= 6
+
+
+def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> None:
+    """A long plain march settles on 6 impacts a cycle; Newton finds an orbit that repels on the way there."""
+    point = Point(
+        0.0037417947179528826,
+        0.9504020462770211,
+        0.679985236026813,
+        Particle(0.7183058668567155, 0.7032737803356611, 0.02890265048630109),
+    )
+    response, _ = solved(point)
+    halves = np.empty((400, 3))
+    _, outcome = march_halves(*point, point.rest(), 16_000, halves)
+    assert outcome == ARRIVED
+    assert response.period == 1
+    assert response.impacts_per_cycle == 2.0 * halves[:, 2].mean() == 6.0
+    windows = np.maximum(halves[:-1, 0], halves[1:, 0])
+    assert response.amplitude_ratio == pytest.approx(windows.mean(), rel=1e-9)
+
+
+CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
+
+
+@pytest.mark.parametrize("cycles", [40, 400])
+def test_the_run_is_a_plain_march_whatever_looks_for_orbits_beside_it(cycles: int) -> None:
+    """Chaos magnifies a difference of one bit e-fold every few cycles: only equal bits stay equal over hundreds of them."""
+    response, end = solved(CHAOTIC, Settings(cycles, 1e-8, 1e-9))
+    assert response.status == Status.MAX_CYCLES
+    assert response.cycles == cycles
+    marched, outcome = march_plainly(*CHAOTIC, CHAOTIC.rest(), cycles, np.empty((0, 2)))
+    assert outcome == ARRIVED
+    assert end == marched
+
+
+SUBHARMONIC = (
+    (11.0, 0.3, 0.30000000000000004),
+    (4.5, 0.675, 0.6750000000000002),
+)
+
+
+@pytest.mark.parametrize(("clearance", "friction", "beside"), SUBHARMONIC)
+def test_a_subharmonic_and_its_mirror_image_have_the_same_measures(
+    clearance: float, friction: float, beside: float
+) -> None:
+    """Which of the two is met is decided by a last bit of the friction, or by the sign of the start."""
+    one = Point(0.0038, 1.0, friction, Particle(clearance, 0.47, 0.1))
+    first, end = solved(one)
+    assert first.period > 1
+    mirrored = end._replace(v=-end.v, w=-end.w, slip=-end.slip, wall=-end.wall, p_rate=-end.p_rate)
+    # the mirror image of a state at phase 0 moves under −s: half a cycle later the base is there
+    second, _ = solved(Point(0.0038, 1.0, beside, one.particle))
+    third, _ = solved(one, start=mirrored)
+    for other in (second, third):
+        if other.period != first.period:
+            continue  # the mirrored state at this phase belongs to another basin
+        for name in (
+            "amplitude_ratio",
+            "amplitude_ratio_max",
+            "amplitude_ratio_rms",
+            "relative_amplitude_ratio",
+            "impacts_per_cycle",
+            "impact_speed_max",
+            "dissipation_impact",
+        ):
+            assert getattr(other, name) == pytest.approx(getattr(first, name), rel=1e-10), name
+    assert second.period == first.period
+
+
+def test_chaotic_points_of_the_paper_meet_the_default_tolerance_and_say_what_their_counts_are_worth() -> None:
+    for clearance, friction in ((8.0, 0.2), (15.0, 0.3), (20.0, 0.1)):
+        response, _ = solved(Point(0.0038, 1.0, friction, Particle(clearance, 0.47, 0.1)))
+        if response.period > 0:
+            continue
+        assert response.status == Status.CONVERGED
+        assert 0.0 < response.amplitude_error <= 0.02 * response.amplitude_ratio
+        assert 0.0 < response.impacts_error < 0.2 * response.impacts_per_cycle
+        assert 0.0 < response.dissipation_error < 0.1
+
+
+def test_the_error_of_impacts_per_cycle_and_of_shares_is_that_of_runs_elsewhere_on_the_attractor() -> None:
+    """Sixteen stretches of one chaotic attractor scatter by what each states; the spread of 16 is known to 18 %."""
+    state = CHAOTIC.rest()
+    runs = []
+    for _ in range(16):
+        response, state = solved(CHAOTIC, Settings(1400, 1e-8, 1e-9), state)
+        assert response.response_class == ResponseClass.CHAOTIC
+        runs.append(response)
+    for name, error in (("impacts_per_cycle", "impacts_error"), ("dissipation_impact", "dissipation_error")):
+        scatter = float(np.std([getattr(run, name) for run in runs], ddof=1))
+        stated = float(np.mean([getattr(run, error) for run in runs]))
+        assert 0.4 * stated <= scatter <= 1.8 * stated, name
+
+
+def test_impacts_without_end_are_bounded_by_a_count_of_events() -> None:
+    """d/Z 1e-6, e = 1: a million impacts each half cycle. The same number of events is allowed on every machine."""
+    response, _ = solved(Point(0.0038, 1.0, 0.6, Particle(1e-6, 1.0, 0.1)))
+    assert response.status == Status.TOO_MANY_EVENTS
+    assert response.cycles <= 16

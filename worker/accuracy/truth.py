@@ -1,0 +1,267 @@
+"""Steady answers held against plain marches that look for nothing: random design points of the whole cube, and extreme cases.
+
+Each answer is held against a march from the same start in its class, period, amplitude, impacts and, of a periodic one, the
+stability that its multiplier says. Where they differ, the march goes on from the end of the answer's own run: if that stays on
+the answer, the point has several responses, or a transient longer than the run, and a last bit decides which is met.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from math import exp, log
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.accuracy.extremes import Extreme
+from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest
+from damperlab.worker.steady.statistics import mean_and_error
+
+SETTINGS = Settings(4000, 0.02, 1e-9)
+"""The defaults of a study."""
+MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
+"""Contact models of the points in turn."""
+SIGMA = 4.0
+"""Stated errors that an answer may be off by: once in 16,000 for a normal one."""
+HALF_WIDTH = 1.96
+"""Stated errors on either side of a 95 % interval."""
+
+_LONGEST = 128  # half cycles
+_SAME = 1e-7  # relative: peaks of a march that repeats
+_EXACT = 1e-6  # relative: amplitudes of one orbit, with what the march has not settled yet
+
+Halves = NDArray[np.float64]
+
+
+class Point(NamedTuple):
+    """One design point, as `settle` takes it."""
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction: float | None
+    particle: Particle | None
+
+    def rest(self) -> State:
+        """Everything at rest."""
+        start: State = at_rest(self.frequency_ratio, self.friction, self.particle)
+        return start
+
+
+class Truth(NamedTuple):
+    """What a plain march came to.
+
+    Attributes
+    ----------
+    lag : int
+        Half cycles after which its peaks repeat; 0 where they do not.
+    amplitude, error : float
+        Mean peak of |u| over cycles beginning at every half cycle, and what is unknown about it.
+    impacts, impacts_error : float
+        Per cycle.
+    """
+
+    lag: int
+    amplitude: float
+    error: float
+    impacts: float
+    impacts_error: float
+
+    @property
+    def period(self) -> int:
+        """Period in excitation cycles; 0 where it does not repeat."""
+        return self.lag if self.lag % 2 == 1 else self.lag // 2
+
+
+class Compared(NamedTuple):
+    """One answer and its truth.
+
+    Attributes
+    ----------
+    verdict : str
+        "agrees", or what is wrong.
+    deviation : float
+        Distance of the amplitude from the truth in standard errors, where neither repeats; NaN else.
+    """
+
+    point: Point
+    response: Response
+    truth: Truth
+    verdict: str
+    deviation: float
+
+
+def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
+    """Points of the whole cube without end, the contact models in turn; the same for the same seed."""
+    random = np.random.default_rng(seed)
+    turn = 0
+    while True:
+        place = random.random(8).tolist()
+        restitution = 0.95 * place[0]
+        mass = 0.01 * 50.0 ** place[1]
+        model = models[turn % len(models)]
+        turn += 1
+        contact_time = 0.01 * 50.0 ** place[7]
+        wall = None
+        if model == "compliant":
+            restitution = max(restitution, 0.05)
+            wall = Wall(*wall_constants(restitution, contact_time, mass))
+        particle = Particle(
+            exp(log(0.3) + log(50.0) * place[2]),
+            restitution,
+            mass,
+            contact_time if model == "dwell" else None,
+            wall,
+        )
+        friction = place[3] if place[6] < 0.8 else None
+        yield Point(0.002 * 50.0 ** place[4], 0.6 + 0.8 * place[5], friction, particle)
+
+
+def truth_of(halves: Halves) -> Truth:
+    """What the measured half cycles of a march tell: its last 1,024 of a period, else all of them."""
+    windows = np.maximum(halves[:-1, 0], halves[1:, 0])
+    lag = _lag(halves[-1024:])
+    if lag > 0:
+        whole = 1024 // (2 * lag) * 2 * lag
+        amplitude = float(windows[-whole:].mean())
+        impacts = 2.0 * float(halves[-whole:, 2].mean())
+        return Truth(lag, amplitude, _EXACT * max(1.0, amplitude), impacts, 1e-9)
+    cycles = windows[: windows.size // 2 * 2].reshape(-1, 2).mean(axis=1)
+    amplitude, error = mean_and_error(cycles, 0, cycles.size)
+    hits = halves[: halves.shape[0] // 2 * 2, 2].reshape(-1, 2).sum(axis=1)
+    impacts, impacts_error = mean_and_error(hits, 0, hits.size)
+    return Truth(0, float(amplitude), float(error), float(impacts), float(impacts_error))
+
+
+def _lag(halves: Halves) -> int:
+    scale = _SAME * max(1.0, float(halves[:, 0].max()))
+    for lag in range(1, min(_LONGEST, halves.shape[0] // 2) + 1):
+        apart = np.abs(halves[lag:, :2] - halves[:-lag, :2]).max()
+        if apart <= scale and (halves[lag:, 2] == halves[:-lag, 2]).all():
+            return lag
+    return 0
+
+
+def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
+    """Whether an answer is what a march of so many cycles came to, and how far its mean is off in standard errors."""
+    steady = response.period > 0
+    if steady and truth.lag > 0:
+        allowed = truth.error + SIGMA * response.amplitude_error
+        if response.response_class == ResponseClass.LOCKED:
+            # a march creeps towards its locked state as 1/N, which the answer takes the limit of
+            allowed += 4.0 / cycles
+        if abs(response.amplitude_ratio - truth.amplitude) > allowed:
+            return "another orbit", np.nan
+        if response.response_class == ResponseClass.LOCKED:
+            return "agrees", np.nan
+        # lags of peaks may be half of those of states
+        if truth.period not in (response.period, 0.5 * response.period):
+            return "another period", np.nan
+        if abs(response.impacts_per_cycle - truth.impacts) > 1e-6:
+            # a chatter ends when what is left of it is too short to matter: one impact more or less is no other motion
+            same = abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude
+            return "agrees but for an impact in a chatter" if same else "other impacts", np.nan
+        if (
+            not response.floquet_multiplier < 1.0 + 1e-6
+            and response.floquet_multiplier == response.floquet_multiplier
+        ):
+            return "an orbit that repels", np.nan
+        return "agrees", np.nan
+    if steady:
+        slow = response.floquet_multiplier > 0.99
+        if slow and abs(response.amplitude_ratio - truth.amplitude) <= SIGMA * truth.error:
+            return "agrees", np.nan  # the march is still on its way
+        return "periodic where the march is not", np.nan
+    if truth.lag > 0:
+        return "not periodic where the march is", np.nan
+    error = float(np.hypot(response.amplitude_error, truth.error))
+    deviation = (response.amplitude_ratio - truth.amplitude) / error if error > 0.0 else 0.0
+    if abs(deviation) > SIGMA:
+        return "mean off by more than its error", deviation
+    error = float(np.hypot(response.impacts_error, truth.impacts_error))
+    if abs(response.impacts_per_cycle - truth.impacts) > SIGMA * error:
+        return "impacts off by more than their error", deviation
+    return "agrees", deviation
+
+
+def compared(point: Point, cycles: int) -> Compared | None:
+    """One answer against a march of `cycles` from rest, of which the second half is measured; None where either failed."""
+    response, end = settle(*point, SETTINGS, point.rest())
+    if response.status > Status.MAX_CYCLES:
+        return None
+    halves = np.empty((cycles, 3))
+    _, outcome = march_halves(*point, point.rest(), cycles, halves)
+    if outcome != ARRIVED:
+        return None
+    truth = truth_of(halves)
+    verdict, deviation = judged(response, truth, 2 * cycles)
+    if verdict != "agrees":
+        _, outcome = march_halves(*point, end, 0, halves)
+        verdict_there, there = (
+            judged(response, truth_of(halves), cycles) if outcome == ARRIVED else ("", np.nan)
+        )
+        if verdict_there == "agrees":
+            verdict, deviation = f"several responses ({verdict})", there
+    return Compared(point, response, truth, verdict, deviation)
+
+
+def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
+    """Points, compared; those that failed are left out."""
+    for point in found:
+        one = compared(point, cycles)
+        if one is not None:
+            yield one
+
+
+def table(answers: list[Compared]) -> dict[str, Any]:
+    """What was tried and what failed."""
+    verdicts = Counter(one.verdict for one in answers)
+    classes = Counter(ResponseClass(int(one.response.response_class)).name.lower() for one in answers)
+    means = [one.deviation for one in answers if one.deviation == one.deviation]
+    figures: dict[str, Any] = {"answers compared": len(answers)}
+    figures |= {f"class {name}": number for name, number in sorted(classes.items())}
+    figures |= {f"verdict: {name}": number for name, number in sorted(verdicts.items())}
+    if means:
+        figures["means compared"] = len(means)
+        figures["95 % interval holds the mean, %"] = 100.0 * float(np.mean(np.abs(means) <= HALF_WIDTH))
+        figures["largest deviation, in errors"] = float(np.abs(means).max())
+    return figures
+
+
+def extreme_answers(cases: Iterable[Extreme], cycles: int) -> list[dict[str, Any]]:
+    """What the steady search makes of extreme cases, JSON-able: its answer, and whether a march agrees.
+
+    Cases in which neither friction nor a particle acts have a closed form and are left out. "not compared" is where the march
+    ends early, or where the search says that it failed.
+    """
+    rows = []
+    for case in cases:
+        design = case.design
+        friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+        if friction is None and design.particle is None:
+            continue
+        point = Point(design.damping_ratio, design.frequency_ratio, friction, design.particle)
+        response, _ = settle(*point, SETTINGS, point.rest())
+        one = compared(point, cycles) if response.status <= Status.MAX_CYCLES else None
+        rows.append(
+            {
+                "name": case.name,
+                "response_class": ResponseClass(int(response.response_class)).name.lower(),
+                "period": int(response.period),
+                "amplitude_ratio": _number(response.amplitude_ratio),
+                "amplitude_error": _number(response.amplitude_error),
+                "cycles": int(response.cycles),
+                "status": Status(int(response.status)).name.lower(),
+                "verdict": "not compared" if one is None else one.verdict,
+            }
+        )
+    return rows
+
+
+def _number(value: float) -> float | None:
+    return float(value) if value == value else None

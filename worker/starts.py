@@ -1,0 +1,126 @@
+"""The steady responses of one design point, from many starts: which there are, and what decides between them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import copysign
+
+import numpy as np
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.simulate import Design, scenes_of
+from damperlab.worker.solver.state import State
+from damperlab.worker.steady.ensemble import attractors, drawn_starts
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, at_rest, settle
+from damperlab.worker.warm import warm
+
+NUDGES = (1, -1, 2, -2)
+"""Starts next to rest: the velocity of the base, at the start, off by so many times `NUDGE`."""
+
+NUDGE = 2.0**-46
+"""About 64 roundings: less than any start is known by."""
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """One response, and how many of the starts lead to it.
+
+    Attributes
+    ----------
+    starts : int
+        Of the drawn ones, rest among them.
+    response : Response
+        As the first of them measured it.
+    from_rest, from_next_to_rest : bool
+        Whether rest leads to it, and whether a start next to rest does.
+    """
+
+    starts: int
+    response: Response
+    from_rest: bool
+    from_next_to_rest: bool
+
+
+@dataclass(frozen=True)
+class Attractors:
+    """The responses met.
+
+    Attributes
+    ----------
+    starts, failed : int
+        Starts drawn, and those whose run failed.
+    met : list of Attractor
+        The most frequent first.
+    """
+
+    starts: int
+    failed: int
+    met: list[Attractor]
+
+    @property
+    def by_a_rounding(self) -> bool:
+        """Whether a change of rest in its last digits leads to another response."""
+        return any(one.from_next_to_rest and not one.from_rest for one in self.met)
+
+    @property
+    def sentence(self) -> str:
+        """What the starts tell, in words."""
+        if not self.met:
+            return f"All {self.starts} starts failed."
+        drawn = self.starts - self.failed
+        if len(self.met) == 1:
+            return f"All of {drawn} starts lead to one response."
+        shares = ", ".join(
+            f"{one.starts} to {ResponseClass(int(one.response.response_class)).name.lower()} "
+            f"X/Z = {one.response.amplitude_ratio:.6g}"
+            for one in self.met
+        )
+        last = (
+            " A change of the start in its last digits decides between them."
+            if self.by_a_rounding
+            else " The start decides between them."
+        )
+        return f"{drawn} starts lead to {len(self.met)} responses: {shares}.{last}"
+
+
+def find_attractors(design: Design, starts: int, seed: int, settings: Settings) -> Attractors:
+    """Run one design point from rest, from drawn states, and from next to rest.
+
+    Parameters
+    ----------
+    design : Design
+        The point.
+    starts, seed : int
+        Starts drawn, rest the first, as in an ensemble study; and the seed.
+    settings : Settings
+        When a response counts as steady.
+    """
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    particle = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
+    z, r = design.damping_ratio, design.frequency_ratio
+    of_particle = (0.0, 0.0, 0.0)
+    if particle is not None:
+        of_particle = (particle.restitution, particle.mass_ratio, particle.clearance_ratio)
+    place = (z, *of_particle, design.friction_ratio, r)
+    if friction is None and particle is None:
+        closed = linear_response(np.array([z]), np.array([r]))
+        response = Response(**{name: column[0].item() for name, column in closed.items()})
+        return Attractors(starts, 0, [Attractor(starts, response, from_rest=True, from_next_to_rest=True)])
+    for scene in scenes_of(design, settings=settings):
+        warm(scene)
+    drawn = list(drawn_starts(starts, seed, place, z, r, friction, particle))
+    every = drawn + list(_next_to(at_rest(r, friction, particle)))
+    responses = [settle(z, r, friction, particle, settings, start)[0] for start in every]
+    met = []
+    for group in attractors(responses):
+        members = [index for index in group if index < starts]
+        near = any(index >= starts for index in group)
+        met.append(Attractor(len(members), responses[group[0]], 0 in group, near))
+    failed = sum(response.status > Status.MAX_CYCLES for response in responses[:starts])
+    return Attractors(starts, failed, sorted(met, key=lambda one: -one.starts))
+
+
+def _next_to(rest: State) -> Iterator[State]:
+    for times in NUDGES:
+        yield rest._replace(w=copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w))
