@@ -92,16 +92,12 @@ function share(label, onChange) {
 
 /** Which is better, in a sentence and a number. @param {any} answer */
 function verdict(answer) {
-  if (answer.ratio === null) return el("p", {}, "Nothing of this design’s curve is computed yet.");
-  const better = answer.ratio < 1 ? "lower than" : "higher than";
-  const apart = answer.ratio < 1 ? 1 - answer.ratio : answer.ratio - 1;
+  const sentences = answer.verdict.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence)));
+  // at one frequency a ratio would say more than is known
+  if (answer.ratio === null || answer.frequency_ratio.length < 2) return sentences;
   return [
     el("p", { class: "big" }, el("strong", { id: "tmd-ratio" }, short(answer.ratio, 4)), " hybrid over tuned mass damper"),
-    el(
-      "p",
-      {},
-      `The peak of this design, ${short(answer.hybrid_peak)}, is ${short(100 * apart, 3)} % ${better} that of the tuned mass damper, ${short(answer.tmd_peak)}.`,
-    ),
+    ...sentences,
   ];
 }
 

@@ -11,6 +11,7 @@ from damperlab.studies.answers.band import FREQUENCY, WHY, runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import CRITERIA, tuned
@@ -60,7 +61,8 @@ def tmd_comparison(
         bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
         `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
         more than its error) and `hybrid_better_share` of the frequencies that have a value; `complete`,
-        `points`, `points_failed`, `note`.
+        `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to compute next in
+        place of that), `note`.
 
     Raises
     ------
@@ -131,6 +133,7 @@ def tmd_comparison(
         "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
     }
+    answer.attrs["verdict"] = _verdict(answer)
     answer.attrs["note"] = f"{curve.attrs['note']} {_words(answer)}"
     return answer
 
@@ -152,6 +155,27 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     known = np.isfinite(values)
     total = weights[known].sum()
     return float(weights[known & (values > level)].sum() / total) if total > 0 else math.nan
+
+
+def _verdict(answer: xr.Dataset) -> list[str]:
+    said: dict[str, Any] = answer.attrs
+    if not np.isfinite(said["ratio"]):
+        return ["Nothing of this design's curve is computed yet."]
+    r = answer[FREQUENCY].values
+    if r.size == 1:
+        return [
+            f"Only r = {r[0]:.10g} was computed, so nothing is said about which damper is better: a tuned mass damper is "
+            "judged by its peaks, which lie beside r = 1, and so is this one.",
+            f"Compute frequency_ratio from {NEXT_BAND['start']:g} to {NEXT_BAND['stop']:g} in {NEXT_BAND['num']} steps next.",
+        ]
+    apart = abs(said["ratio"] - 1)
+    which = "lower than" if said["ratio"] < 1 else "higher than"
+    error = said["hybrid_peak_error"]
+    doubt = f" ± {error:.2g}" if error == error else ""
+    return [
+        f"The peak of this design over r = {r[0]:.10g} to {r[-1]:.10g}, {said['hybrid_peak']:.6g}{doubt}, is "
+        f"{100 * apart:.3g} % {which} that of the tuned mass damper, {said['tmd_peak']:.6g}."
+    ]
 
 
 def _words(answer: xr.Dataset) -> str:

@@ -172,6 +172,8 @@ def _share(chance: float) -> str:
 def _say_ends(cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]]) -> list[str]:
     ends = []
     for entry in flat:
+        if entry["below"] is None and entry["above"] is None:
+            continue  # as good all along the axis
         axis = cube[entry["dimension"]].values
         for end, where in ((axis.min(), "lower"), (axis.max(), "upper")):
             if same(entry["value"], end):

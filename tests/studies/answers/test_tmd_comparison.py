@@ -110,3 +110,13 @@ def test_a_study_without_a_particle_must_be_given_a_mass(whole):
         tmd_comparison(bare)
     assert caught.value.fault.field == "mass_ratio"
     assert tmd_comparison(bare, mass_ratio=0.1).attrs["tmd_mass_ratio"] == 0.1
+
+
+def test_at_one_frequency_nothing_is_said_to_be_better(cube):
+    said = " ".join(tmd_comparison(cube.isel(frequency_ratio=[3])).attrs["verdict"])
+    assert "nothing is said about which damper is better" in said
+    assert "Compute frequency_ratio from 0.8 to 1.25" in said
+    band = tmd_comparison(cube).attrs
+    (sentence,) = band["verdict"]
+    assert f"{100 * abs(band['ratio'] - 1):.3g} %" in sentence
+    assert ("lower than" if band["ratio"] < 1 else "higher than") in sentence
