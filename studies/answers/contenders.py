@@ -62,8 +62,8 @@ def limits(amplitude: Floats, error: Floats, z: float) -> tuple[Floats, Floats]:
 
 
 def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    """Say which designs may be the best: those that no other is surely better than."""
-    return np.asarray(low <= high.min(initial=np.inf))
+    """Say which designs may be the best: those that no other is surely better than; an unknown limit is none."""
+    return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 
 def ties(value: Floats, error: Floats, z: float) -> dict[str, float]:

@@ -113,7 +113,7 @@ def judge(
     corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
     found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
     found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
-    found |= {"lowest": lowest, "highest": highest}
+    found |= {"lowest": lowest, "highest": np.where(np.isinf(highest), np.nan, highest)}
     unknown = np.full(rows.size, np.nan)
     found |= {
         "response_class": kind[each, place],

@@ -113,7 +113,7 @@ def race_designs(
         else "no other design may be as good"
     )
     # the best may be worse than another by at most this much
-    regret = float(high[0] - low[left].min())
+    regret = float(high[0] - low[left].min()) if np.isfinite(high[0]) else np.inf
     if left.size == 1 or regret <= indifference * best:
         note = (
             f"With {confidence:.0%} confidence no design that was judged is better than the best by more than "

@@ -119,7 +119,10 @@ def test_a_follow_up_is_queued_run_and_ranked_with_its_study(
     assert answer.status_code == 201
     follow_up = answer.json()["follow_up"]
     assert answer.headers["location"] == f"{STUDIES}/{follow_up['id']}"
-    assert follow_up["points_total"] == planned["points"] == answer.json()["points"]
+    follow_ups = answer.json()["follow_ups"]
+    assert follow_ups[0] == follow_up
+    points = sum(each["points_total"] for each in follow_ups)
+    assert points == planned["points"] == answer.json()["points"]
     assert client.post(address).status_code == 200
     assert helpers.wait_for(client, follow_up["id"], helpers.ended)["state"] == "done"
     merged = (
@@ -134,6 +137,22 @@ def test_a_follow_up_is_queued_run_and_ranked_with_its_study(
         client.post(address, params={"with": follow_up["id"], "dry_run": "true"}).raise_for_status().json()
     )
     assert further["steps"]["friction_ratio"] < planned["steps"]["friction_ratio"]
+
+
+def test_a_race_between_periodic_responses_is_over_before_it_starts(
+    client: httpx.Client, friction: dict[str, Any]
+) -> None:
+    answer = client.post(f"{STUDIES}/{friction['id']}/race").raise_for_status().json()
+    # periodic responses are known to rounding, so the first look decides
+    assert answer["known"]
+    assert answer["as_good"] == 0
+    assert answer["chance_of_another"] == 0
+    assert answer["spent"]["points"] == 66
+    assert "follow_ups" not in answer
+    assert answer["note"].startswith("With 95% confidence no design that was judged is better")
+    refused = client.post(f"{STUDIES}/{friction['id']}/race", params={"confidence": "1"})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "confidence"
 
 
 def test_a_class_boundary_is_planned_and_a_line_without_one_is_refused(
