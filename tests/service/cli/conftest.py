@@ -17,5 +17,5 @@ def linear_study(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def stored(tmp_path_factory: pytest.TempPathFactory, linear_study: Path) -> tuple[Path, dict[str, Any]]:
     """A data directory in which `run --json` has computed the linear study, and what it printed."""
     data_dir = tmp_path_factory.mktemp("data")
-    ended = run("run", linear_study, "--data-dir", data_dir, "--workers", "1", "--json")
+    ended = run("run", linear_study, "--data-dir", data_dir, "--json")
     return data_dir, json.loads(ended.stdout)
