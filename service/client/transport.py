@@ -9,11 +9,13 @@ from http import HTTPStatus
 from typing import Any
 
 import httpx
+import numpy as np
 import stamina
 
 from damperlab.service.client.faults import ClientFault, Problem, Unavailable, Unreachable, problem
 from damperlab.service.client.faults import refused as refused_here
 from damperlab.studies.faults import Fault, describe
+from damperlab.studies.spacing import evenly_spaced
 
 RETRIED = (429, 502, 503, 504)
 """Statuses that may be another one a moment later; all others are answers."""
@@ -168,9 +170,19 @@ def _spelled(value: Any) -> str:
 
 
 def body(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a document as JSON; arrays of numpy become lists."""
-    text = json.dumps(document, default=lambda value: value.tolist())
+    """Give the arguments of `Transport.ask` that send a document as JSON; arrays of numpy become ranges or lists."""
+    text = json.dumps(document, default=_axis)
     return {"content": text.encode(), "headers": {"Content-Type": "application/json"}}
+
+
+def _axis(value: Any) -> Any:
+    """Spell an array of numpy as the range that it was made from, where it is one: `np.linspace` rounds more than once."""
+    values = value.tolist()
+    if np.ndim(value) == 1 and len(values) > 2 and np.isfinite(value).all():
+        start, stop, num = values[0], values[-1], len(values)
+        if np.abs(value - evenly_spaced(start, stop, num)).max() <= 4 * np.spacing(np.abs(value).max()):
+            return {"start": start, "stop": stop, "num": num}
+    return values
 
 
 def _checked(url: str) -> str:

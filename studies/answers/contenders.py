@@ -18,6 +18,8 @@ CONFIDENCE = 0.95
 LOOKS = 10
 """Looks at the same designs, ever more exact, among which the confidence is divided."""
 NODES = 512
+ALIKE = 1e-9
+"""Relative difference of two exact values that is rounding: the same response, computed on two ways."""
 COMPARED = 2000
 """Most designs in one probability; those whose limits lie highest are left out first."""
 
@@ -96,14 +98,16 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     Returns
     -------
     float
-        NaN where an error is not known. A design with the very value of the best and no error is as good, not another.
+        NaN where an error is not known. A design that has the value of the best up to rounding is as good, not another.
     """
     if value.size < 2:
         return 0.0
     if np.isnan(error).any():
         return math.nan
     others = np.argsort(value - 4 * error, kind="stable")
-    others = others[others != best][:COMPARED]
+    rounding = ALIKE * abs(float(value[best]))
+    same = (np.abs(value - value[best]) <= rounding) & (np.maximum(error, error[best]) <= rounding)
+    others = others[~same[others] & (others != best)][:COMPARED]
     # the best at equally likely places
     nodes = (np.arange(NODES) + 0.5) / NODES
     if error[best] > 0:

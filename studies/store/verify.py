@@ -271,7 +271,9 @@ def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[D
         return
     ours = {mark.block: (mark.generation, mark.checksum) for mark in marks}
     theirs = {mark["block"]: (mark["generation"], mark["checksum"]) for mark in kept[1]}
-    if row.state in _ENDED and ours != theirs:
+    # blocks that were under way when a study was cancelled are marked after its list was kept
+    unknown = theirs.items() - ours.items()
+    if unknown or (row.state == "done" and ours != theirs):
         yield Damage(None, "the marks in the cube and in the catalogue differ", "marks")
 
 

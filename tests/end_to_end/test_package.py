@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from tests.archives import extract_all
 
 if TYPE_CHECKING:
     from damperlab.worker.simulate import Design
@@ -41,7 +42,7 @@ def archives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
         copy(ROOT / name, tree / name, **options)
     source = Path(_backend(tree, "build_sdist", folder))
     with tarfile.open(source) as archive:
-        archive.extractall(folder, filter="data")
+        extract_all(archive, folder)
     return Path(_backend(folder / source.name.removesuffix(".tar.gz"), "build_wheel", folder)), source
 
 
@@ -237,7 +238,7 @@ def swift_python(tmp_path_factory: pytest.TempPathFactory, archives: tuple[Path,
     folder = tmp_path_factory.mktemp("swift")
     tree = folder / archives[1].name.removesuffix(".tar.gz")
     with tarfile.open(archives[1]) as archive:
-        archive.extractall(folder, filter="data")
+        extract_all(archive, folder)
     place = tree / "src" / "damperlab" / "worker" / shipped_folder().relative_to(shipped_folder().parents[1])
     place.mkdir(parents=True, exist_ok=True)
     found = shipped_folder() if shipped_folder().exists() else CACHE_FOLDER

@@ -161,8 +161,8 @@ def test_what_it_cannot_answer_is_said(
     assert fault["found"]
     assert fault["allowed"]
     if what not in ("resonance-map", "optimal-designs"):
-        assert "survey of responses to ground motions" in fault["found"]
-        assert "ask a survey for a map" in fault["advice"]
+        assert "a ground-motion suite" in fault["found"]
+        assert "ask for a map over two of its dimensions" in fault["advice"]
 
 
 def test_a_harmonic_study_knows_nothing_of_surveys(client: httpx.Client, curve: dict[str, Any]) -> None:

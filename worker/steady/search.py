@@ -53,10 +53,11 @@ _CORRELATIONS = 50.0  # correlation times that have to be measured
 _MARGIN = 1.1  # of the cycles that the next look is planned at, over those that the last one asks for
 _SPARE_EVENTS = 20_000
 _MOST_BESIDE = 0.1  # half cycles spent on looking for orbits nearby, beside those of the run
+_NEWTON_STEPS = 4  # that Newton's method takes at the least
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 _REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
 # Share of the first distance to an orbit to which the run has to come; and if it has followed the linearisation for long.
-_CLOSED_IN = 0.1
+_CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256  # half cycles
 _AT_THE_ORBIT = 1e-8  # relative distance that is as good
@@ -210,7 +211,7 @@ def search(start, scene, probe, friction, particle, notes, settings):
         if friction is not None:
             if scene.counts[IMPACTS] == 0:
                 limit, crept = _creep_limit(state, friction, scene.base.frequency_ratio)
-                if crept:
+                if crept or _is_locked(state, friction, scene.base.frequency_ratio, ring, half):
                     return Found(limit, ARRIVED, look, Orbit(limit, 2, 0.0), mean, True)
         orbit = _repeated(state, look, span, scene, probe, particle, notes, settings)
         if orbit.lag > 0:
@@ -224,9 +225,12 @@ def search(start, scene, probe, friction, particle, notes, settings):
             if candidate.orbit.lag == 0:
                 next_try = half + half // 2
                 rival = True
-        elif half >= next_try and beside <= _MOST_BESIDE * half + _CHUNK:
-            next_try = half + max(_CHUNK, half // 2)
-            candidate, arrives, halves = _stable_orbit_nearby(state, look, scene, probe, particle, notes)
+        elif half >= next_try:
+            next_try = half + _CHUNK
+            spare = _MOST_BESIDE * half + _CHUNK - beside
+            candidate, arrives, halves = _stable_orbit_nearby(
+                state, look, spare, scene, probe, particle, notes
+            )
             beside += halves
             if arrives:
                 return Found(candidate.orbit.state, ARRIVED, look, candidate.orbit, mean, True)
@@ -308,6 +312,17 @@ def _creep_limit(state, friction, frequency_ratio):
 
 
 @kernel
+def _is_locked(state, friction, frequency_ratio, ring, half):
+    """Whether friction has held the mass for a cycle and holds it for good: r² + |v| ≤ γ_F, and the particle is at rest."""
+    return (
+        state.slip == 0.0
+        and state.p_rate == 0.0
+        and frequency_ratio * frequency_ratio + abs(state.v) <= friction
+        and recurrence(ring, half, 2) == 0.0
+    )
+
+
+@kernel
 def _repeated(state, look, span, scene, probe, particle, notes, settings):
     """The orbit on which the run all but repeats; of lag 0 where it does not, or where the orbit repels it.
 
@@ -365,11 +380,14 @@ def _newton(state, lag, reach, look, scene, probe, particle, notes):
 
 
 @kernel
-def _stable_orbit_nearby(state, look, scene, probe, particle, notes):
-    """A stable orbit within reach of the run, noted for its confirmation; whether the run can but tend to it; half cycles."""
+def _stable_orbit_nearby(state, look, spare, scene, probe, particle, notes):
+    """A stable orbit within reach of the run, noted for its confirmation; whether the run can but tend to it; half cycles.
+
+    Newton is not begun where it would take more half cycles than there are to `spare`.
+    """
     nothing = Candidate(Orbit(state, 0, inf), 0, 0, 1.0)
     lag = near_period(notes.ring, look.half, look.scale)
-    if lag == 0:
+    if lag == 0 or _NEWTON_STEPS * lag > spare:
         return nothing, False, 0
     reach = inf if particle is None else 2.0 * _REACH * look.scale
     orbit, found, halves = _newton(state, lag, reach, look, scene, probe, particle, notes)

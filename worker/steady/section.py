@@ -16,7 +16,9 @@ SAME = 1e-6
 
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _NEAR = 0.05  # relative recurrence from which Newton is tried
-_FAR_BETTER = 0.2  # share of a period's recurrence below which a multiple of it is taken in its place
+_FAR_BETTER = (
+    0.4  # a multiple of a period is taken where the run repeats by it better than by this over the multiple
+)
 
 
 @kernel
@@ -88,15 +90,20 @@ def near_period(ring, now, scale):
     """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
 
     A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then
-    unstable, lies close by.
+    unstable, lies close by. The higher the multiple, the better it has to be: a run that spirals into an orbit turns by
+    about a whole number of turns after some of its periods.
     """
     found = 0
     nearest = _NEAR * scale
     for lag in range(1, min(LONGEST, now // 2) + 1):
-        if found > 0 and lag % found > 0:
+        if found == 0:
+            closest = nearest
+        elif lag % found == 0:
+            closest = _FAR_BETTER * nearest * found / lag
+        else:
             continue
         d = recurrence(ring, now, lag)
-        if d <= nearest:
+        if d <= closest:
             found = lag
-            nearest = _FAR_BETTER * d
+            nearest = d
     return found

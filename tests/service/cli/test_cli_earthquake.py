@@ -82,7 +82,7 @@ def test_a_survey_is_run_asked_and_written_like_any_study(tmp_path: Path) -> Non
     for figure in ("best.png", "map.png"):
         assert (tmp_path / figure).read_bytes().startswith(b"\x89PNG")
     for question in ("response", "refine"):
-        assert "ask a survey for a map" in run(question, "dampers", *data, status=2).stderr
+        assert "ask for a map over two of its dimensions" in run(question, "dampers", *data, status=2).stderr
     refused = run("optimum", "dampers", "--exclude-locked", *data, status=2)
     assert "--metric" in refused.stderr
     file.write_text("records: [northridge]\nclearance: 1\n")
@@ -95,4 +95,4 @@ def test_a_contact_time_is_asked_for(tmp_path: Path) -> None:
     timed = ("--contact-time", "paper_soft_real")
     assert "contact dwell, 0.322" in run(*still, "--contact", "dwell", *timed).stdout
     assert "'instant', 'dwell'" in run(*still, "--contact", "compliant", *timed, status=2).stderr
-    assert "contact_time" in run(*still, "--contact", "dwell", status=2).stderr
+    assert "--contact-time" in run(*still, "--contact", "dwell", status=2).stderr

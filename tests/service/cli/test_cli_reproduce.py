@@ -169,4 +169,4 @@ def test_a_second_run_computes_nothing_and_says_the_same(made: tuple[Path, dict[
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("")
-    assert "allowed: a folder" in run("reproduce", "-o", tmp_path / "taken", status=2).stderr
+    assert "a folder is allowed" in run("reproduce", "-o", tmp_path / "taken", status=2).stderr

@@ -109,5 +109,5 @@ def test_a_survey_is_submitted_asked_and_opened(
     assert set(best["record"].values) == {"northridge-360"}
     best.plot(tmp_path / "best.png")
     assert (tmp_path / "best.png").stat().st_size > 1000
-    with pytest.raises(Refused, match="survey of responses to ground motions"):
+    with pytest.raises(Refused, match="a ground-motion suite"):
         study.frequency_response()

@@ -1,4 +1,4 @@
-"""What the README shows of the client is what happens, word for word."""
+"""What README and reference say of the client is what happens, word for word."""
 
 import inspect
 import re
@@ -18,13 +18,15 @@ from damperlab.studies.answers.resonance_map import REDUCTIONS
 from damperlab.studies.tmd.tunings import CRITERIA
 from damperlab.studies.variables import DIMENSIONS
 
-README = (Path(__file__).parents[3] / "README.md").read_text()
-SECTION = README[README.index("## From Python") :].partition("\n## ")[0]
+ROOT = Path(__file__).parents[3]
+README = (ROOT / "README.md").read_text()
+EXAMPLE = README[README.index("## From Python") :].partition("\n## ")[0]
+SECTION = (ROOT / "docs" / "reference" / "client.md").read_text().partition("\n## In full")[0]
 
 
 def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -> None:
-    code, _, rest = SECTION.partition("```python\n")[2].partition("```\n")
-    expected = re.findall(r"^    (\S+) (\S+)$", rest.partition("What is submitted")[0], re.MULTILINE)
+    code, _, rest = EXAMPLE.partition("```python\n")[2].partition("```\n")
+    expected = re.findall(r"^    (\S+) (\S+)$", rest.partition("Any other program")[0], re.MULTILINE)
     assert len(expected) == 3
     code = code.replace("http://127.0.0.1:8000", service.url)
     assert service.url in code
@@ -41,7 +43,7 @@ def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -
 
 
 def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:
-    command = re.search(r"^    curl (.*)$", SECTION, re.MULTILINE)
+    command = re.search(r"^    curl (.*)$", EXAMPLE, re.MULTILINE)
     study = README.partition("```yaml\n")[2].partition("```")[0]
     assert command is not None
     assert "'Content-Type: application/yaml' --data-binary" in command[1]

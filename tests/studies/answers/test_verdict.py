@@ -42,6 +42,12 @@ def said(answer: xr.Dataset) -> str:
     return " ".join(answer.attrs["verdict"])
 
 
+def test_a_design_equal_to_the_best_up_to_rounding_is_not_another() -> None:
+    value = np.array([1.0, 1.0 + 1e-14, 1.0 - 1e-14, 1.5])
+    error = np.array([1e-15, 2e-15, 1e-15, 0.01])
+    assert chance_of_another(value, error, 0) < 1e-12
+
+
 def test_the_chance_of_another_is_that_of_drawn_values():
     value, error = np.array([1.0, 1.02, 1.05, 1.0, 2.0]), np.array([0.02, 0.03, 0.01, 0.05, 0.1])
     draws = np.random.default_rng(1).normal(value, error, (200_000, 5))

@@ -88,9 +88,9 @@ def test_the_digest_is_that_of_what_is_asked() -> None:
     ]
     assert len({survey.digest, *(survey_of(**other).digest for other in others)}) == 1 + len(others)
     # points of surveys that differ in grid and metrics alone are the same
-    family = family_digest(survey, {"kernels": "k"})
-    assert family == family_digest(survey_of(records=["loma-prieta"], metrics=["impacts"]), {"kernels": "k"})
-    assert family != family_digest(survey_of(tail_s=1.0), {"kernels": "k"})
+    family = family_digest(survey, {"identity": "k"})
+    assert family == family_digest(survey_of(records=["loma-prieta"], metrics=["impacts"]), {"identity": "k"})
+    assert family != family_digest(survey_of(tail_s=1.0), {"identity": "k"})
 
 
 def test_a_definition_reads_back_without_its_records(tmp_path: Path) -> None:

@@ -151,6 +151,7 @@ def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(op
     assert collect_garbage(store, 0.0, trash_seconds=0.0).paths == 1
     assert list(verify(store, record)) == []
     store.delete(record.id)
+    store.bury()
     assert _objects(store) == {}
 
 

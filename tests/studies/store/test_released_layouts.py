@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.archives import extract_all
 from tests.oracles.transmissibility import absolute_amplitude
 
 from damperlab.studies.definition import parse_study
@@ -26,7 +27,7 @@ FREQUENCIES = np.array([0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4])
 @pytest.fixture
 def first(tmp_path: Path) -> Path:
     with tarfile.open(Path(__file__).with_name("store-0.1.0.tar.xz")) as archive:
-        archive.extractall(tmp_path / "first", filter="data")
+        extract_all(archive, tmp_path / "first")
     return tmp_path / "first"
 
 

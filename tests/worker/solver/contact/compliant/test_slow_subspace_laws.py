@@ -54,7 +54,8 @@ def test_the_slow_part_is_an_invariant_subspace(stiffness: float, share: float, 
     a[:4, :4] = np.reshape(slow, (4, 4))
     a[1, 4], a[5, 0], a[4, 5] = -0.1, -1.0, 1.0
     a[5, 4], a[5, 5] = -stiffness, -2 * share * rate
-    p, b, rates, inverse = split(a, 2)
+    p, b, rates, inverse, converged = split(a, 2)
+    assert converged
     # what moves in the subspace φ = Pσ stays in it: a [I; P] = [I; P] (A + A' P)
     lifted = np.vstack((np.eye(4), p))
     generator = a[:4, :4] + a[:4, 4:] @ p
