@@ -66,6 +66,11 @@ def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
                 for name in ("bytes_total", "phase", "phase_done", "phase_total", "box", "version")
             ),
             "ALTER TABLE done_blocks DROP COLUMN identity",
+            *(
+                statement
+                for table in ("studies", "done_blocks", "keys", "events")
+                for statement in (f"DROP INDEX unsealed_{table}", f"ALTER TABLE {table} DROP COLUMN crc")
+            ),
             "DROP TABLE facts",
             "UPDATE alembic_version SET version_num = '0002'",
         ):
