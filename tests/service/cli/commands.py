@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-END_SECONDS = 300.0
+END_SECONDS = 900.0
 """Far more than any command here takes: a hang fails, a loaded machine does not."""
 
 LINEAR: dict[str, Any] = {
