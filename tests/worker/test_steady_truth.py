@@ -8,7 +8,7 @@ from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.accuracy.truth import SETTINGS, Point, every, points
+from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, Point, every, points
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
@@ -25,14 +25,12 @@ def solved(point: Point, settings: Settings = SETTINGS, start: State | None = No
 def test_random_answers_of_every_contact_model_are_what_plain_marches_come_to() -> None:
     """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is."""
     answers = list(every(islice(points(5, MODELS), 180), 5000))
-    wrong = [
-        one
-        for one in answers
-        if not one.verdict.startswith("agrees") and not one.verdict.startswith("several responses")
-    ]
+    wrong = [one for one in answers if not one.verdict.startswith(("agrees", "several responses", TRANSIENT))]
     assert len(answers) >= 175
     assert wrong == []
     assert sum(one.verdict.startswith("several responses") for one in answers) <= 6
+    # irregular for longer than the run: known to happen, and no more often than in one answer of fifty
+    assert sum(one.verdict == TRANSIENT for one in answers) <= 180 // 50
 
 
 def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> None:

@@ -34,6 +34,9 @@ HALF_WIDTH = 1.96
 
 _LONGEST = 128  # half cycles
 _SAME = 1e-7  # relative: peaks of a march that repeats
+TRANSIENT = "a transient longer than the run"
+"""The verdict on an answer that is not periodic, where a march becomes so after the answer's run had ended."""
+_REMEMBERED = 1024  # half cycles in which a period is looked for
 _EXACT = 1e-6  # relative: amplitudes of one orbit, with what the march has not settled yet
 
 Halves = NDArray[np.float64]
@@ -123,11 +126,11 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 
 
 def truth_of(halves: Halves) -> Truth:
-    """What the measured half cycles of a march tell: its last 1,024 of a period, else all of them."""
+    """What the measured half cycles of a march tell: its last `_REMEMBERED` of a period, else all of them."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
-    lag = _lag(halves[-1024:])
+    lag = _lag(halves[-_REMEMBERED:])
     if lag > 0:
-        whole = 1024 // (2 * lag) * 2 * lag
+        whole = _REMEMBERED // (2 * lag) * 2 * lag
         amplitude = float(windows[-whole:].mean())
         impacts = 2.0 * float(halves[-whole:, 2].mean())
         return Truth(lag, amplitude, _EXACT * max(1.0, amplitude), impacts, 1e-9)
@@ -207,6 +210,13 @@ def compared(point: Point, cycles: int) -> Compared | None:
         )
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
+        elif verdict == "not periodic where the march is":
+            # irregular up to the end of the answer's run: a march settles later than that, which no run can know
+            halves = np.empty((_REMEMBERED, 3))
+            before = max(0, 2 * int(response.cycles) - _REMEMBERED)
+            _, outcome = march_halves(*point, point.rest(), before, halves)
+            if outcome == ARRIVED and _lag(halves) == 0:
+                verdict = TRANSIENT
     return Compared(point, response, truth, verdict, deviation)
 
 
