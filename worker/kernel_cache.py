@@ -8,6 +8,7 @@ user, or whoever installed the package, can write.
 """
 
 import hashlib
+import inspect
 import os
 import pickle
 import stat
@@ -151,6 +152,10 @@ class KernelCache:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._name = f"{function.__module__.rpartition('worker.')[2]}.{function.__qualname__}"
+        source = Path(inspect.getfile(function)).resolve()
+        # of the sources of a kernel outside the package the identity knows nothing
+        if not source.is_relative_to(_HERE.resolve()) and source.exists():
+            self._name += f".{hashlib.sha256(source.read_bytes()).hexdigest()[:8]}"
 
     @property
     def cache_path(self) -> str:

@@ -123,17 +123,40 @@ def tolerance_of(cube: xr.Dataset, otherwise: float) -> float:
 
 
 def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
-    """Count points, and cycles and seconds of run time where they are stored."""
-    spent: dict[str, float] = {
-        "points": sum(int((cube["status"].values >= 0).sum()) for cube in cubes.values())
-    }
+    """Count points, and cycles and seconds of run time where they are stored.
+
+    A point that several studies hold with the same settings is computed for the first of them alone; the others take it over.
+    """
+    computed = _computed(cubes)
+    spent: dict[str, float] = {"points": sum(int(new.sum()) for new in computed)}
     if all("cycles" in cube for cube in cubes.values()):
-        spent["cycles"] = int(
-            sum(np.maximum(cube["cycles"].values, 0).sum(dtype=np.int64) for cube in cubes.values())
+        spent["cycles"] = sum(
+            int(np.maximum(cube["cycles"].values[new], 0).sum(dtype=np.int64))
+            for cube, new in zip(cubes.values(), computed, strict=True)
         )
     if all("run_time" in cube for cube in cubes.values()):
-        spent["seconds"] = float(sum(np.nansum(cube["run_time"].values) for cube in cubes.values()))
+        spent["seconds"] = sum(
+            float(np.nansum(cube["run_time"].values[new]))
+            for cube, new in zip(cubes.values(), computed, strict=True)
+        )
     return spent
+
+
+def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
+    """Of every cube the points that have a result and that no cube before it holds."""
+    found: list[np.ndarray] = []
+    earlier: list[tuple[Any, xr.Dataset]] = []
+    for cube in cubes.values():
+        settings = json.loads(cube.attrs.get("study", "{}")).get("steady")
+        status = cube["status"]
+        new = status.values >= 0
+        for theirs, other in earlier:
+            if theirs == settings:
+                shared = [np.isin(cube[name].values, other[name].values) for name in status.dims]
+                new[np.ix_(*shared)] = False
+        earlier.append((settings, cube))
+        found.append(new)
+    return found
 
 
 def say_spent(spent: Mapping[str, float]) -> str:

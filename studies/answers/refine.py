@@ -115,7 +115,7 @@ def refine_optimum(
     }
     studies = tuple(follow_up(study, fixed | axes, "refined") for grids in chosen for axes in grids)
     points = sum(each.points for each in studies)
-    more = sum(cube["status"].size for cube in cubes.values()) - parent["status"].size + points
+    more = spent["points"] - parent["status"].size + points
     if more > budget:
         note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
         return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}")

@@ -83,11 +83,13 @@ def _fifth(x: float) -> float:
 
 
 @jitted
-def test_what_python_calls_holds_private_copies_of_its_parts() -> None:
-    assert _fifth(1.5) == 1.5**5
-    assert _cube(1.5) == 1.5**3
-    for function in (_fifth, _cube):
+def test_what_python_calls_holds_private_copies_of_its_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.kernel_cache.CACHE_FOLDER", tmp_path)  # compiled here, not loaded
+    for function, value in ((_fifth, 1.5**5), (_cube, 1.5**3)):
         assert isinstance(function, Kernel)
+        assert function(1.5) == value
         (compiled,) = function.whole.overloads.values()
         assert isinstance(compiled.library, Whole)
         open_names = [
