@@ -6,8 +6,10 @@ import time
 import uuid
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from damperlab.service.problems import defect
 from damperlab.service.traffic import Traffic
 
 _log = logging.getLogger("damperlab.access")
@@ -41,6 +43,11 @@ class AccessLog:
 
         try:
             await self.app(scope, receive, send_with_id)
+        except Exception:
+            _log.exception("request [%s] met a defect", request_id)
+            if status:
+                raise  # the answer has begun: the server cuts it off
+            await defect(Request(scope))(scope, receive, send_with_id)
         finally:
             seconds = time.perf_counter() - started
             self.traffic.add(scope["method"], status, seconds)

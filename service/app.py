@@ -5,6 +5,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -19,6 +20,10 @@ from damperlab.service import problems
 from damperlab.service.access import AccessLog
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
+from damperlab.service.edge.connection import Connection
+from damperlab.service.edge.drain import Drain
+from damperlab.service.edge.head import HEAD_LIMIT_BYTES, ShortHead
+from damperlab.service.edge.policy import Policy
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
 from damperlab.service.routes import (
@@ -120,8 +125,11 @@ def create_app(settings: Settings) -> FastAPI:
             allow_headers=["*"],
             expose_headers=["Location", "X-Request-ID"],
         )
+    app.add_middleware(ShortHead)
+    app.add_middleware(Drain)
     app.state.traffic = Traffic()
     app.add_middleware(AccessLog, traffic=app.state.traffic)
+    app.add_middleware(Policy, shared=bool(settings.cors_origins))
     # The framework makes the document once and keeps it.
     complete(app.openapi())
     return app
@@ -157,7 +165,16 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 class _Server(uvicorn.Server):
-    """A server that tells its event streams to end before it waits for them."""
+    """A server that ends what is overdue, and tells its event streams to end before it waits for them."""
+
+    async def on_tick(self, counter: int) -> bool:
+        """Look after the connections once a second; this is called ten times as often."""
+        if counter % 10 == 0:
+            now = time.monotonic()
+            for connection in list(self.server_state.connections):
+                assert isinstance(connection, Connection)
+                connection.overdue(now)
+        return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         application = self.config.app
@@ -194,6 +211,10 @@ def serve(settings: Settings) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
+        http=Connection,
+        h11_max_incomplete_event_size=HEAD_LIMIT_BYTES,
+        # who asks is known by the connection, not by what a header says of it
+        proxy_headers=False,
         ws="none",
         lifespan="on",
         timeout_graceful_shutdown=DRAIN_SECONDS,

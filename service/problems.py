@@ -1,6 +1,5 @@
 """Errors as problem documents (RFC 9457): a refusal says what was found, what is allowed and what to do."""
 
-import logging
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from http import HTTPStatus
@@ -30,9 +29,6 @@ from damperlab.studies.store.faults import (
 MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
 """When a client may try again what the service could not do just now."""
-
-_log = logging.getLogger("damperlab.problems")
-
 
 _SCHEMA = {
     "type": "object",
@@ -134,7 +130,8 @@ def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
     return Fault(field, describe(entry["input"]), message, "correct the value")
 
 
-def _respond(request: Request, problem: Problem) -> Response:
+def respond(request: Request, problem: Problem) -> Response:
+    """Put a problem into its document."""
     phrase = HTTPStatus(problem.status).phrase
     document: dict[str, object] = {
         "type": f"urn:damperlab:problem:{problem.kind}",
@@ -154,19 +151,19 @@ def _respond(request: Request, problem: Problem) -> Response:
 
 def _problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, Problem)
-    return _respond(request, error)
+    return respond(request, error)
 
 
 def _faults(request: Request, error: Exception) -> Response:
     assert isinstance(error, StudyFaults)
     count = len(error.faults)
     detail = f"The request has {count} fault{'s' if count != 1 else ''}; nothing was stored."
-    return _respond(request, Problem(422, "invalid", detail, error.faults))
+    return respond(request, Problem(422, "invalid", detail, error.faults))
 
 
 def _query(request: Request, error: Exception) -> Response:
     assert isinstance(error, QueryFault)
-    return _respond(
+    return respond(
         request, Problem(422, "invalid-parameters", "The study cannot answer this.", (error.fault,))
     )
 
@@ -207,7 +204,7 @@ def _store(request: Request, error: Exception) -> Response:
                 (error.fault,),
                 {"Retry-After": str(RETRY_SECONDS)},
             )
-    return _respond(request, problem)
+    return respond(request, problem)
 
 
 def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
@@ -227,7 +224,7 @@ def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
 def _bad_parameters(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     faults = invalid(error.errors(), _parameters(request))
-    return _respond(
+    return respond(
         request, Problem(422, "invalid-parameters", "The address of the request has faults.", faults)
     )
 
@@ -251,7 +248,7 @@ def _http(request: Request, error: Exception) -> Response:
     }.get(error.status_code, str(error.detail))
     kind = phrase.lower().replace(" ", "-")
     headers = {"Allow": ", ".join(_methods(request))} if error.status_code == 405 else error.headers
-    return _respond(request, Problem(error.status_code, kind, detail, headers=headers))
+    return respond(request, Problem(error.status_code, kind, detail, headers=headers))
 
 
 def _methods(request: Request) -> list[str]:
@@ -271,9 +268,10 @@ def _gone(request: Request, error: Exception) -> Response:
 
 
 def _bug(request: Request, error: Exception) -> Response:
+    return defect(request)
+
+
+def defect(request: Request) -> Response:
+    """Answer a request that met a defect of the service."""
     detail = "The service failed on this request, which is a defect in it. Please report the request id."
-    request_id = str(request.scope.get("request_id"))
-    # The server logs the traceback; this line ties it to the request.
-    _log.error("request [%s] met a defect: %r", request_id, error)
-    # Answered outside the middleware that adds the id to every other response.
-    return _respond(request, Problem(500, "defect", detail, headers={"X-Request-ID": request_id}))
+    return respond(request, Problem(500, "defect", detail))

@@ -11,6 +11,7 @@ MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
 
 _TEXT_SHOWN = 60
+_FIELD_SHOWN = 300
 _PLAIN_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}\Z")
 
 
@@ -34,6 +35,11 @@ class Fault:
     found: str
     allowed: str
     advice: str
+
+    def __post_init__(self) -> None:
+        """Shorten a name that is not ours: a document may have keys of megabytes."""
+        if len(self.field) > _FIELD_SHOWN:
+            object.__setattr__(self, "field", f"{self.field[:_FIELD_SHOWN]}…")
 
     def __str__(self) -> str:
         """Put the fault in one sentence."""

@@ -35,6 +35,7 @@ from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
 
 CHUNK = "application/octet-stream"
+_ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
 TRIES = 5
 """Looks at a study that changes while one of its blocks is read."""
 
@@ -68,11 +69,15 @@ def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> 
     try:
         return _read(service.store, service.store.find(study_id), revision, key, request)
     except StudyNotFound as error:
-        if key.endswith("zarr.json"):
+        if key.endswith("zarr.json") or (_ID.fullmatch(study_id) and not service.store.existed(study_id)):
             raise
         # of a cube that was opened before: 404 would be taken for a chunk of fill values
         raise Problem(
-            410, "study-gone", "The study has been deleted.", (error.fault,), {"Cache-Control": "no-store"}
+            410,
+            "study-gone",
+            "There is no such study any more.",
+            (error.fault,),
+            {"Cache-Control": "no-store"},
         ) from error
 
 

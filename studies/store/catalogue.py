@@ -199,9 +199,10 @@ class Catalogue:
                 "LockNotAvailable",
                 "UnicodeDecodeError",
             )
-            if not trouble and "not a database" not in str(cause) and "malformed" not in str(cause):
-                raise
             found = str(cause).strip()
+            told = ("not a database", "malformed", "invalid connection option")
+            if not trouble and not any(each in found for each in told):
+                raise
             if "database is locked" in found or "lock timeout" in found:
                 raise StoreFault(
                     Fault(
@@ -325,7 +326,7 @@ def _postgresql_url(address: str) -> URL:
             return url
         found = f"a database of kind {url.get_backend_name()}"
         advice = "leave it out for a SQLite file in the data directory"
-    except (ArgumentError, NoSuchModuleError):
+    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError of a port that is no number
         found, advice = "no address of a database", "write postgresql://user:password@host/database"
     except ImportError:
         found = "an address of PostgreSQL, for which the driver is not installed"

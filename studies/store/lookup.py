@@ -68,6 +68,12 @@ class Lookup(StoreBase):
                 )
             raise unknown_study(connection, ref)
 
+    def existed(self, study_id: str) -> bool:
+        """Whether there is a study of this whole id, or was one before it was deleted."""
+        with self.catalogue.reading() as connection:
+            found = connection.execute(select(studies.c.number).where(studies.c.id == study_id).limit(1))
+            return found.first() is not None
+
     def newest(self, digest: str) -> Record | None:
         """Give the newest version of what a definition asks for; None if it was never asked, or deleted."""
         with self.catalogue.reading() as connection:

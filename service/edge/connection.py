@@ -1,0 +1,157 @@
+"""One connection: how long it may take, how its errors are answered, and how it ends without losing an answer."""
+
+import logging
+import sys
+import time
+import uuid
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any
+
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from damperlab.service.documents import Document
+from damperlab.service.edge.policy import POLICY_HEADERS
+from damperlab.service.problems import MEDIA_TYPE
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from damperlab.service.settings import Settings
+    from damperlab.service.traffic import Traffic
+
+LINGER_SECONDS = 3.0
+"""How long a connection that ends with an error still reads, so that the client gets to see the answer."""
+STUCK_SECONDS = 60.0
+"""How long a client may leave an answer unread."""
+
+_log = logging.getLogger("damperlab.edge")
+
+
+class Connection(H11Protocol):
+    """uvicorn's connection, with an end to everything that a client may do slowly.
+
+    `overdue` is asked about once a second by the server. A head that does not come, or a body that does not, is answered
+    with 408; an answer that nobody reads is given up.
+    """
+
+    _head_since: float | None = None
+    _body_since: float | None = None
+    _heard: float = 0.0
+    _stuck_since: float | None = None
+    _lingers_until: float | None = None
+
+    @property
+    def _settings(self) -> "Settings":
+        settings: Settings = self._state.settings
+        return settings
+
+    @property
+    def _state(self) -> Any:
+        return self.config.app.state  # type: ignore[union-attr]
+
+    def connection_made(self, transport: "asyncio.Transport") -> None:  # type: ignore[override]
+        """Take a connection, or refuse it where there are too many."""
+        super().connection_made(transport)
+        self._heard = self._head_since = time.monotonic()
+        if len(self.connections) > self._settings.connections_limit:
+            self._refuse(503, "too-many-connections", "The service has as many connections as it takes.")
+
+    def data_received(self, data: bytes) -> None:
+        """Take bytes; what comes after the connection's last answer is dropped."""
+        now = self._heard = time.monotonic()
+        if self._lingers_until is not None:
+            return
+        super().data_received(data)
+        their = self.conn.their_state
+        if their is h11.IDLE and self.conn.trailing_data[0]:
+            self._head_since = now if self._head_since is None else self._head_since
+        else:
+            self._head_since = None
+        self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
+
+    def pause_writing(self) -> None:
+        """Note since when the client reads nothing."""
+        super().pause_writing()
+        self._stuck_since = time.monotonic()
+
+    def resume_writing(self) -> None:
+        """Note that it reads again."""
+        super().resume_writing()
+        self._stuck_since = None
+
+    def shutdown(self) -> None:
+        """End the connection once its answer is complete."""
+        if self._lingers_until is None:
+            super().shutdown()
+        else:
+            self.transport.abort()
+
+    def overdue(self, now: float) -> None:
+        """End the connection if it has taken too long over anything."""
+        settings = self._settings
+        if self._lingers_until is not None:
+            if now > self._lingers_until:
+                self.transport.abort()
+        elif self._stuck_since is not None and now - self._stuck_since > STUCK_SECONDS:
+            self.transport.abort()
+        elif self._head_since is not None and now - self._head_since > settings.head_timeout_seconds:
+            detail = f"The head of the request was not complete after {settings.head_timeout_seconds:g} s."
+            self._refuse(408, "request-timeout", detail)
+        elif self._body_since is not None and self.conn.their_state is h11.SEND_BODY:
+            since = max(self._heard, self._body_since) if self.flow.read_paused else self._body_since
+            if now - since > settings.body_timeout_seconds:
+                detail = (
+                    f"The body of the request was not complete after {settings.body_timeout_seconds:g} s."
+                )
+                self._refuse(408, "request-timeout", detail)
+
+    def send_400_response(self, msg: str) -> None:
+        """Answer what is no HTTP with a problem document."""
+        error = sys.exception()
+        status = getattr(error, "error_status_hint", 400) or 400
+        self._refuse(status, "malformed-request", f"This is no request of HTTP/1.1: {error or msg}.")
+
+    def _refuse(self, status: int, kind: str, detail: str) -> None:
+        """Send an answer of the server's own, the last one on this connection."""
+        request_id = uuid.uuid4().hex
+        _log.info("%s %s [%s]: %s", self.client[0] if self.client else "-", status, request_id, detail)
+        traffic: Traffic = self._state.traffic
+        traffic.add("other", status, 0.0)
+        if self.cycle is not None and not self.cycle.response_complete:
+            # whatever computes for this client hears that it has left
+            self.cycle.disconnected = True
+            self.cycle.message_event.set()
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            phrase = HTTPStatus(status).phrase
+            document = {
+                "type": f"urn:damperlab:problem:{kind}",
+                "title": phrase,
+                "status": status,
+                "detail": detail,
+                "request_id": request_id,
+            }
+            body = Document(document).body
+            headers = [
+                ("Content-Type", MEDIA_TYPE),
+                ("Content-Length", str(len(body))),
+                ("Connection", "close"),
+                ("X-Request-ID", request_id),
+                *POLICY_HEADERS.items(),
+            ]
+            for event in (
+                h11.Response(status_code=status, headers=headers, reason=phrase.encode()),
+                h11.Data(data=bytes(body)),
+                h11.EndOfMessage(),
+            ):
+                self.transport.write(self.conn.send(event) or b"")
+        self._linger()
+
+    def _linger(self) -> None:
+        """Close our half, and read a little longer: closed with bytes unread, a connection is reset and its answer lost."""
+        self._unset_keepalive_if_required()
+        self._head_since = self._body_since = None
+        self._lingers_until = time.monotonic() + LINGER_SECONDS
+        self.flow.resume_reading()
+        if self.transport.can_write_eof():
+            self.transport.write_eof()

@@ -1,0 +1,42 @@
+"""Heads of requests: no longer than anybody needs, so that whatever reads a header has little to read."""
+
+from starlette.requests import Request
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from damperlab.service.problems import Problem, respond
+from damperlab.studies.faults import Fault
+
+HEAD_LIMIT_BYTES = 32 * 1024
+"""Of the request line and all header lines together."""
+CONTENT_TYPE_LIMIT_BYTES = 1024
+
+
+class ShortHead:
+    """ASGI middleware: refuses a head that is too long."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request, or refuse it."""
+        problem = _too_long(scope) if scope["type"] == "http" else None
+        if problem is None:
+            await self.app(scope, receive, send)
+        else:
+            await respond(Request(scope), problem)(scope, receive, send)
+
+
+def _too_long(scope: Scope) -> Problem | None:
+    size = len(scope.get("raw_path", b"")) + len(scope["query_string"])
+    for name, value in scope["headers"]:
+        size += len(name) + len(value) + 4
+        if name == b"content-type" and len(value) > CONTENT_TYPE_LIMIT_BYTES:
+            return _problem("Content-Type", len(value), CONTENT_TYPE_LIMIT_BYTES)
+    return _problem("headers", size, HEAD_LIMIT_BYTES) if size > HEAD_LIMIT_BYTES else None
+
+
+def _problem(field: str, size: int, limit: int) -> Problem:
+    fault = Fault(field, f"{size} bytes", f"at most {limit} bytes", "send a shorter one")
+    return Problem(
+        431, "head-too-long", "The head of the request is longer than the service reads.", (fault,)
+    )

@@ -1,0 +1,103 @@
+"""Clients that take their time, too many of them, and requests that meet a defect."""
+
+import contextlib
+import logging
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+from tests.service.security.raw import host_of
+
+from damperlab.service.access import AccessLog
+from damperlab.service.traffic import Traffic
+
+
+def _rest(connection: socket.socket) -> bytes:
+    """Everything until the service ends the connection; it must, or the time-out of the socket fails the test."""
+    received = b""
+    with contextlib.suppress(ConnectionResetError):
+        while part := connection.recv(65536):
+            received += part
+    return received
+
+
+def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..., Any]) -> None:
+    running = own_service(
+        DAMPERLAB_HEAD_TIMEOUT_SECONDS="1",
+        DAMPERLAB_BODY_TIMEOUT_SECONDS="2",
+        DAMPERLAB_CONNECTIONS_LIMIT="60",
+    )
+    address = urlsplit(running.url)
+    host = host_of(running.url)
+    begun = [
+        b"",
+        b"GET /health/live HTTP/1.1\r\nHost: " + host + b"\r\nX: ",
+        b"POST /api/v1/simulate HTTP/1.1\r\nHost: %s\r\nContent-Type: application/json\r\n"
+        b"Content-Length: 100\r\n\r\n{" % host,
+    ]
+    with contextlib.ExitStack() as stack:
+        slow = []
+        for _ in range(10):
+            for head in begun:
+                connection = stack.enter_context(
+                    socket.create_connection((address.hostname, address.port), timeout=60)
+                )
+                connection.sendall(head)
+                slow.append(connection)
+        for connection in slow:
+            answer = _rest(connection)
+            assert answer.startswith(b"HTTP/1.1 408 "), answer
+            assert b"application/problem+json" in answer
+    # a body of which a little comes all the time has no longer
+    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
+        connection.sendall(begun[2])
+        connection.settimeout(0.2)
+        answer = b""
+        for _ in range(98):
+            with contextlib.suppress(TimeoutError):
+                answer += connection.recv(65536)
+            if answer:
+                break
+            connection.sendall(b" ")
+        assert answer.startswith(b"HTTP/1.1 408 "), answer
+    with contextlib.ExitStack() as stack:
+        many = [
+            stack.enter_context(socket.create_connection((address.hostname, address.port), timeout=60))
+            for _ in range(80)
+        ]
+        refused = [_rest(connection)[:12] for connection in many]
+        assert refused.count(b"HTTP/1.1 503") >= 20
+        assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
+    with httpx.Client(base_url=running.url) as client:
+        give_up = time.monotonic() + 60
+        while (answer := client.get("/metrics")).status_code != 200:
+            assert time.monotonic() < give_up
+        assert 'method="other",status="408"' in answer.text
+        assert 'method="other",status="503"' in answer.text
+
+
+async def _failing(scope: Any, receive: Any, send: Any) -> None:
+    raise RuntimeError("a defect for the test")
+
+
+def test_a_defect_is_answered_counted_and_logged_with_its_trace(caplog: pytest.LogCaptureFixture) -> None:
+    import anyio
+
+    traffic = Traffic()
+
+    async def ask() -> httpx.Response:
+        transport = httpx.ASGITransport(app=AccessLog(_failing, traffic))
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+            return await client.get("/", headers={"x-request-id": "the-one"})
+
+    with caplog.at_level(logging.ERROR, "damperlab.access"):
+        answer = anyio.run(ask)
+    assert answer.status_code == 500
+    assert answer.json()["request_id"] == answer.headers["x-request-id"] == "the-one"
+    assert traffic.read()[0] == {("GET", 500): 1}
+    assert "the-one" in caplog.text
+    assert "a defect for the test" in caplog.text
