@@ -6,20 +6,23 @@ differently, of which the loader picks one. Here a function that is called by an
 Python calls becomes machine code (`Whole`), from one private copy of each of its parts. So its bits depend on the sources
 and the target alone, not on what else a process has compiled or loaded.
 
-Built from numba's documented `pipeline_class`, by subclasses; nothing of numba is patched.
+Besides, fields that are None are dropped where a function is handed whole scenes (`_Decided`), and what is rounded once
+is said by the source (`_Fusing`). Built from numba's documented `pipeline_class`, by subclasses; nothing of numba is patched.
 """
 
 import gc
+import operator
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from llvmlite import binding
-from numba import _dynfunc
-from numba.core import compiler, config, typed_passes, untyped_passes
+from llvmlite import ir as llvm
+from numba import _dynfunc, types
+from numba.core import compiler, config, ir, lowering, typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 _V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
@@ -122,10 +125,49 @@ def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
     return callees_first[::-1]
 
 
+_DOUBLE = llvm.DoubleType()
+
+
+class _Fusing(lowering.Lower):  # type: ignore[misc]
+    """Rounds a product and a sum once where both stand in one expression, as C does (FP_CONTRACT ON).
+
+    LLVM would do so wherever the optimiser happens to put the two side by side (`contract`), so that last bits changed with
+    what is inlined into what, and with the scene. Here they depend on each expression alone: a kernel may be cut into
+    functions, or be handed other arguments, and gives the same bits.
+    """
+
+    def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
+        both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
+        if both and operation in (operator.add, operator.sub):
+            left, right = self._number(expression.lhs), self._number(expression.rhs)
+            negative = operation is operator.sub
+            if _is_product(expression.lhs, left):
+                return self._fused(*left.operands, self.builder.fneg(right) if negative else right)
+            if _is_product(expression.rhs, right):
+                one, other = right.operands
+                return self._fused(self.builder.fneg(one) if negative else one, other, left)
+        return super().lower_binop(result_type, expression, operation)
+
+    def _number(self, name: Any) -> Any:
+        return self.context.cast(self.builder, self.loadvar(name.name), self.typeof(name.name), types.float64)
+
+    def _fused(self, one: Any, other: Any, added: Any) -> Any:
+        """`one` times `other`, plus `added`; two roundings where the target has no such instruction."""
+        form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
+        function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
+        return self.builder.call(function, [one, other, added])
+
+
+def _is_product(name: Any, value: Any) -> bool:
+    """Whether an operand is a product that stands in the same expression, and has no name of its own."""
+    return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
+
+
 class _Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
     """From typed IR to LLVM IR, in a library of the wanted class."""
 
     _library: type[JITCodeLibrary]
+    lowering_class = _Fusing
 
     def run_pass(self, state: Any) -> bool:
         state.library = self._library(state.targetctx.codegen(), state.func_id.func_qualname)
@@ -157,6 +199,83 @@ class _LowerPart(_Lowering):
         return True
 
 
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Decided(FunctionPass):  # type: ignore[misc]
+    """Answer what the types of the arguments decide, so that the branches not taken are dropped before types are inferred.
+
+    numba drops a branch on `x is None` where x is an argument. Here the same holds for the fields of its named tuples, at any
+    depth, and for `isinstance(x, C)` of a class of named tuples C. So a kernel reads as plain Python, is handed whole
+    scenes, and holds nothing of what its scene lacks.
+    """
+
+    _name = "damperlab_decided"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        code = state.func_ir
+        for block in code.blocks.values():
+            for statement in block.find_insts(ir.Assign):
+                answer = self._answer(statement.value, code, state.args)
+                if answer is not None:
+                    places = code._definitions[statement.target.name]
+                    places[places.index(statement.value)] = answer
+                    statement.value = answer
+        return True
+
+    def _answer(self, value: Any, code: Any, arguments: Any) -> Any:
+        """The constant that an expression is for these types; None where it is none."""
+        if not isinstance(value, ir.Expr):
+            return None
+        if value.op in ("getattr", "static_getitem"):
+            if isinstance(_type_of(value, code, arguments), types.NoneType):
+                return ir.Const(None, value.loc)
+        elif value.op == "binop" and value.fn in (operator.is_, operator.is_not):
+            left, right = (_type_of(side, code, arguments) for side in (value.lhs, value.rhs))
+            if (
+                left is not None
+                and isinstance(right, types.NoneType)
+                and not isinstance(left, types.Optional)
+            ):
+                absent = isinstance(left, types.NoneType)
+                return ir.Const(absent == (value.fn is operator.is_), value.loc)
+        elif value.op == "call" and len(value.args) == 2 and not value.kws:
+            function, wanted = (_definition(name, code) for name in (value.func, value.args[1]))
+            if getattr(function, "value", None) is isinstance:
+                found = _type_of(value.args[0], code, arguments)
+                if found is not None:
+                    return ir.Const(getattr(found, "instance_class", None) is wanted.value, value.loc)
+        return None
+
+
+def _definition(name: ir.Var, code: Any) -> Any:
+    """What a variable is set to; None where that depends on the way taken."""
+    try:
+        return code.get_definition(name)
+    except KeyError:
+        return None
+
+
+def _type_of(value: Any, code: Any, arguments: Any) -> Any:
+    """Type of a variable or expression that is an argument, a field of one, or None; else None."""
+    if isinstance(value, ir.Var):
+        value = _definition(value, code)
+    if isinstance(value, ir.Arg):
+        found = arguments[value.index]
+        return types.none if isinstance(found, types.Omitted) and found.value is None else found
+    if isinstance(value, ir.Const) and value.value is None:
+        return types.none
+    if isinstance(value, ir.Expr) and value.op in ("getattr", "static_getitem", "exhaust_iter"):
+        whole = _type_of(value.value, code, arguments)
+        if value.op == "exhaust_iter" or not isinstance(whole, types.BaseNamedTuple):
+            return whole
+        if value.op == "static_getitem":
+            return whole.types[value.index] if isinstance(value.index, int) else None
+        return whole.types[whole.fields.index(value.attr)] if value.attr in whole.fields else None
+    return None
+
+
 class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
     """The passes that kernels need: no closures, no literal loops, no rewritten array expressions."""
 
@@ -168,9 +287,11 @@ class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
             untyped_passes.TranslateByteCode,
             untyped_passes.FixupArgs,
             untyped_passes.IRProcessing,
+            _Decided,
             untyped_passes.DeadBranchPrune,
             untyped_passes.GenericRewrites,
             untyped_passes.ReconstructSSA,
+            _Decided,
             untyped_passes.DeadBranchPrune,
             typed_passes.NopythonTypeInference,
             typed_passes.PreLowerStripPhis,

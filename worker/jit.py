@@ -24,7 +24,7 @@ __all__ = ["CACHE_FOLDER", "by_type", "identity", "inlined", "kernel", "shipped_
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+_OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
 class Kernel:
@@ -74,9 +74,9 @@ def _kernel(function: F, **options: Any) -> F:
 def kernel(function: F) -> F:
     """Compile on first call, keep on disk, release the GIL.
 
-    Of fastmath only `contract` (a product and a sum rounded once): sums are never re-ordered, so a point has the same
-    bits in whatever block, process and order it is computed. Division by zero gives inf and NaN as in C, because a
-    numerical failure is data, not an exception.
+    Nothing of fastmath: sums are never re-ordered, and a product and a sum are rounded once where both stand in one
+    expression (`compiler`), so a point has the same bits in whatever block, process and order it is computed. Division by
+    zero gives inf and NaN as in C, because a numerical failure is data, not an exception.
     """
     return _kernel(function)
 

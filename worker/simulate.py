@@ -10,11 +10,9 @@ import numpy as np
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.lower import rebound_of
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segments import empty_log
 from damperlab.worker.solver.state import (
     ARRIVED,
@@ -234,11 +232,8 @@ def _march(
     """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
     particle = design.particle
     r = design.frequency_ratio
-    base = make_base(design.damping_ratio, r, True)
-    free = make_medium(base, 1.0, True)
-    loaded = None if particle is None else make_loaded(base, particle, particle.wall, True)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    scene = make_scene(design.damping_ratio, r, friction, particle, True)
+    counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
     meter = None if measured else Meter(sums)  # what has been measured is only shown
@@ -253,17 +248,17 @@ def _march(
     for half in range(2 * cycles):
         sampled = half >= 2 * (cycles - history)
         log.cursor[0] = 0
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, log)
+        state, outcome = half_cycle(state, scene, meter, log)
         if outcome != ARRIVED:
             break
         if sampled:
-            samples.append(sample_half(log, base, free, loaded, friction, particle, half, work))
+            samples.append(sample_half(log, scene, half))
         peaks[half // 2] = sums[PEAK], sums[RELATIVE_PEAK]
         if half % 2 == 1:
             sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
             done += 1
     if measured is None:
-        measured = _measures(base, particle, sums, peaks[:done], counts, stored, state, done, outcome)
+        measured = _measures(scene.base, particle, sums, peaks[:done], counts, stored, state, done, outcome)
         measured["run_time"] = thread_time() - began
     else:
         measured["run_time"] = thread_time() - began

@@ -11,10 +11,8 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,
@@ -40,7 +38,7 @@ STEPPED_CYCLES = 200
 REPEATS = 15
 
 
-class Scene(NamedTuple):
+class Point(NamedTuple):
     """A design point whose kernel is timed."""
 
     damping_ratio: float
@@ -50,20 +48,20 @@ class Scene(NamedTuple):
 
 
 SCENES = {
-    "linear": Scene(0.0038, 1.0, None, None),
-    "friction": Scene(0.0038, 1.0, 0.6, None),
-    "friction with stick": Scene(0.0038, 1.0, 0.8, None),
-    "particle": Scene(0.0038, 1.0, None, Particle(10.0, 0.47, 0.1)),
-    "particle with chatter": Scene(0.0038, 1.0, None, Particle(1.0, 0.47, 0.1)),
-    "hybrid 5/0.4": Scene(0.0038, 1.0, 0.4, Particle(5.0, 0.47, 0.1)),
-    "hybrid 2/0.6": Scene(0.0038, 1.0, 0.6, Particle(2.0, 0.47, 0.1)),
-    "hybrid with stick": Scene(0.0038, 0.9, 0.6, Particle(2.0, 0.47, 0.1)),
-    "hybrid with chatter and stick": Scene(0.0038, 0.9, 0.8, Particle(0.3, 0.47, 0.1)),
+    "linear": Point(0.0038, 1.0, None, None),
+    "friction": Point(0.0038, 1.0, 0.6, None),
+    "friction with stick": Point(0.0038, 1.0, 0.8, None),
+    "particle": Point(0.0038, 1.0, None, Particle(10.0, 0.47, 0.1)),
+    "particle with chatter": Point(0.0038, 1.0, None, Particle(1.0, 0.47, 0.1)),
+    "hybrid 5/0.4": Point(0.0038, 1.0, 0.4, Particle(5.0, 0.47, 0.1)),
+    "hybrid 2/0.6": Point(0.0038, 1.0, 0.6, Particle(2.0, 0.47, 0.1)),
+    "hybrid with stick": Point(0.0038, 0.9, 0.6, Particle(2.0, 0.47, 0.1)),
+    "hybrid with chatter and stick": Point(0.0038, 0.9, 0.8, Particle(0.3, 0.47, 0.1)),
 }
 
 
 @kernel
-def _march(state, base, free, loaded, friction, particle, work, counts, meter, cycles):  # type: ignore[no-untyped-def]
+def _march(state, scene, meter, cycles):  # type: ignore[no-untyped-def]
     """Whole cycles; the peaks of each are set back, as the search for the steady response does."""
     total = 0.0
     for _ in range(cycles):
@@ -71,9 +69,7 @@ def _march(state, base, free, loaded, friction, particle, work, counts, meter, c
             meter.sums[PEAK] = 0.0
             meter.sums[RELATIVE_PEAK] = 0.0
         for _ in range(2):
-            state, outcome = half_cycle(
-                state, base, free, loaded, friction, particle, work, counts, meter, None
-            )
+            state, outcome = half_cycle(state, scene, meter, None)
             if outcome != ARRIVED:
                 return state, outcome, total
         if meter is not None:
@@ -93,7 +89,7 @@ def _times(seconds: list[float], cycles: int) -> Times:
     return Times(float(per_cycle.min()), float(np.median(per_cycle)))
 
 
-def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
+def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
     """Time one scene.
 
     Raises
@@ -101,13 +97,10 @@ def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
     RuntimeError
         Where the march does not arrive: a time would mean nothing.
     """
-    base = make_base(scene.damping_ratio, scene.frequency_ratio, True)
-    free = make_medium(base, 1.0, True)
-    loaded = None if scene.particle is None else make_loaded(base, scene.particle, scene.particle.wall, True)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    scene = make_scene(*point, True)
+    counts = scene.counts
     counts[BUDGET] = 10**12
-    state = at_rest(scene.frequency_ratio, scene.friction, scene.particle)
+    state = at_rest(point.frequency_ratio, point.friction, point.particle)
     meters = {
         "march": None,
         "peaks": Meter(np.zeros(METERS), None),
@@ -117,22 +110,18 @@ def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
     peaks = np.empty((STEPPED_CYCLES, 2))
     stepped = np.zeros(COUNTS, np.int64)
     for meter in meters.values():
-        state, _outcome, _ = _march(
-            state, base, free, loaded, scene.friction, scene.particle, work, counts, meter, TRANSIENT
-        )
-    march_rk4(*scene, STEPS, STEPPED_CYCLES, stepped, peaks)
+        state, _outcome, _ = _march(state, scene, meter, TRANSIENT)
+    march_rk4(*point, STEPS, STEPPED_CYCLES, stepped, peaks)
     counts[:BUDGET] = 0
     for _ in range(repeats):
         for name, meter in meters.items():
             began = perf_counter()
-            state, outcome, _ = _march(
-                state, base, free, loaded, scene.friction, scene.particle, work, counts, meter, CYCLES
-            )
+            state, outcome, _ = _march(state, scene, meter, CYCLES)
             seconds[name].append(perf_counter() - began)
             if outcome != ARRIVED:
-                raise RuntimeError(f"the march of {scene} ended with {outcome}")
+                raise RuntimeError(f"the march of {point} ended with {outcome}")
         began = perf_counter()
-        march_rk4(*scene, STEPS, STEPPED_CYCLES, stepped, peaks)
+        march_rk4(*point, STEPS, STEPPED_CYCLES, stepped, peaks)
         seconds["rk4"].append(perf_counter() - began)
     figures: dict[str, Any] = {}
     for name, taken in seconds.items():
@@ -143,7 +132,7 @@ def measure(scene: Scene, repeats: int = REPEATS) -> dict[str, Any]:
         "rk4_over_march": figures["rk4_us"] / figures["march_us"],
         "rk4_over_peaks": figures["rk4_us"] / figures["peaks_us"],
         "rk4_over_metered": figures["rk4_us"] / figures["metered_us"],
-        "windows_per_cycle": 2 * base.windows,
+        "windows_per_cycle": 2 * scene.base.windows,
         "impacts_per_cycle": counts[IMPACTS] / cycles,
         "turns_per_cycle": counts[TURNS] / cycles,
         "attachments_per_cycle": counts[ATTACHMENTS] / cycles,

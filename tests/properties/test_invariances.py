@@ -9,11 +9,9 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 from damperlab.worker.simulate import Design, simulate
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, State
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import ARRIVED, BUDGET, State
 from damperlab.worker.steady.settle import at_rest
 
 FEW = settings(max_examples=30, deadline=None)
@@ -22,15 +20,10 @@ FEW = settings(max_examples=30, deadline=None)
 def march(design: Design, state: State, halves: int) -> State:
     """March with everything that a march needs made anew."""
     friction = design.friction_ratio or None
-    base = make_base(design.damping_ratio, design.frequency_ratio, None)
-    free = make_medium(base, 1.0, None)
-    particle = design.particle
-    loaded = None if particle is None else make_loaded(base, particle, particle.wall, None)
-    counts = np.zeros(COUNTS, np.int64)
-    counts[BUDGET] = 10**6
-    work = np.empty((4, TERMS))
+    scene = make_scene(design.damping_ratio, design.frequency_ratio, friction, design.particle, None)
+    scene.counts[BUDGET] = 10**6
     for _ in range(halves):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        state, outcome = half_cycle(state, scene, None, None)
         assert outcome == ARRIVED
     return State(*state)
 

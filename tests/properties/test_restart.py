@@ -19,14 +19,13 @@ from tests.properties.designs import (
 )
 
 from damperlab.worker.simulate import Design
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.excitation.base import mirrored
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.propagator import make_base
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segments import DURATION, EVENT, START, empty_log
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, NOTHING, Particle, State
+from damperlab.worker.solver.state import ARRIVED, BUDGET, NOTHING, Particle, State
 from damperlab.worker.steady.orbit import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
 
@@ -52,7 +51,7 @@ class March:
 
     def through(self, state: State, begin: float, end: float, log: Any = None) -> State:
         """From one time of a half cycle to another, in windows of its own, so that nothing is known of another march."""
-        r, particle = self.design.frequency_ratio, self.design.particle
+        r = self.design.frequency_ratio
         count = max(1, ceil((end - begin) / self.base.window))
         phases = r * np.linspace(begin, end, count + 1)
         sine, cosine = np.sin(phases), np.cos(phases)
@@ -62,21 +61,9 @@ class March:
         base = self.base._replace(
             window=window, windows=count, sine=sine, cosine=cosine, forms=base_forms(self.base.rows, window)
         )
-        loaded = None if particle is None else make_loaded(base, particle, particle.wall, True)
-        counts = np.zeros(COUNTS, np.int64)
-        counts[BUDGET] = 100_000
-        state, outcome = half_cycle(
-            state,
-            base,
-            make_medium(base, 1.0, True),
-            loaded,
-            self.friction,
-            particle,
-            np.empty((4, TERMS)),
-            counts,
-            None,
-            log,
-        )
+        scene = scene_on(base, self.friction, self.design.particle, True)
+        scene.counts[BUDGET] = 100_000
+        state, outcome = half_cycle(state, scene, None, log)
         assert outcome == ARRIVED
         return mirrored(base, state)
 

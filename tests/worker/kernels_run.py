@@ -4,11 +4,9 @@ import sys
 
 import numpy as np
 
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import BUDGET, COUNTS, METERS, Meter, Particle, Wall
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import BUDGET, METERS, Meter, Particle, Wall
 from damperlab.worker.steady.start import at_rest
 
 PARTICLE = Particle(2.0, 0.6, 0.2)
@@ -21,16 +19,12 @@ SCENES = [(0.3, None), *((friction, particle) for particle in CONTACTS for frict
 
 
 def bits(friction: float | None, particle: Particle | None) -> str:
-    base = make_base(0.02, 0.97, True)
-    free = make_medium(base, 1.0, True)
-    loaded = None if particle is None else make_loaded(base, particle, particle.wall, True)
+    scene = make_scene(0.02, 0.97, friction, particle, True)
+    scene.counts[BUDGET] = 10**6
     state = at_rest(0.97, friction, particle)
-    counts = np.zeros(COUNTS, np.int64)
-    counts[BUDGET] = 10**6
     sums = np.zeros(METERS)
-    work = np.empty((4, TERMS))
     for _ in range(60):
-        state, _ = half_cycle(state, base, free, loaded, friction, particle, work, counts, Meter(sums), None)
+        state, _ = half_cycle(state, scene, Meter(sums), None)
     numbers = [state.v, state.w, state.gap, state.p_rate, *sums]
     return " ".join(float(number).hex() for number in numbers)
 

@@ -3,14 +3,11 @@
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
-    COUNTS,
     METERS,
     PEAK,
     RELATIVE_PEAK,
@@ -40,28 +37,20 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
     outcome : int
         ARRIVED, or how the march ended early.
     """
-    base = make_base(damping_ratio, frequency_ratio, None)
-    free = make_medium(base, 1.0, None)
-    loaded = None
-    if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall, None)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
     sums = np.zeros(METERS)
     meter = Meter(sums, None)
-    counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
+    scene.counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
     outcome = ARRIVED
     for _ in range(2 * silent):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        state, outcome = half_cycle(state, scene, None, None)
         if outcome != ARRIVED:
             return state, outcome
     for cycle in range(peaks.shape[0]):
         sums[PEAK] = 0.0
         sums[RELATIVE_PEAK] = 0.0
         for _ in range(2):
-            state, outcome = half_cycle(
-                state, base, free, loaded, friction, particle, work, counts, meter, None
-            )
+            state, outcome = half_cycle(state, scene, meter, None)
             if outcome != ARRIVED:
                 return state, outcome
         peaks[cycle, 0] = sums[PEAK]

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -98,6 +99,86 @@ def test_what_python_calls_holds_private_copies_of_its_parts(
         assert sorted(open_names) == sorted(
             (compiled.fndesc.llvm_func_name, compiled.fndesc.llvm_cpython_wrapper_name)
         )
+
+
+@inlined
+def _product(a: float, b: float) -> float:
+    return a * b
+
+
+@kernel
+def _rounded_once(a: float, b: float, c: float) -> tuple[float, float, float, float]:
+    return a * b - c, c - a * b, a * b + -c, -c + b * a
+
+
+@kernel
+def _rounded_twice(a: float, b: float, c: float) -> tuple[float, float, float]:
+    product = a * b
+    if c < 0.0:
+        product = -product
+    return product - c, _product(a, b) - c, (a * b) / 1.0 - c
+
+
+@jitted
+@pytest.mark.skipif(
+    "x86-64-v3" not in identity()["target"], reason="no product and sum are rounded once here"
+)
+def test_a_product_and_a_sum_are_rounded_once_where_they_stand_in_one_expression() -> None:
+    a = b = 1.0 + 2.0**-30
+    c = a * b  # the square is 1 + 2^-29 + 2^-60: of that the last is lost
+    assert _rounded_once(a, b, c) == (2.0**-60, -(2.0**-60), 2.0**-60, 2.0**-60)
+    assert _rounded_twice(a, b, c) == (0.0, 0.0, 0.0)
+
+
+class _Inner(NamedTuple):
+    x: float
+    y: float | None
+
+
+class _Other(NamedTuple):
+    z: float
+
+
+class _Outer(NamedTuple):
+    inner: _Inner | None
+    either: _Inner | _Other
+    number: float | None
+
+
+@inlined
+def _whole(outer: _Outer) -> float:
+    total = 0.0
+    if outer.inner is not None:
+        total = outer.inner.x
+        if outer.inner.y is not None and outer.number is not None:
+            total += outer.inner.y * outer.number
+    if isinstance(outer.either, _Other):
+        return total + outer.either.z
+    return total - outer.either.x
+
+
+@kernel
+def _apart(outer: _Outer) -> float:
+    inner, _, number = outer
+    found = None if number is None else _Other(number)
+    total = _whole(outer)
+    if inner is None:
+        total *= 2.0
+    if found is not None:
+        total += found.z
+    return total
+
+
+@pytest.mark.parametrize("inner", [None, _Inner(1.0, None), _Inner(1.0, 3.0)])
+@pytest.mark.parametrize("either", [_Inner(5.0, None), _Other(7.0)])
+@pytest.mark.parametrize("number", [None, 11.0])
+def test_what_a_tuple_lacks_is_dropped_wherever_it_is_handed_on(
+    inner: _Inner | None, either: _Inner | _Other, number: float | None
+) -> None:
+    """Where a branch that asks for what is absent were kept, numba would refuse the kernel."""
+    outer = _Outer(inner, either, number)
+    plain = getattr(_apart, "py_func", _apart)
+    assert _apart(outer) == plain(outer)
 
 
 def test_one_target_for_every_machine_with_avx2() -> None:

@@ -13,11 +13,9 @@ from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
 from damperlab.worker.lower import wall_of
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     BUDGET,
-    COUNTS,
     METERS,
     PEAK,
     RELATIVE_PEAK,
@@ -36,31 +34,19 @@ from damperlab.worker.steady.response import INTEGRATED
 @pytest.mark.parametrize("frequency_ratio", [1e-3, 0.1, 0.9, 1.0, 3.0, 30.0, 1e3, 1e4])
 def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float) -> None:
     damping_ratio, r = 0.3, frequency_ratio
-    base = make_base(damping_ratio, r, True)
+    scene = make_scene(damping_ratio, r, None, None, True)
     relative = (
         r * r / (1.0 - r * r + 2j * damping_ratio * r)
     )  # v over s, both as the imaginary part of exp(i r τ)
     absolute = 1.0 + relative
     state = State(relative.imag, (1j * r * relative).imag, 0.0, 1.0, 0.0, 0.0, 0.0, 0, 0)
-    counts = np.zeros(COUNTS, np.int64)
-    counts[BUDGET] = 10
+    scene.counts[BUDGET] = 10
     sums = np.zeros(METERS)
-    half_cycle(
-        state,
-        base,
-        make_medium(base, 1.0, True),
-        None,
-        None,
-        None,
-        np.empty((4, TERMS)),
-        counts,
-        Meter(sums),
-        None,
-    )
+    half_cycle(state, scene, Meter(sums), None)
 
     half = pi / r
     windows = max(
-        8, base.windows
+        8, scene.base.windows
     )  # rounding of a sum over windows: each adds at most one unit in the last place
     rounding = 4e-16 * windows
     assert sqrt(2.0 * sums[SQUARE] / half) == pytest.approx(abs(absolute), rel=rounding + 1e-15 * max(1.0, r))

@@ -11,11 +11,11 @@ from tests.worker.plain_march import march_plainly
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.orbit import around, coordinates, state_at
 from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.run import make_scene
 
 PLAIN_CYCLES = 4000
 DRAWN = 60
@@ -144,7 +144,7 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
     counts[BUDGET] = 100_000
     state = point.rest()
     for _ in range(40):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        state, outcome = half_cycle(state, scene, None, None)
         assert outcome == ARRIVED
     log = empty_transitions(1000)
     jacobian = np.zeros((4, 4))
@@ -161,7 +161,7 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
             moved[j] += sign * 1e-6
             start, possible = state_at(moved, state, particle)
             assert possible
-            end, _ = half_cycle(start, base, free, loaded, friction, particle, work, counts, None, None)
+            end, _ = half_cycle(start, scene, None, None)
             coordinates(end, particle, there)
             truth += sign * there / 2e-6
         assert jacobian[:, j] == pytest.approx(truth, rel=0.0, abs=1e-6)

@@ -10,10 +10,11 @@ from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
 from damperlab.worker.steady.orbit import coordinates, state_at
 from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.run import advance, begin_trace, cycle_peaks, make_notes, make_scene
+from damperlab.worker.steady.run import advance, begin_trace, cycle_peaks, make_notes
 
 MODELS = ("dwell", "compliant")
 DRAWN = 24

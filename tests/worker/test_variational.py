@@ -17,6 +17,7 @@ from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.worker.physics.contact import wall_constants
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -42,7 +43,6 @@ from damperlab.worker.solver.transitions import (
     empty_transitions,
 )
 from damperlab.worker.steady.orbit import coordinates, state_at
-from damperlab.worker.steady.run import Scene, make_scene
 from damperlab.worker.steady.variational import propagate
 
 MODELS = ("instant", "dwell", "compliant")
@@ -92,7 +92,7 @@ class Half(NamedTuple):
 def run_half(state: State, scene: Scene, log: Transitions) -> tuple[Matrix, State]:
     """Section coordinates after one half cycle."""
     log.cursor[0] = 0
-    end, outcome = half_cycle(state, *scene[:7], None, log)
+    end, outcome = half_cycle(state, scene, None, log)
     assert outcome == ARRIVED
     there = np.zeros(4)
     coordinates(end, scene.particle, there)

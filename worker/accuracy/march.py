@@ -3,16 +3,13 @@
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.linear import march_alone
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
-from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.observables import energies_of
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
-    COUNTS,
     IDLE,
     IMPACTS,
     METERS,
@@ -56,13 +53,8 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
         Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros where not metered.
     """
     energies = energies_of(meter)
-    base = make_base(damping_ratio, frequency_ratio, energies)
-    free = make_medium(base, 1.0, energies)
-    loaded = None
-    if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall, energies)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, energies)
+    counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     state = at_rest(frequency_ratio, friction, particle)
     stored = stored_energy(state, frequency_ratio, particle)
@@ -73,10 +65,10 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     if friction is None:
         if particle is None:
             if meter is None:
-                state = march_alone(state, 2 * cycles, base, free)
+                state = march_alone(state, 2 * cycles, scene.base, scene.free)
                 marched = 2 * cycles
     for half in range(marched, 2 * cycles):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+        state, outcome = half_cycle(state, scene, meter, None)
         if outcome != ARRIVED:
             break
         if meter is not None:
@@ -117,20 +109,15 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
     outcome : int
         ARRIVED, or how the march ended early: also where more events have passed than there is room for.
     """
-    base = make_base(damping_ratio, frequency_ratio, None)
-    free = make_medium(base, 1.0, None)
-    loaded = None
-    if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall, None)
-    work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
+    counts = scene.counts
     sums = np.zeros(METERS)
     meter = Meter(sums, None)
     counts[BUDGET] = _MOST_EVENTS
     outcome = ARRIVED
     for _ in range(silent):
         counts[IDLE] = 0
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        state, outcome = half_cycle(state, scene, None, None)
         if outcome != ARRIVED:
             return state, outcome
     for half in range(halves.shape[0]):
@@ -138,7 +125,7 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
         sums[RELATIVE_PEAK] = 0.0
         before = counts[IMPACTS]
         counts[IDLE] = 0
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+        state, outcome = half_cycle(state, scene, meter, None)
         if outcome != ARRIVED:
             return state, outcome
         halves[half, 0] = sums[PEAK]

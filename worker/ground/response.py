@@ -12,7 +12,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.excitation.record import make_record_base, start_on
-from damperlab.worker.solver.integrate import march_record
+from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.observables import (
@@ -21,6 +21,7 @@ from damperlab.worker.solver.observe.observables import (
     RECORD_METERS,
     RELATIVE_SQUARE,
 )
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.segments import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
 from damperlab.worker.solver.state import (
     ARRIVED,
@@ -198,15 +199,14 @@ def _march(
     base, free = ready or made_ready(structure, motion, factor, tail_s)
     loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio, None)
     counts = np.zeros(COUNTS, np.int64)
+    scene = Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
     time = base.windows * base.window
     counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
     sums = np.zeros(RECORD_METERS)
     off = start or Perturbation()
     begun = start_on(base, friction, particle, off.v, off.w, off.place)
     log = None if not logged else empty_log(20 * base.windows + 10_000)
-    end, outcome = march_record(
-        begun, base, free, loaded, friction, particle, np.empty((4, TERMS)), counts, Meter(sums), log
-    )
+    end, outcome = half_cycle(begun, scene, Meter(sums), log)
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None

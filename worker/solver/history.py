@@ -1,15 +1,15 @@
 """Time history of recorded segments, sampled from their closed form."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.contact.compliant.motion import DEPTH, RELATIVE, Pressed, combine_rows
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.excitation.base import expand_base, phase_of_sine
+from damperlab.worker.solver.motion.contact import DEPTH, RELATIVE, Pressed, combine_rows
+from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stand, value
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.segments import (
     APPROACH,
     DURATION,
@@ -24,7 +24,7 @@ from damperlab.worker.solver.segments import (
     V,
     W,
 )
-from damperlab.worker.solver.state import FAR_WALL, NEAR_WALL, Particle
+from damperlab.worker.solver.state import FAR_WALL, NEAR_WALL
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -69,34 +69,24 @@ def in_contact(
     return at
 
 
-def sample_half(
-    log: Log,
-    base: Any,
-    free: Any,
-    loaded: Any,
-    friction: float | None,
-    particle: Particle | None,
-    half: int,
-    work: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     """Sample the segments of one half cycle.
 
     Parameters
     ----------
     log : Log
         The segments of the half cycle, in its mirrored frame.
-    base, free, loaded, friction, particle
-        As in `integrate.half_cycle`.
+    scene : Scene
+        That they were integrated in.
     half : int
         Number of the half cycle from the start: odd ones are mirrored back.
-    work : ndarray, shape (4, TERMS)
-        Scratch.
 
     Returns
     -------
     ndarray, shape (len(HISTORY_COLUMNS), samples)
         Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
     """
+    base, free, loaded, friction, particle, work, _ = scene
     relative, absolute, shaken = work[0], work[1], work[3]
     mirror = -1.0 if half % 2 else 1.0
     r = base.frequency_ratio

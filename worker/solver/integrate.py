@@ -7,7 +7,7 @@ without `particle` no gap, no impact, no riding; without `meter` no peaks, and w
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.contact.compliant.phase import in_wall, through_wall
-from damperlab.worker.solver.contact.media import medium_of, point_loaded
+from damperlab.worker.solver.contact.media import medium_of
 from damperlab.worker.solver.contact.reset import pass_event
 from damperlab.worker.solver.detection.event_free import is_quiet, most_motion, was_quiet
 from damperlab.worker.solver.detection.first_event import next_event
@@ -19,14 +19,13 @@ from damperlab.worker.solver.excitation.base import (
     phase_after,
     phase_at,
     phase_until,
-    point_at,
     travel,
 )
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.propagator import point_medium
 from damperlab.worker.solver.motion.taylor import TERMS, bend, change, combine, slope, stand
 from damperlab.worker.solver.observe.harmonic import Curves, Segment
 from damperlab.worker.solver.observe.observables import energies_of, measure, measure_quiet
+from damperlab.worker.solver.scene import point_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -44,36 +43,15 @@ _MOST_IDLE = 64  # events without time moving on before the march gives up
 
 
 @kernel
-def half_cycle(
-    state,
-    base_arrays,
-    free_arrays,
-    loaded_arrays,
-    friction,
-    particle,
-    work,
-    count_array,
-    meter_arrays,
-    log_arrays,
-):
-    """March a state through half an excitation cycle and mirror it.
+def half_cycle(state, scene, meter, log):
+    """March a state through half an excitation cycle and mirror it, or through a record, which is not mirrored.
 
     Parameters
     ----------
     state : State
-        At phase 0 of the (mirrored) base.
-    base, free : Base, Medium
-        The base and the motion of the primary mass alone.
-    loaded : Medium, Contact or None
-        The motion with the particle riding, or pressed on a compliant wall; None without a particle.
-    friction : float or None
-        γ_F.
-    particle : Particle or None
-        The particle.
-    work : array, shape (4, TERMS)
-        Scratch.
-    counts : int64 array, shape (COUNTS,)
-        Counts, added to; counts[BUDGET] is the largest number of segments allowed.
+        At phase 0 of the (mirrored) base, or at the start of the record.
+    scene : Scene
+        What it is integrated in; its counts are added to.
     meter : Meter or None
         Added to, where given.
     log : Log, Transitions or None
@@ -86,16 +64,21 @@ def half_cycle(
     outcome : int
         ARRIVED, OUT_OF_EVENTS or STALLED.
     """
-    base = point_at(base_arrays)
-    free = point_medium(free_arrays)
-    loaded = None
-    if particle is not None:
-        loaded = point_loaded(loaded_arrays, particle.wall)
-    counts = address(count_array, 0)
-    meter = None
-    if meter_arrays is not None:
-        meter = Meter(address(meter_arrays.sums, 0), meter_arrays.energies)
-    log = point_log(log_arrays)
+    return _integrate(state, point_scene(scene), point_meter(meter), point_log(log))
+
+
+@inlined
+def point_meter(meter):
+    """The same meter with an address for its sums; the array must outlive it."""
+    if meter is None:
+        return None
+    return Meter(address(meter.sums, 0), meter.energies)
+
+
+@inlined
+def _integrate(state, scene, meter, log):
+    """Integrate through all windows of a base, on addresses."""
+    base, free, loaded, friction, particle, work, counts = scene
     relative = address(work, 0)
     absolute = address(work, TERMS)
     scratch = address(work, 2 * TERMS)
@@ -245,10 +228,6 @@ def half_cycle(
                 break
     record_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
     return mirrored(base, state), ARRIVED
-
-
-march_record = half_cycle
-"""The same through all windows of a record, without mirroring."""
 
 
 @inlined

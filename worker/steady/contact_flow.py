@@ -4,14 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.motion import (
+from damperlab.worker.solver.motion.contact import (
     DEPTH,
     RELATIVE,
     Contact,
     combine_rows,
     point_contact,
 )
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import slope, value
 from damperlab.worker.solver.state import Wall
 

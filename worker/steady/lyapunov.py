@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.motion import Contact
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.contact import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.variational import SIZE, propagate
@@ -53,15 +54,14 @@ def is_chaotic(
         tangent[2, 0] = 0.3
         tangent[3, 0] = 0.7
     length = max(cycles // _BATCHES, 1)
+    scene = Scene(base, free, loaded, friction, particle, work, counts)
     total = 0.0
     square = 0.0
     for batch in range(_BATCHES + 1):
         growth = 0.0
         for _ in range(2 * length):
             log_.cursor[0] = 0
-            state, outcome = half_cycle(
-                state, base, free, loaded, friction, particle, work, counts, None, log_
-            )
+            state, outcome = half_cycle(state, scene, None, log_)
             if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
                 return False
             propagate(log_, base, free, loaded, friction, particle, tangent)

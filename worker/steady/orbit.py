@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.motion import Contact
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.contact import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, Dwell, Particle, State, Wall
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.eigenvalues import spectral_radius
@@ -149,9 +150,10 @@ def around(
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
+    scene = Scene(base, free, loaded, friction, particle, work, counts)
     for _ in range(lag):
         log.cursor[0] = 0
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, log)
+        state, outcome = half_cycle(state, scene, None, log)
         if outcome != ARRIVED or log.cursor[0] > log.capacity:
             return state, False
         propagate(log, base, free, loaded, friction, particle, monodromy)

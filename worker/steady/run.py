@@ -1,16 +1,15 @@
 """A run of whole half cycles: what it is integrated in, what it remembers, and how it goes on."""
 
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.media import make_loaded
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -55,21 +54,6 @@ STORED = 4
 _TOTALS = 5  # the first of the meter's totals, in the order of the meter
 _COLUMNS = _TOTALS + 6
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK)
-
-
-class Scene(NamedTuple):
-    """What every half cycle is integrated in, as the arguments of `march.half_cycle`; the absent is None.
-
-    Passed on as a whole, taken apart where it is used: only a direct argument that is None is dropped by the compiler.
-    """
-
-    base: Any
-    free: Any
-    loaded: Any
-    friction: Any
-    particle: Any
-    work: NDArray[np.float64]
-    counts: NDArray[np.int64]
 
 
 class Notes(NamedTuple):
@@ -144,17 +128,6 @@ class Stretch(NamedTuple):
 
 
 @kernel
-def make_scene(damping_ratio, frequency_ratio, friction, particle, energies):
-    """What one design point is integrated in."""
-    base = make_base(damping_ratio, frequency_ratio, energies)
-    free = make_medium(base, 1.0, energies)
-    loaded = None
-    if particle is not None:
-        loaded = make_loaded(base, particle, particle.wall, energies)
-    return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), np.zeros(COUNTS, np.int64))
-
-
-@kernel
 def beside(scene):
     """The same scene for what looks for orbits beside the run: counts of its own, so that the run's are never touched."""
     base, free, loaded, friction, particle, _, _ = scene
@@ -225,12 +198,11 @@ def _note(row, state, scene, notes):
 @kernel
 def metered_half(state, row, scene, notes):
     """One half cycle with the meter on, into row `row` of the trace."""
-    base, free, loaded, friction, particle, work, counts = scene
     meter = notes.meter
     meter.sums[PEAK] = 0.0
     meter.sums[RELATIVE_PEAK] = 0.0
     meter.sums[SPEED] = 0.0
-    state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, meter, None)
+    state, outcome = half_cycle(state, scene, meter, None)
     _note(row, state, scene, notes)
     return state, outcome
 
@@ -254,7 +226,7 @@ def advance(state, half, span, row, scene, notes):
     outcome : int
         ARRIVED, or how the run ended early.
     """
-    base, free, loaded, friction, particle, work, counts = scene
+    counts = scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, span)
     counts[IDLE] = 0
     outcome = ARRIVED
@@ -262,13 +234,11 @@ def advance(state, half, span, row, scene, notes):
         if row >= 0:
             state, outcome = metered_half(state, row + 1 + i, scene, notes)
         else:
-            state, outcome = half_cycle(
-                state, base, free, loaded, friction, particle, work, counts, None, None
-            )
+            state, outcome = half_cycle(state, scene, None, None)
         half += 1
         if outcome != ARRIVED:
             break
-        coordinates(state, particle, notes.ring[half % RING])
+        coordinates(state, scene.particle, notes.ring[half % RING])
     return state, half, outcome
 
 

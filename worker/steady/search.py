@@ -414,15 +414,12 @@ def _attracts_all(orbit, point, scene, probe, particle, notes):
     if particle is not None:
         if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
             return False
-        base, free, loaded, friction, _, work, counts = probe
         begin_beside(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
         meter = Meter(np.zeros(METERS), notes.meter.energies)
         state = orbit.state
         for _ in range(2):
-            state, outcome = half_cycle(
-                state, base, free, loaded, friction, particle, work, counts, meter, None
-            )
+            state, outcome = half_cycle(state, probe, meter, None)
             if outcome != ARRIVED:
                 return False
         return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio

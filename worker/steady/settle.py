@@ -7,6 +7,7 @@ import numpy as np
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.lyapunov import is_chaotic
 from damperlab.worker.steady.orbit import around, coordinates, orbit_multiplier
@@ -23,7 +24,6 @@ from damperlab.worker.steady.run import (
     begin_trace,
     beside,
     make_notes,
-    make_scene,
     metered_half,
     stretch_of,
 )
@@ -177,12 +177,11 @@ def _shortest_period(state, found, scene, probe, particle):
 @kernel
 def _closes(state, lag, scale, probe, particle):
     """Whether a state repeats after `lag` mirrored half cycles."""
-    base, free, loaded, friction, _, work, counts = probe
     start = np.empty(SIZE)
     end = np.empty(SIZE)
     coordinates(state, particle, start)
     for _ in range(lag):
-        state, outcome = half_cycle(state, base, free, loaded, friction, particle, work, counts, None, None)
+        state, outcome = half_cycle(state, probe, None, None)
         if outcome != ARRIVED:
             return False
     coordinates(state, particle, end)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.motion import Contact
 from damperlab.worker.solver.contact.media import medium_of
 from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.motion.contact import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
 from damperlab.worker.solver.motion.taylor import TERMS, bend, change, slope
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall

@@ -4,10 +4,10 @@ from math import sqrt
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_leap
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.excitation.base import (
     push_into,
 )
+from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
     change,

@@ -15,7 +15,6 @@ from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.contact.compliant.long_step import FEWEST_STEPS, leap, leapt, set_out, vibration
 from damperlab.worker.solver.contact.compliant.segment import expand, to_event
 from damperlab.worker.solver.contact.compliant.separation import set_free
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.excitation.base import (
     acceleration_scale,
@@ -24,6 +23,7 @@ from damperlab.worker.solver.excitation.base import (
     phase_at,
     phase_until,
 )
+from damperlab.worker.solver.motion.slow_subspace import DIM
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,

@@ -4,12 +4,12 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.contact.compliant.motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
 from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
 from damperlab.worker.solver.excitation.base import (
     acceleration_scale,
     push_into,
 )
+from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,

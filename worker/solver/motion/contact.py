@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import reduced_mass
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
+from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.motion.taylor import TERMS
 
 RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.contact.compliant.slow_subspace import DIM, contact_rates, fast_later, split
+from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, fast_later, split
 
 
 @both

@@ -1,0 +1,107 @@
+"""A scene: all that a half cycle, or a record, is integrated in."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.excitation.base import point_at
+from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.motion.contact import make_contact, point_contact
+from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, point_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import COUNTS, Particle
+
+
+class Scene(NamedTuple):
+    """What a motion is integrated in. What does not act is None, and the compiler drops it wherever a scene is handed on.
+
+    Attributes
+    ----------
+    base : Base or RecordBase
+        The base.
+    free : Medium
+        The motion of the primary mass alone.
+    loaded : Medium, Contact or None
+        The motion with the particle riding, or pressed on a compliant wall; None without a particle.
+    friction : float or None
+        γ_F > 0.
+    particle : Particle or None
+        The particle.
+    work : array, shape (4, TERMS)
+        Scratch.
+    counts : int64 array, shape (COUNTS,)
+        Counts, added to; counts[BUDGET] is the largest number of segments allowed.
+    """
+
+    base: Any
+    free: Medium
+    loaded: Any
+    friction: float | None
+    particle: Particle | None
+    work: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+
+@kernel
+def make_scene(
+    damping_ratio: float,
+    frequency_ratio: float,
+    friction: float | None,
+    particle: Particle | None,
+    energies: bool | None,
+) -> Scene:
+    """Scene of one design point on a harmonic base.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio : float
+        ζ and r.
+    friction : float or None
+        γ_F > 0.
+    particle : Particle or None
+        The particle.
+    energies : True or None
+        Whether a meter will ask for integrals (`state.Meter`).
+    """
+    base = make_base(damping_ratio, frequency_ratio, energies)
+    return scene_on(base, friction, particle, energies)
+
+
+@kernel
+def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
+    """Scene on a given base; counts are 0."""
+    free = make_medium(base, 1.0, energies)
+    work = np.empty((4, TERMS))
+    counts = np.zeros(COUNTS, np.int64)
+    if particle is None:
+        return Scene(base, free, None, friction, None, work, counts)
+    return Scene(base, free, make_loaded(base, particle, energies), friction, particle, work, counts)
+
+
+@kernel
+def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
+    """`Medium` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
+    if particle.wall is None:
+        return make_medium(base, 1.0 + particle.mass_ratio, energies)
+    return make_contact(base, particle, particle.wall)
+
+
+@inlined
+def point_scene(scene: Scene) -> Scene:
+    """The same scene with addresses for arrays; the arrays must outlive it."""
+    counts = address(scene.counts, 0)
+    base = point_at(scene.base)
+    free = point_medium(scene.free)
+    if scene.particle is None:
+        return Scene(base, free, None, scene.friction, None, scene.work, counts)
+    loaded = _point_loaded(scene.loaded, scene.particle)
+    return Scene(base, free, loaded, scene.friction, scene.particle, scene.work, counts)
+
+
+@inlined
+def _point_loaded(loaded: Any, particle: Particle) -> Any:
+    if particle.wall is None:
+        return point_medium(loaded)
+    return point_contact(loaded)
