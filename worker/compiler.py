@@ -142,7 +142,8 @@ class _Fusing(lowering.Lower):  # type: ignore[misc]
             left, right = self._number(expression.lhs), self._number(expression.rhs)
             negative = operation is operator.sub
             if _is_product(expression.lhs, left):
-                return self._fused(*left.operands, self.builder.fneg(right) if negative else right)
+                one, other = left.operands
+                return self._fused(one, other, self.builder.fneg(right) if negative else right)
             if _is_product(expression.rhs, right):
                 one, other = right.operands
                 return self._fused(self.builder.fneg(one) if negative else one, other, left)
