@@ -1,6 +1,7 @@
 """The HTTP service: its parts, put together and started."""
 
 import logging
+import os
 import signal
 import socket
 import sys
@@ -37,15 +38,19 @@ from damperlab.service.routes import (
     metrics,
     queries,
     refine,
+    session,
     simulate,
     studies,
     tmd,
     zarr,
 )
 from damperlab.service.scrub import Scrub
+from damperlab.service.security.gate import Gate
+from damperlab.service.security.guard import Guard
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
+from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
 from damperlab.worker.provenance import code_version
 
@@ -109,6 +114,7 @@ def create_app(settings: Settings) -> FastAPI:
         accuracy,
         health,
         metrics,
+        session,
     ):
         app.include_router(route.router)
     app.add_middleware(
@@ -117,6 +123,8 @@ def create_app(settings: Settings) -> FastAPI:
         # A cube is compressed already.
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),
     )
+    app.state.guard = Guard(settings)
+    app.add_middleware(Gate, guard=app.state.guard)
     if settings.cors_origins:
         app.add_middleware(
             CORSMiddleware,
@@ -148,6 +156,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         settings, store, dispatcher, CapacityLimiter(core_count()), CapacityLimiter(SUBMISSIONS), kernels
     )
     app.state.service = service
+    app.state.guard.keys = AccessKeys(store.catalogue)
     dispatcher.start()
     if settings.warm:
         kernels.start()
@@ -204,6 +213,8 @@ def serve(settings: Settings) -> None:
     if threading.current_thread() is threading.main_thread():
         # uvicorn shuts down on SIGTERM and then raises it anew; a service that stopped as asked did not fail.
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
+    # what the service writes, and the workers that it starts, is nobody else's to read
+    os.umask(0o077)
     config = uvicorn.Config(
         create_app(settings),
         host=settings.host,
@@ -217,6 +228,8 @@ def serve(settings: Settings) -> None:
         proxy_headers=False,
         ws="none",
         lifespan="on",
+        ssl_certfile=settings.tls_certificate,
+        ssl_keyfile=settings.tls_key,
         timeout_graceful_shutdown=DRAIN_SECONDS,
     )
     try:

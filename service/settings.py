@@ -1,10 +1,11 @@
 """What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
 
+from ipaddress import ip_network
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import ByteSize, Field, field_validator, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from damperlab.studies.store.opening import default_data_dir
 
@@ -43,6 +44,26 @@ class Settings(BaseSettings):
     reuse: bool = Field(True, description="Reuse points already computed by earlier studies.")
     host: str = Field("127.0.0.1", description="Address to listen on; loopback by default.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
+    access: Literal["auto", "keys", "open"] = Field(
+        "auto",
+        description="Who may ask: `keys`, whoever has one; `open`, everybody; `auto`, everybody on loopback and else keys.",
+    )
+    hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        (),
+        description="More names that the service answers to, separated by commas; .example.org for every name under it.",
+    )
+    trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
+        (), description="Addresses or networks of reverse proxies that are believed, separated by commas."
+    )
+    proxy_user_header: str | None = Field(
+        None,
+        description="Header in which a trusted proxy names the user that it has let in, as in X-Forwarded-User.",
+    )
+    proxy_scope: Literal["read", "submit", "admin"] = Field("submit", description="What such a user may do.")
+    tls_certificate: Path | None = Field(
+        None, description="File of the certificate chain, in PEM; serves TLS."
+    )
+    tls_key: Path | None = Field(None, description="File of its private key, in PEM.")
     workers: int | None = Field(None, ge=1, le=1024, description="Worker processes of the embedded cluster.")
     scheduler: str | None = Field(
         None, description="Address of a Dask scheduler to use in place of an embedded cluster."
@@ -79,6 +100,26 @@ class Settings(BaseSettings):
     def _absolute(cls, value: Path) -> Path:
         # Workers may have another working directory than the service: a relative path would mean two folders.
         return value.expanduser().absolute()
+
+    @field_validator("hosts", "trusted_proxies", mode="before")
+    @classmethod
+    def _separated(cls, value: object) -> object:
+        return tuple(filter(None, map(str.strip, value.split(",")))) if isinstance(value, str) else value
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for each in value:
+            ip_network(each, strict=False)
+        return value
+
+    @model_validator(mode="after")
+    def _certificate_and_key(self) -> "Settings":
+        if (self.tls_certificate is None) != (self.tls_key is None):
+            raise ValueError(
+                "found one of tls_certificate and tls_key; allowed: both or none. Name both files"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_cluster(self) -> "Settings":

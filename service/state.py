@@ -10,6 +10,7 @@ from starlette.requests import Request
 
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.kernels import Kernels
+from damperlab.service.security.caller import TheCaller, require_own
 from damperlab.service.settings import Settings
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.store.faults import StudyNotFound
@@ -67,13 +68,16 @@ def _study(service: TheService, study_id: StudyId) -> Record:
 
 
 def _exact_study(
-    service: TheService, study_id: Annotated[str, Path(description="A study's whole id.")]
+    service: TheService,
+    caller: TheCaller,
+    study_id: Annotated[str, Path(description="A study's whole id.")],
 ) -> Record:
     record = service.store.find(study_id)
     if record.id != study_id:
         # The start of an id or a name is enough to look, but a slip of the pen must not delete a study.
         advice = f"write {record.id} if you mean {record.name}"
         raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice))
+    require_own(caller, record)
     return record
 
 
@@ -81,4 +85,4 @@ TheStudy = Annotated[Record, Depends(_study)]
 """The record of the study that the path names, as a parameter of a route; 404 where there is none."""
 
 TheExactStudy = Annotated[Record, Depends(_exact_study)]
-"""The same, for routes that change the study: only its whole id will do."""
+"""The same, for routes that change the study: only its whole id will do, and only its owner or an admin may."""

@@ -10,6 +10,10 @@ STATES: tuple[State, ...] = get_args(State)
 """Every state of a study; the last three are ends."""
 ENDED: tuple[State, ...] = STATES[2:]
 
+Scope = Literal["read", "submit", "admin"]
+"""What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
+SCOPES: tuple[Scope, ...] = get_args(Scope)
+
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
 """What designs are ranked by."""

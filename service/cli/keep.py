@@ -81,8 +81,8 @@ def gc(
     """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
     from damperlab.studies.store.sweep import collect_garbage
 
-    seconds = _seconds(older_than, "--older-than")
-    trash_seconds = _seconds(trash_after, "--trash-after")
+    seconds = lasting(older_than, "--older-than")
+    trash_seconds = lasting(trash_after, "--trash-after")
     store = open_store(data_dir)
     with working("Looking at every file"):
         swept = collect_garbage(store, seconds, trash_seconds=trash_seconds, dry_run=dry_run)
@@ -117,7 +117,8 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
         print_json({"studies": copied.studies, "blocks": copied.blocks, "bytes": copied.bytes})
 
 
-def _seconds(text: str, option: str) -> float:
+def lasting(text: str, option: str) -> float:
+    """Read a span of time, as in 12h [s]; BadParameter where it is none."""
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
     if found is None:
         raise typer.BadParameter(

@@ -11,6 +11,7 @@ from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
+from damperlab.service.cli.keys import keys
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
 from damperlab.service.cli.queries import map_, optimum, response
@@ -87,6 +88,9 @@ for name, command, panel in (
     ("warm", warm, "Serve"),
 ):
     app.command(name, rich_help_panel=panel)(command)
+
+
+app.add_typer(keys, name="keys", rich_help_panel="Serve")
 
 
 def main() -> None:

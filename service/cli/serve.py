@@ -1,13 +1,20 @@
 """The command serve: the HTTP service on this machine."""
 
 import socket
-from typing import Annotated
+import ssl
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import DataDir, QuotaBytes, Scheduler, StoreAddress, Workers, check_cluster
+from damperlab.service.cli.output import note
 from damperlab.service.cli.store import settings_of
+
+if TYPE_CHECKING:
+    from damperlab.service.settings import Settings
+    from damperlab.studies.store.store import Store
 
 
 def serve(
@@ -16,6 +23,22 @@ def serve(
         typer.Option(min=0, max=65535, help="Port to listen on; 8000 by default, 0 for any free one."),
     ] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on; loopback by default.")] = None,
+    open_: Annotated[
+        bool,
+        typer.Option("--open", help="Let everybody in who can reach the address: no keys are asked for."),
+    ] = False,
+    keys: Annotated[
+        bool, typer.Option("--keys", help="Ask for keys on loopback too, as behind a reverse proxy.")
+    ] = False,
+    hosts: Annotated[
+        str | None, typer.Option(help="More names that the service answers to, separated by commas.")
+    ] = None,
+    tls_certificate: Annotated[
+        Path | None, typer.Option(help="Certificate chain in PEM: serve TLS.", dir_okay=False)
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(help="Private key of the certificate, in PEM.", dir_okay=False)
+    ] = None,
     data_dir: DataDir = None,
     store: StoreAddress = None,
     quota: QuotaBytes = None,
@@ -24,6 +47,8 @@ def serve(
 ) -> None:
     """Serve studies over HTTP until Ctrl-C."""
     check_cluster(workers, scheduler)
+    if open_ and keys:
+        raise typer.BadParameter("found --open and --keys; allowed: one of them")
     from damperlab.service.app import serve as serve_until_stopped
 
     # What is not given here comes from the environment, DAMPERLAB_…, or the defaults.
@@ -33,12 +58,63 @@ def serve(
         quota_bytes=quota,
         port=port,
         host=host,
+        access="open" if open_ else "keys" if keys else None,
+        hosts=hosts,
+        tls_certificate=tls_certificate,
+        tls_key=tls_key,
         workers=workers,
         scheduler=scheduler,
     )
     _check_port(settings.host, settings.port)
-    settings.open_store().close()  # one that cannot be used is told in a sentence, before anything listens
+    _check_certificate(settings)
+    opened = settings.open_store()  # one that cannot be used is told in a sentence, before anything listens
+    try:
+        _check_access(settings, opened)
+    finally:
+        opened.close()
     serve_until_stopped(settings)
+
+
+def _check_access(settings: "Settings", store: "Store") -> None:
+    """Refuse to be asked from elsewhere by anybody, unless that is wanted."""
+    from damperlab.service.security.guard import needs_keys
+    from damperlab.studies.store.access_keys import AccessKeys
+
+    if settings.access == "open" and not needs_keys(settings.model_copy(update={"access": "auto"})):
+        return
+    if settings.access == "open":
+        note(
+            f"damperlab: open to everybody who can reach {settings.host}: anyone may submit, cancel and delete."
+        )
+        return
+    by_proxy = bool(settings.trusted_proxies and settings.proxy_user_header)
+    if not needs_keys(settings) or by_proxy or any(key.valid for key in AccessKeys(store.catalogue).all()):
+        return
+    folder = f" --data-dir {settings.data_dir}"
+    raise typer.BadParameter(
+        f"found {settings.host}, which others can reach, and no key; allowed: an address of this machine alone, as "
+        f"127.0.0.1, or keys. Make one with `damperlab keys create --owner NAME{folder}`, or write --open to let "
+        "everybody in"
+        if settings.access == "auto"
+        else f"found no key. Make one with `damperlab keys create --owner NAME{folder}`",
+        param_hint="--host" if settings.access == "auto" else "--keys",
+    )
+
+
+def _check_certificate(settings: "Settings") -> None:
+    """Refuse a certificate and a key that are none, or not of each other."""
+    if settings.tls_certificate is None or settings.tls_key is None:
+        return
+    try:
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(settings.tls_certificate, settings.tls_key, password=lambda: "")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "reason", None) or getattr(error, "strerror", None) or error
+        raise typer.BadParameter(
+            f"found {settings.tls_certificate} and {settings.tls_key}: {reason}; allowed: a certificate and its "
+            "private key in PEM, without a password",
+            param_hint="--tls-certificate",
+        ) from None
 
 
 def _check_port(host: str, port: int) -> None:

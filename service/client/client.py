@@ -32,7 +32,8 @@ class Client:
     url : str
         Where `damperlab serve` listens.
     api_key : str, optional
-        Sent as ``Authorization: Bearer …``, for a proxy that guards the service; the service itself asks for none.
+        A key of the service, as `damperlab keys create` makes it; sent as ``Authorization: Bearer …``. If not given it is
+        taken from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
     timeout : float
         How long one answer may take [s]. The first simulation of a new installation compiles for a while.
 

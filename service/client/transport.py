@@ -12,6 +12,7 @@ import httpx
 import numpy as np
 import stamina
 
+from damperlab.service.client.credentials import key_from_environment
 from damperlab.service.client.faults import ClientFault, Problem, Unavailable, Unreachable, problem
 from damperlab.service.client.faults import refused as refused_here
 from damperlab.studies.faults import Fault, describe
@@ -39,7 +40,7 @@ class Transport:
     url : str
         Where it is.
     api_key : str, optional
-        Sent as ``Authorization: Bearer …``.
+        Sent as ``Authorization: Bearer …``; if not given, see `key_from_environment`.
     timeout_seconds : float
         How long one answer may take.
 
@@ -51,6 +52,7 @@ class Transport:
 
     def __init__(self, url: str, api_key: str | None, timeout_seconds: float) -> None:
         self.url = _checked(url)
+        api_key = api_key or key_from_environment()
         self.headers = {"Authorization": f"Bearer {api_key}"} if api_key else {}
         self._http = httpx.Client(
             base_url=f"{self.url}/api/v1",

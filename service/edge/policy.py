@@ -8,7 +8,6 @@ POLICY_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
-    "Cross-Origin-Opener-Policy": "same-origin",
 }
 """Of every answer; the page's own policy allows its own files beside that."""
 HSTS = "max-age=31536000"

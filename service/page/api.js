@@ -6,6 +6,9 @@
 
 import { el } from "./dom.js";
 
+/** Name of the event that tells the page that the service asks for a key. */
+export const KEY_NEEDED = "key-needed";
+
 const ROOT = new URL("api/v1/", document.baseURI);
 
 /** A request that the service did not serve. */
@@ -49,6 +52,7 @@ export async function ask(path, parameters = {}, options = {}) {
     throw new Refusal(0, "The service does not answer. Is it still running?", []);
   }
   if (answer.status === 204) return null;
+  if (answer.status === 401 && path !== "session") window.dispatchEvent(new Event(KEY_NEEDED));
   const text = await answer.text();
   const document = parsed(text);
   if (!answer.ok) throw new Refusal(answer.status, document?.detail ?? answer.statusText, document?.errors ?? []);

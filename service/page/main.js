@@ -5,9 +5,10 @@
  * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> | Leave} View
  */
 
-import { refusalBox } from "./api.js";
+import { KEY_NEEDED, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
+import { showSession, signInForm } from "./sign_in.js";
 import { studiesView } from "./studies.js";
 import { studyForm } from "./study_form.js";
 import { studyView } from "./study.js";
@@ -73,5 +74,17 @@ function nowhere(root) {
   fill(root, el("h1", {}, "There is nothing here"), el("p", {}, el("a", { href: "#/" }, "All studies")));
 }
 
+/** Ask for a key in place of whatever is shown, once. */
+function signIn() {
+  if (document.getElementById("key")) return;
+  shown += 1;
+  leave?.();
+  leave = undefined;
+  const root = el("div", { class: "view" }, ...signInForm(show));
+  fill(/** @type {HTMLElement} */ (document.getElementById("main")), root);
+}
+
 window.addEventListener("hashchange", show);
+window.addEventListener(KEY_NEEDED, signIn);
+showSession();
 show();

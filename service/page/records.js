@@ -44,7 +44,7 @@ export function recordPicker(chosen, onChange) {
       const kept = await ask(
         "records",
         { name: text.name.slice(0, 200), units: units.value },
-        { method: "POST", body: text, headers: { "Content-Type": csv ? "text/csv" : "text/plain" } },
+        { method: "POST", body: text, headers: { "Content-Type": csv ? "text/csv" : "application/octet-stream" } },
       );
       await list(kept.id);
       say(`${kept.name} is chosen.`);

@@ -306,7 +306,14 @@ def open_catalogue(
         "name another folder with --data-dir, or change its permissions",
     )
     try:
-        (data_dir / "cubes").mkdir(parents=True, exist_ok=True)
+        data_dir.parent.mkdir(parents=True, exist_ok=True)
+        # nobody else's to read; whoever wants to share a folder makes it with the permissions it should have
+        data_dir.mkdir(mode=0o700, exist_ok=True)
+        (data_dir / "cubes").mkdir(mode=0o700, exist_ok=True)
+        if address is None and not (data_dir / SQLITE_FILE).exists():
+            # SQLite gives its other files the permissions of this one
+            for name in (SQLITE_FILE, f"{SQLITE_FILE}{_WRITER}"):
+                (data_dir / name).touch(mode=0o600)
     except OSError as error:
         raise StoreFault(fault) from error
     if not os.access(data_dir, os.W_OK | os.X_OK):

@@ -22,6 +22,7 @@ from damperlab.studies.store.faults import KeyTaken, NothingToDo, cannot_use
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
 from damperlab.studies.store.rowsum import require_row
+from damperlab.studies.store.submitter import signed
 from damperlab.studies.store.tables import done_blocks, keys, studies
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
@@ -135,6 +136,7 @@ class Submissions(StoreBase):
         version: int,
         reuse: bool,
     ) -> Record:
+        provenance = signed(provenance)
         study_id = study.digest[:12] + (f"-{version}" if version > 1 else "")
         wanted = study.points * bytes_per_point(study)
         self.quota.require(connection, study.points, wanted)

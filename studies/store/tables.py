@@ -133,6 +133,19 @@ facts = Table(
     Column("value", Text, nullable=False),
 )
 
+access_keys = Table(
+    "access_keys",
+    metadata,
+    # the part of the key that is no secret, and the SHA-256 of the part that is
+    Column("id", String(16), primary_key=True),
+    Column("hash", String(64), nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("scopes", Text, nullable=False),
+    Column("created", Float, nullable=False),
+    Column("expires", Float),
+    Column("revoked", Float),
+)
+
 for _table in (studies, done_blocks, keys, events):
     _lacking = _table.c.crc.is_(None)
     Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_lacking, postgresql_where=_lacking)

@@ -1,0 +1,100 @@
+"""Commands for keys: who may ask a service that listens beyond loopback."""
+
+import getpass
+from typing import Annotated
+
+import typer
+
+from damperlab.service.cli.keep import lasting
+from damperlab.service.cli.options import AsJson, DataDir
+from damperlab.service.cli.output import note, print_json, print_table, say
+from damperlab.service.cli.store import open_store
+from damperlab.studies.vocabulary import Scope
+
+keys = typer.Typer(
+    help="Keys of those who may ask a service: create, list, revoke.", no_args_is_help=True, name="keys"
+)
+
+
+@keys.command("create")
+def create(
+    owner: Annotated[
+        str | None, typer.Option(help="Whose studies are submitted with it; by default your user name.")
+    ] = None,
+    scope: Annotated[
+        Scope,
+        typer.Option(
+            help="read: ask. submit: also submit, and change one's own studies. admin: everybody's."
+        ),
+    ] = "submit",
+    expires: Annotated[
+        str | None, typer.Option(help="After how long it ends, as in 90d or 12h; never by default.")
+    ] = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a key and print it, this once: only its hash is kept."""
+    from damperlab.studies.store.access_keys import AccessKeys
+
+    lasts = None if expires is None else lasting(expires, "--expires")
+    store = open_store(data_dir)
+    try:
+        key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)
+    finally:
+        store.close()
+    if as_json:
+        print_json({**key.document(), "key": secret})
+        return
+    note(
+        f"Key {key.id} of {key.owner}, scope {scope}. It is shown this once; keep it in a file of mode 0600:"
+    )
+    say(secret)
+
+
+@keys.command("list")
+def list_(data_dir: DataDir = None, as_json: AsJson = False) -> None:
+    """List the keys, without their secrets."""
+    from damperlab.studies.store.access_keys import AccessKeys
+
+    store = open_store(data_dir)
+    try:
+        found = AccessKeys(store.catalogue).all()
+    finally:
+        store.close()
+    if as_json:
+        print_json({"keys": [key.document() for key in found]})
+        return
+    rows = [
+        (
+            key.id,
+            key.owner,
+            key.scopes[-1],
+            "—" if key.created is None else f"{key.created:%Y-%m-%d %H:%M}",
+            "never" if key.expires is None else f"{key.expires:%Y-%m-%d %H:%M}",
+            "valid" if key.valid else "revoked" if key.revoked else "expired",
+        )
+        for key in found
+    ]
+    print_table(("id", "owner", "scope", "created (UTC)", "expires (UTC)", "state"), rows)
+
+
+@keys.command("revoke")
+def revoke(
+    key_id: Annotated[
+        str, typer.Argument(metavar="ID", help="Id of the key, as `damperlab keys list` shows it.")
+    ],
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let a key open nothing any more; a running service knows within seconds."""
+    from damperlab.studies.store.access_keys import AccessKeys
+
+    store = open_store(data_dir)
+    try:
+        key = AccessKeys(store.catalogue).revoke(key_id)
+    finally:
+        store.close()
+    if as_json:
+        print_json(key.document())
+    else:
+        note(f"Key {key.id} of {key.owner} opens nothing any more.")

@@ -1,0 +1,45 @@
+"""The key that a client sends: from the environment, or from a file that nobody else can read."""
+
+import os
+import stat
+from pathlib import Path
+
+from damperlab.service.client.faults import refused
+from damperlab.studies.faults import Fault
+
+KEY = "DAMPERLAB_KEY"
+KEY_FILE = "DAMPERLAB_KEY_FILE"
+
+
+def key_from_environment() -> str | None:
+    """Give the key that ``DAMPERLAB_KEY`` holds, or else the file that ``DAMPERLAB_KEY_FILE`` names; None without both.
+
+    Raises
+    ------
+    Refused
+        If the file cannot be read, holds no key, or can be read by others.
+    """
+    key = os.environ.get(KEY, "").strip()
+    if key:
+        return key
+    named = os.environ.get(KEY_FILE, "").strip()
+    if not named:
+        return None
+    path = Path(named).expanduser()
+    try:
+        with path.open(encoding="ascii") as file:
+            mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
+            key = file.read(1000).strip()
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or "it holds no key"
+        raise refused(
+            (Fault(KEY_FILE, f"{path}: {reason}", "a file that holds a key", "name another file"),)
+        ) from None
+    if os.name == "posix" and mode & 0o077:
+        found = f"{path}, which others can read (mode {mode:04o})"
+        raise refused((Fault(KEY_FILE, found, "a file of mode 0600", f"chmod 600 {path}"),))
+    if not key or "\n" in key:
+        raise refused(
+            (Fault(KEY_FILE, f"no key in {path}", "one key, on one line", "write the key into it"),)
+        )
+    return key

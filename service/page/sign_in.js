@@ -1,0 +1,56 @@
+/** Signing in with a key, where the service asks for one: the key is turned into a cookie that no script can read. */
+
+import { ask, refusalBox, send } from "./api.js";
+import { el, fill } from "./dom.js";
+
+/**
+ * A form that takes a key.
+ *
+ * @param {() => void} onDone once the service knows who asks
+ * @returns {Node[]}
+ */
+export function signInForm(onDone) {
+  const key = el("input", { id: "key", type: "password", autocomplete: "current-password", required: true, maxlength: "200" });
+  const trouble = el("div", {});
+  const form = el(
+    "form",
+    {
+      onsubmit: async (/** @type {Event} */ event) => {
+        event.preventDefault();
+        fill(trouble);
+        try {
+          await send("session", { key: /** @type {HTMLInputElement} */ (key).value.trim() });
+        } catch (error) {
+          fill(trouble, refusalBox(error));
+          return;
+        }
+        await showSession();
+        onDone();
+      },
+    },
+    el("p", {}, el("label", { for: "key" }, "Key"), " ", key, " ", el("button", { type: "submit" }, "Sign in")),
+    trouble,
+  );
+  const words = "This service asks for a key. Whoever runs it makes one with the command damperlab keys create.";
+  return [el("h1", {}, "Sign in"), el("p", {}, words), form];
+}
+
+/** Say in the header who is signed in, with a way out. */
+export async function showSession() {
+  const place = /** @type {HTMLElement} */ (document.getElementById("session"));
+  let session;
+  try {
+    session = await ask("session");
+  } catch {
+    return; // what fails here is told by whatever the page shows
+  }
+  if (!session.needed || !session.signed_in) {
+    fill(place);
+    return;
+  }
+  const leave = async () => {
+    await ask("session", {}, { method: "DELETE" });
+    location.reload();
+  };
+  fill(place, `${session.owner} `, el("button", { type: "button", onclick: leave }, "Sign out"));
+}

@@ -1,0 +1,93 @@
+"""The page's sign-in: a key is turned into a cookie that scripts cannot read."""
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from damperlab.service.body import JSON_TYPES, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.problems import Problem, documented
+from damperlab.service.security.caller import TheCallerOrNobody
+from damperlab.service.security.guard import Guard
+from damperlab.service.security.sessions import COOKIE
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.text import load_text
+
+BODY_LIMIT_BYTES = 1024
+
+router = APIRouter(prefix="/api/v1/session", tags=["session"])
+
+_BODY = {
+    "required": True,
+    "content": {
+        "application/json": {
+            "schema": {
+                "type": "object",
+                "required": ["key"],
+                "properties": {"key": {"type": "string"}},
+                "additionalProperties": False,
+            }
+        }
+    },
+}
+
+
+@router.get("", response_class=Document, summary="Who asks, and whether a key is needed")
+def show(request: Request, caller: TheCallerOrNobody) -> Document:
+    """Say whether the service asks for keys, and whom it takes the caller for."""
+    return _document(_guard(request), caller.owner if caller else "", caller.scopes if caller else ())
+
+
+@router.post(
+    "",
+    response_class=Document,
+    responses=documented(401, 413, 415, 422),
+    openapi_extra={"requestBody": _BODY},
+    summary="Sign in with a key",
+)
+async def sign_in(request: Request) -> Document:
+    """Begin a session of some hours; its cookie goes to no script and to no other site."""
+    guard = _guard(request)
+    media_type(request, JSON_TYPES)
+    document = load_text(await read_body(request, BODY_LIMIT_BYTES), "json")
+    secret = document.get("key") if isinstance(document, dict) and len(document) == 1 else None
+    if not isinstance(secret, str):
+        raise StudyFaults((Fault("body", "no key", '{"key": "dlk_…"}', "send a key, and nothing else"),))
+    key = await run_sync(guard.of_key, secret) if secret.isascii() else None
+    if key is None:
+        fault = Fault(
+            "key", "no key that is valid", "a key of this service", "copy the whole key, from dlk_ on"
+        )
+        raise Problem(
+            401, "no-key", "This is no key of this service, or it has expired or was revoked.", (fault,)
+        )
+    value, seconds = guard.sessions.begin(key)
+    answer = _document(guard, key.owner, key.scopes)
+    answer.set_cookie(
+        COOKIE,
+        value,
+        max_age=seconds,
+        httponly=True,
+        samesite="strict",
+        secure=request.scope["scheme"] == "https",
+    )
+    return answer
+
+
+@router.delete("", status_code=204, summary="Sign out")
+def sign_out(request: Request) -> Response:
+    """Take the cookie back."""
+    answer = Response(status_code=204)
+    answer.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.scope["scheme"] == "https")
+    return answer
+
+
+def _guard(request: Request) -> Guard:
+    guard: Guard = request.app.state.guard
+    return guard
+
+
+def _document(guard: Guard, owner: str, scopes: tuple[str, ...]) -> Document:
+    found = {"needed": guard.needs_keys, "signed_in": bool(scopes), "owner": owner, "scopes": list(scopes)}
+    return Document(found, headers={"Cache-Control": "no-store"})

@@ -1,0 +1,92 @@
+"""Who asks: as a key, a session or a proxy says."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from fastapi import Depends
+from starlette.requests import Request
+
+from damperlab.service.problems import Problem
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.submitter import SUBMITTED_BY
+from damperlab.studies.vocabulary import SCOPES
+
+SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
+"""Methods that change nothing."""
+PUBLIC = ("/health/", "/page/", "/api/v1/session")
+"""Addresses that need no key: what a probe asks, the page's own files, and the sign-in."""
+PUBLIC_FILES = ("/", "/openapi.json")
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Somebody who asks.
+
+    Parameters
+    ----------
+    owner : str
+        Whose studies are submitted; empty where nobody is asked who they are.
+    scopes : tuple of str
+        What they may do.
+    how : {"open", "key", "session", "proxy"}
+        What they are known by.
+    key_id : str
+        Id of the key, where there is one.
+    """
+
+    owner: str
+    scopes: tuple[str, ...]
+    how: Literal["open", "key", "session", "proxy"]
+    key_id: str = ""
+
+    @property
+    def name(self) -> str:
+        """What limits are counted under: one person or program."""
+        return self.key_id or self.owner or self.how
+
+
+ANYBODY = Caller("", SCOPES, "open")
+"""Everybody, where no keys are asked for."""
+
+
+def scope_of(method: str, path: str) -> str | None:
+    """Name the scope that a request needs; None for one that needs no key."""
+    if path in PUBLIC_FILES or path.startswith(PUBLIC):
+        return None
+    return "read" if method in SAFE_METHODS else "submit"
+
+
+def require_own(caller: Caller, study: Record) -> None:
+    """Refuse a change to a study of somebody else.
+
+    Raises
+    ------
+    Problem
+        403 where the study is not the caller's, who is no admin.
+    """
+    owner = study.provenance.get(SUBMITTED_BY)
+    if "admin" not in caller.scopes and owner != caller.owner:
+        whose = f"a study of {owner}" if owner else "a study that nobody's key submitted"
+        fault = Fault(
+            "study", whose, f"studies of {caller.owner}", "ask its owner, or use a key of scope admin"
+        )
+        raise Problem(403, "not-yours", "This study is not yours to change.", (fault,))
+
+
+def _caller(request: Request) -> Caller | None:
+    caller: Caller | None = request.scope["caller"]
+    return caller
+
+
+def _known(request: Request) -> Caller:
+    caller = _caller(request)
+    assert caller is not None, "the gate lets nobody pass to a route that needs a key"
+    return caller
+
+
+TheCaller = Annotated[Caller, Depends(_known)]
+"""Who asks, as a parameter of a route that needs a key."""
+
+TheCallerOrNobody = Annotated[Caller | None, Depends(_caller)]
+"""The same for one that needs none."""

@@ -1,0 +1,106 @@
+"""The gate: every request passes it before anything else looks at what it asks."""
+
+from http import HTTPStatus
+
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from damperlab.service.problems import Problem, respond
+from damperlab.service.security.caller import SAFE_METHODS, Caller, scope_of
+from damperlab.service.security.guard import Guard
+from damperlab.service.security.origins import refusal
+from damperlab.studies.faults import Fault, printable
+from damperlab.studies.store.submitter import submitter
+
+
+class Gate:
+    """ASGI middleware: refuses what comes from elsewhere, from nobody, or from somebody who may not.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What serves.
+    guard : Guard
+        Who may ask.
+    """
+
+    def __init__(self, app: ASGIApp, guard: Guard) -> None:
+        self.app = app
+        self.guard = guard
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request, or refuse it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        peer = scope["client"][0] if scope.get("client") else None
+        believed = self.guard.proxies.believes(peer)
+        if believed and headers.get("x-forwarded-proto", "").lower() == "https":
+            scope["scheme"] = "https"
+        problem = self._from_elsewhere(scope, headers)
+        caller = None
+        if problem is None:
+            caller = await self.guard.identify(headers, peer)
+            problem = _not_allowed(caller, scope)
+        if problem is not None:
+            if caller is not None:
+                self._note(scope, caller, peer, problem.status)
+            await respond(Request(scope), problem)(scope, receive, send)
+            return
+        scope["caller"] = caller
+        # set for every request: a connection's next one begins where the last one left off
+        submitter.set(caller.owner or None if caller else None)
+        status = 0
+
+        async def send_noted(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        try:
+            await self.app(scope, receive, send_noted)
+        finally:
+            if scope["method"] not in SAFE_METHODS or status == HTTPStatus.FORBIDDEN:
+                client = self.guard.proxies.client(headers) if believed else None
+                self._note(scope, caller, client or peer, status)
+
+    def _from_elsewhere(self, scope: Scope, headers: Headers) -> Problem | None:
+        host = headers.get("host", "")
+        if not (self.guard.hosts.allows(host) or (not host and scope["http_version"] == "1.0")):
+            advice = "use one of these names, or let the operator add yours with --hosts"
+            fault = Fault("Host", printable(host) if host else "nothing", self.guard.hosts.told, advice)
+            return Problem(421, "foreign-host", "The service does not answer to this name.", (fault,))
+        if scope["method"] in SAFE_METHODS:
+            return None
+        return refusal(headers, self.guard.origins)
+
+    def _note(self, scope: Scope, caller: Caller | None, peer: str | None, status: int) -> None:
+        self.guard.audit.note(
+            request=scope.get("request_id"),
+            who=caller.owner if caller else "",
+            how=caller.how if caller else "nobody",
+            key=caller.key_id if caller else "",
+            address=peer,
+            method=scope["method"],
+            path=scope.get("raw_path", b"").decode("ascii", "backslashreplace"),
+            query=scope["query_string"].decode("ascii", "backslashreplace")[:500],
+            status=status,
+        )
+
+
+def _not_allowed(caller: Caller | None, scope: Scope) -> Problem | None:
+    wanted = scope_of(scope["method"], scope["path"])
+    if wanted is None or (caller is not None and wanted in caller.scopes):
+        return None
+    if caller is None:
+        advice = "send a key as `Authorization: Bearer …`; `damperlab keys create` makes one where the service runs"
+        fault = Fault("Authorization", "no key that is valid", f"a key of scope {wanted}", advice)
+        detail = "The service asks for a key."
+        return Problem(401, "no-key", detail, (fault,), {"WWW-Authenticate": 'Bearer realm="damperlab"'})
+    fault = Fault(
+        "Authorization", f"a key of scope {caller.scopes[-1]}", wanted, "use a key that may do this"
+    )
+    return Problem(403, "scope-lacking", "The key does not allow this.", (fault,))

@@ -1,0 +1,56 @@
+"""Requests that a page elsewhere makes a browser send: told by what the browser says of them, and refused."""
+
+from collections.abc import Collection
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers
+
+from damperlab.service.problems import Problem
+from damperlab.studies.faults import Fault, printable
+
+# a browser sends these from any page without asking first
+_SIMPLE_TYPES = ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data")
+
+
+def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
+    """Say why a request that changes something must not be served; None where it may.
+
+    Parameters
+    ----------
+    headers : Headers
+        Of the request.
+    shared_with : collection of str
+        Origins whose pages may ask.
+    """
+    origin, site = headers.get("origin"), headers.get("sec-fetch-site")
+    if origin is None and site is None:
+        return None  # no browser of today
+    if origin is not None:
+        if origin in shared_with:
+            return None
+        # the scheme is left out: behind a proxy that ends TLS it is another one here
+        if urlsplit(origin).netloc.lower() != headers.get("host", "").lower() or "://" not in origin:
+            return _cross(Fault("Origin", printable(origin), _own(headers), _ADVICE))
+    if site not in (None, "same-origin", "none"):
+        return _cross(Fault("Sec-Fetch-Site", printable(site or ""), "same-origin", _ADVICE))
+    kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+    if kind in _SIMPLE_TYPES:
+        fault = Fault(
+            "Content-Type", kind, "application/json, text/csv, application/octet-stream", _TYPE_ADVICE
+        )
+        return Problem(415, "unsupported-media-type", "A browser sends such a body from any page.", (fault,))
+    return None
+
+
+_ADVICE = (
+    "ask from the service's own page or from a program, or let the operator name the origin in cors_origins"
+)
+_TYPE_ADVICE = "name the format of the body"
+
+
+def _own(headers: Headers) -> str:
+    return f"the origin of {printable(headers.get('host', ''))}"
+
+
+def _cross(fault: Fault) -> Problem:
+    return Problem(403, "cross-site", "A page elsewhere sent this request; it was not served.", (fault,))

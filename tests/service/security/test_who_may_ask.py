@@ -1,0 +1,238 @@
+"""Keys: who may ask, who may change what, and what is remembered of it."""
+
+import json
+import stat
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from tests.service.security.conftest import Guarded, command, make_key
+
+from damperlab import Client
+
+STUDIES = "/api/v1/studies"
+
+
+def _study(name: str, stop: float) -> dict[str, Any]:
+    axes = {"friction_ratio": 0.1, "frequency_ratio": {"start": 0.5, "stop": stop, "num": 3}}
+    return {"name": name, "particle": False, "damping_ratio": 0.0038, "axes": axes}
+
+
+def _kind(answer: httpx.Response) -> str:
+    kind: str = answer.json()["type"]
+    return kind.removeprefix("urn:damperlab:problem:")
+
+
+def test_without_a_key_nothing_is_told(guarded: Guarded) -> None:
+    with guarded.client(None) as client:
+        for method, path in (
+            ("GET", STUDIES),
+            ("POST", STUDIES),
+            ("POST", "/api/v1/simulate"),
+            ("GET", "/metrics"),
+            ("GET", "/api/v1/nothing"),
+            ("DELETE", f"{STUDIES}/000000000000"),
+        ):
+            answer = client.request(method, path)
+            assert (answer.status_code, _kind(answer)) == (401, "no-key"), path
+            assert answer.headers["www-authenticate"].startswith("Bearer")
+        for path in ("/", "/health/live", "/health/ready", "/api/v1/session"):
+            assert client.get(path).status_code == 200, path
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "Bearer",
+        "Bearer x",
+        "Basic eDp5",
+        "Bearer dlk_000000000000_" + "A" * 43,
+        "Bearer dlk_" + "A" * 8000,
+        b"Bearer \xff\xfe",
+    ],
+)
+def test_what_is_no_key_opens_nothing(guarded: Guarded, value: str | bytes) -> None:
+    with httpx.Client(base_url=guarded.url) as client:
+        assert client.get(STUDIES, headers={"Authorization": value}).status_code == 401  # type: ignore[dict-item]
+
+
+def test_another_secret_under_a_known_id_opens_nothing(guarded: Guarded) -> None:
+    key = guarded.keys["ann"]["key"]
+    for wrong in (key[:-1] + ("A" if key[-1] != "A" else "B"), key[:-1], key + "A", key.upper()):
+        with httpx.Client(base_url=guarded.url, headers={"Authorization": f"Bearer {wrong}"}) as client:
+            assert client.get(STUDIES).status_code == 401
+
+
+def test_a_key_that_reads_cannot_write(guarded: Guarded) -> None:
+    with guarded.client("reader") as client:
+        assert client.get(STUDIES).status_code == 200
+        assert client.get("/metrics").status_code == 200
+        for method, path, body in (
+            ("POST", STUDIES, _study("no", 1.3)),
+            ("POST", "/api/v1/simulate", {"frequency_ratio": 1.0, "particle": False}),
+            ("POST", "/api/v1/records", {"kanai_tajimi": {"seed": 1}}),
+            ("POST", "/api/v1/earthquake-comparisons", {}),
+            ("POST", f"{STUDIES}/000000000000/cancel", None),
+            ("DELETE", f"{STUDIES}/000000000000", None),
+        ):
+            answer = client.request(method, path, json=body)
+            assert (answer.status_code, _kind(answer)) == (403, "scope-lacking"), path
+        assert client.get(STUDIES).json()["studies"] == []
+
+
+def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers: Any) -> None:
+    with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("admin") as admin:
+        made = ann.post(STUDIES, json=_study("anns", 1.4))
+        assert made.status_code == 201, made.text
+        record = made.json()
+        assert record["provenance"]["submitted_by"] == "ann"
+        url = f"{STUDIES}/{record['id']}"
+        assert bob.get(url).status_code == 200
+        # the same definition is the same study, and stays hers
+        assert bob.post(STUDIES, json=_study("anns", 1.4)).status_code == 200
+        for method, path in (
+            ("POST", "/cancel"),
+            ("POST", "/resume"),
+            ("POST", "/retry"),
+            ("POST", "/recompute"),
+            ("DELETE", ""),
+        ):
+            answer = bob.request(method, url + path)
+            assert (answer.status_code, _kind(answer)) == (403, "not-yours"), path
+        helpers.wait_for(ann, record["id"], helpers.ended)
+        assert ann.delete(url).status_code == 204
+        again = ann.post(STUDIES, json=_study("anns", 1.4)).json()
+        helpers.wait_for(admin, again["id"], helpers.ended)
+        assert admin.delete(f"{STUDIES}/{again['id']}").status_code == 204
+
+
+def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded) -> None:
+    short = make_key(guarded.data_dir, "guest", "read", "--expires", "4s")
+    lost = make_key(guarded.data_dir, "guest", "read")
+    with httpx.Client(base_url=guarded.url) as client:
+
+        def status(key: dict[str, Any]) -> int:
+            return client.get(STUDIES, headers={"Authorization": f"Bearer {key['key']}"}).status_code
+
+        assert status(lost) == 200
+        done = command("keys", "revoke", lost["id"], "--data-dir", str(guarded.data_dir))
+        assert done.returncode == 0, done.stderr
+        give_up = time.monotonic() + 60
+        while status(lost) != 401 or status(short) != 401:
+            assert time.monotonic() < give_up
+            time.sleep(0.2)
+    listed = json.loads(command("keys", "list", "--data-dir", str(guarded.data_dir), "--json").stdout)["keys"]
+    state = {key["id"]: key["valid"] for key in listed}
+    assert not state[short["id"]]
+    assert not state[lost["id"]]
+    assert state[guarded.keys["ann"]["id"]]
+
+
+def test_no_file_of_the_service_holds_a_secret_or_is_anybody_elses_to_read(guarded: Guarded) -> None:
+    secrets = [key["key"].rpartition("_")[2].encode() for key in guarded.keys.values()]
+    assert stat.S_IMODE(guarded.data_dir.stat().st_mode) == 0o700
+    files = [path for path in guarded.data_dir.rglob("*") if path.is_file()]
+    assert guarded.data_dir / "catalogue.sqlite" in files
+    for path in files:
+        content = path.read_bytes()
+        assert not any(secret in content for secret in secrets), path
+        assert stat.S_IMODE(path.stat().st_mode) & 0o077 == 0, path
+    for path in guarded.data_dir.rglob("*"):
+        if path.is_dir():
+            assert stat.S_IMODE(path.stat().st_mode) & 0o077 == 0, path
+    assert not any(secret.decode() in guarded.running.log.read_text() for secret in secrets)
+
+
+def test_changes_are_in_the_audit_log_with_who_asked_for_them(guarded: Guarded) -> None:
+    with guarded.client("bob") as bob:
+        answer = bob.delete(f"{STUDIES}/00000000abcd")
+        assert answer.status_code == 404
+        bob.get(STUDIES).raise_for_status()
+    lines = [json.loads(line) for line in (guarded.data_dir / "audit.jsonl").read_text().splitlines()]
+    mine = [line for line in lines if line["request"] == answer.headers["x-request-id"]]
+    assert len(mine) == 1
+    found = {name: mine[0][name] for name in ("who", "key", "how", "method", "path", "status", "address")}
+    assert found == {
+        "who": "bob",
+        "key": guarded.keys["bob"]["id"],
+        "how": "key",
+        "method": "DELETE",
+        "path": f"{STUDIES}/00000000abcd",
+        "status": 404,
+        "address": "127.0.0.1",
+    }
+    assert not any(line["method"] == "GET" and line["status"] == 200 for line in lines)
+
+
+def test_a_session_of_the_page(guarded: Guarded) -> None:
+    own = {"Origin": guarded.url, "Sec-Fetch-Site": "same-origin"}
+    with httpx.Client(base_url=guarded.url, headers=own) as page:
+        assert page.get("/api/v1/session").json() == {
+            "needed": True,
+            "signed_in": False,
+            "owner": "",
+            "scopes": [],
+        }
+        for wrong in ({"key": "dlk_x"}, {"key": "ключ"}):
+            assert page.post("/api/v1/session", json=wrong).status_code == 401
+        for odd in ({}, [], {"key": 1}, {"key": "a", "b": 1}):
+            assert page.post("/api/v1/session", json=odd).status_code == 422
+        answer = page.post("/api/v1/session", json={"key": guarded.keys["ann"]["key"]})
+        assert answer.status_code == 200
+        cookie = answer.headers["set-cookie"]
+        assert "HttpOnly" in cookie
+        assert "SameSite=strict" in cookie
+        assert guarded.keys["ann"]["key"] not in cookie
+        assert page.get("/api/v1/session").json()["owner"] == "ann"
+        assert page.get(STUDIES).status_code == 200
+        value = page.cookies["damperlab_session"]
+        for forged in (value[:-1] + ("0" if value[-1] != "0" else "1"), value.replace(".", ".9", 1), "x"):
+            assert httpx.get(guarded.url + STUDIES, cookies={"damperlab_session": forged}).status_code == 401
+        # another site's page cannot use it
+        cross = {"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site"}
+        assert page.post(STUDIES, json=_study("evil", 1.2), headers=cross).status_code == 403
+        assert page.delete("/api/v1/session").status_code == 204
+        page.cookies.clear()
+        assert page.get(STUDIES).status_code == 401
+
+
+def test_the_client_takes_its_key_from_argument_environment_or_file(
+    guarded: Guarded, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from damperlab.service.client.faults import Problem, Refused
+
+    key = guarded.keys["ann"]["key"]
+    with Client(guarded.url, api_key=key) as client:
+        client.studies()
+    with Client(guarded.url) as client, pytest.raises(Problem, match="asks for a key"):
+        client.studies()
+    monkeypatch.setenv("DAMPERLAB_KEY", key)
+    with Client(guarded.url) as client:
+        client.studies()
+    monkeypatch.delenv("DAMPERLAB_KEY")
+    file = tmp_path / "key"
+    file.write_text(key + "\n")
+    monkeypatch.setenv("DAMPERLAB_KEY_FILE", str(file))
+    file.chmod(0o644)
+    with pytest.raises(Refused, match="chmod 600"):
+        Client(guarded.url)
+    file.chmod(0o600)
+    with Client(guarded.url) as client:
+        client.studies()
+
+
+def test_beyond_loopback_nothing_is_served_without_keys(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    refused = command("serve", "--host", "0.0.0.0", "--port", "0", "--data-dir", str(data))
+    assert refused.returncode == 2
+    assert "damperlab keys create" in refused.stderr
+    assert "--open" in refused.stderr
+    expired = make_key(data, "guest", "read", "--expires", "0s")
+    assert not expired["valid"]
+    refused = command("serve", "--host", "0.0.0.0", "--port", "0", "--data-dir", str(data))
+    assert refused.returncode == 2
+    for wrong in ("keys", "open"):
+        again = command("serve", "--open", "--keys", "--data-dir", str(data), "--port", "0")
+        assert again.returncode == 2, wrong
