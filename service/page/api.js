@@ -4,7 +4,7 @@
  * @typedef {{field: string, found: string, allowed: string, advice: string}} Fault
  */
 
-import { el } from "./dom.js";
+import { capital, el } from "./dom.js";
 
 /** Name of the event that tells the page that the service asks for a key. */
 export const KEY_NEEDED = "key-needed";
@@ -126,9 +126,4 @@ export function refusalBox(error) {
 export function faultText(fault) {
   const advice = capital(fault.advice);
   return `${fault.field ? fault.field + ": " : ""}found ${fault.found}; allowed: ${fault.allowed}. ${advice}${advice.endsWith("?") ? "" : "."}`;
-}
-
-/** @param {string} text */
-function capital(text) {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -4,31 +4,44 @@ import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
 import { short } from "./numbers.js";
+import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
 import { tunings } from "./vocabulary.js";
 
 const FARTHEST = 0.5;
-
+const USUAL = "minimax";
 
 /** @type {import("./study.js").Tab} */
 export function comparisonTab(session, place) {
   const { selection, record } = session;
+  const { kept } = session;
   const asked = {
-    criterion: "minimax", detuning: 0, damping_detuning: 0,
-    /** @type {number | null} */ mass_ratio: null,
+    criterion: kept.one("criterion", Object.keys(session.words.tunings), USUAL),
+    detuning: kept.number("detuning", -FARTHEST, FARTHEST, 0),
+    damping_detuning: kept.number("damping_detuning", -FARTHEST, FARTHEST, 0),
+    /** @type {number | null} */ mass_ratio: kept.number("tmd_mass_ratio", 0, Infinity, 0) || null,
   };
   const answerBox = el("div", { class: "ratio", role: "status" });
   const note = el("p", { class: "quiet note" });
-  const chart = figure({ label: "Frequency responses: the study's damper, a tuned mass damper, no damper", name: `tmd-${record.id}`, height: 420 });
+  const chart = figure({ label: "Frequency responses: the study's damper, a tuned mass damper, no damper", name: `tmd-${record.id}`, height: 420, python: () => pythonLine(record.id, "tmd_comparison", question()) });
   let number = 0;
+
+  function question() {
+    const at = selection.at([FREQUENCY]);
+    return { ...at, ...asked, mass_ratio: asked.mass_ratio ?? at.mass_ratio };
+  }
 
   const look = debounced(150, async () => {
     const mine = ++number;
-    const at = selection.at([FREQUENCY]);
-    const parameters = { ...at, ...asked, mass_ratio: asked.mass_ratio ?? at.mass_ratio };
+    kept.keep({
+      criterion: asked.criterion === USUAL ? null : asked.criterion,
+      detuning: asked.detuning || null,
+      damping_detuning: asked.damping_detuning || null,
+      tmd_mass_ratio: asked.mass_ratio,
+    });
     try {
-      const answer = await ask(studyPath(record.id, "tmd-comparison"), parameters);
+      const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
       fill(answerBox, verdict(answer));
       fill(note, prose(answer.note));
@@ -43,7 +56,7 @@ export function comparisonTab(session, place) {
   });
 
   const mass = el("input", {
-    type: "number", step: "any", min: 0, placeholder: "as the design",
+    type: "number", step: "any", min: 0, placeholder: "as the design", value: asked.mass_ratio ?? "",
     oninput: () => ((asked.mass_ratio = mass.value === "" ? null : Number(mass.value)), look()),
   });
   const meaning = el("p", { class: "quiet" });
@@ -59,8 +72,8 @@ export function comparisonTab(session, place) {
         el("h2", {}, "Tuned mass damper"),
         picker("Tuned by", tunings(session.words), asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
         meaning,
-        share("Frequency off by", (value) => ((asked.detuning = value), look())),
-        share("Damping off by", (value) => ((asked.damping_detuning = value), look())),
+        share("Frequency off by", asked.detuning, (value) => ((asked.detuning = value), look())),
+        share("Damping off by", asked.damping_detuning, (value) => ((asked.damping_detuning = value), look())),
         el("label", { class: "field" }, el("span", {}, "Mass ratio μ"), mass),
         sliders(selection, record.definition, true),
       ),
@@ -75,18 +88,21 @@ export function comparisonTab(session, place) {
  * A share from −50 to 50 per cent as a slider.
  *
  * @param {string} label
+ * @param {number} now
  * @param {(value: number) => void} onChange
  */
-function share(label, onChange) {
-  const output = el("output", {}, "0 %");
+function share(label, now, onChange) {
+  const percent = Math.round(100 * now);
+  const output = el("output", {}, `${percent} %`);
   const slider = el("input", {
-    type: "range", min: -100 * FARTHEST, max: 100 * FARTHEST, step: 1, value: 0, "aria-valuetext": "0 per cent",
+    type: "range", min: -100 * FARTHEST, max: 100 * FARTHEST, step: 1, "aria-valuetext": `${percent} per cent`,
     oninput: () => {
       output.textContent = `${slider.value} %`;
       slider.setAttribute("aria-valuetext", `${slider.value} per cent`);
       onChange(Number(slider.value) / 100);
     },
   });
+  slider.value = String(percent); // after its limits: before them a browser would cut it
   return el("label", { class: "slider" }, el("span", {}, label), slider, output);
 }
 

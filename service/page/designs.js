@@ -1,17 +1,20 @@
 /**
  * The best designs of a study and its Pareto front, as tables that lead to their points.
  *
- * @typedef {{best: any, pareto: any[]}} Found designs with a `text` each
+ * @typedef {{best: any, idle: any, pareto: any[], ranked: any}} Found designs with a `text` each, and the ranking itself
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
+import { leading } from "./headline.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 import { symbol, titled } from "./vocabulary.js";
 
 const TOP = 5;
 const FRONT = 50;
+/** @type {Found} */
+export const NOTHING_FOUND = { best: null, idle: null, pareto: [], ranked: null };
 
 /**
  * @param {import("./study.js").Session} session
@@ -20,11 +23,18 @@ const FRONT = 50;
 export function designs(session, onFound) {
   const { selection, record } = session;
   const band = selection.varied.includes(FREQUENCY);
-  const asked = { objective: band ? "peak" : "resonance", exclude_locked: false, against: "" };
+  const { kept } = session;
+  const usual = band ? "peak" : "resonance";
+  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance");
+  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
+  const asked = {
+    objective: kept.one("objective", objectives.map(([name]) => name), usual),
+    exclude_locked: kept.on("exclude_locked", false),
+    against: kept.one("pareto", respects.map(([name]) => name), ""),
+  };
   const table = el("div");
   const front = el("div");
-  /** @type {Found} */
-  let found = { best: null, pareto: [] };
+  let found = NOTHING_FOUND;
 
   async function look() {
     const question = { objective: asked.objective, exclude_locked: asked.exclude_locked };
@@ -32,13 +42,19 @@ export function designs(session, onFound) {
       const path = studyPath(record.id, "optimal-designs");
       const ranked = await ask(path, { ...question, top: TOP });
       const pareto = asked.against ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` }) : null;
-      found = { best: ranked.designs[0] ? named(ranked.designs[0], "Optimum") : null, pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front")) };
+      const { best, idle } = leading(ranked);
+      found = {
+        best: best && named(best, idle ? "Best with impacts" : "Optimum"),
+        idle: idle && named(idle, "Best, no impact"),
+        pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front")),
+        ranked,
+      };
       fill(table, listed(ranked, "Best designs"));
       fill(front, pareto && listed(pareto, "Pareto front", asked.against));
     } catch (error) {
       fill(table, refusalBox(error));
       fill(front);
-      found = { best: null, pareto: [] };
+      found = NOTHING_FOUND;
     }
     if (found.best) selection.rest(found.best);
     onFound(found);
@@ -74,7 +90,7 @@ export function designs(session, onFound) {
         ),
       ),
       (answer.verdict ?? []).map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
-      el("p", { class: "quiet note" }, prose(answer.note)),
+      el("details", {}, el("summary", {}, "How they were judged"), el("p", { class: "quiet note" }, prose(answer.note))),
     ];
   }
 
@@ -83,8 +99,13 @@ export function designs(session, onFound) {
     selection.chooseValues(Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]])));
   }
 
-  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance");
-  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
+  /** @param {any} what */
+  function change(what) {
+    Object.assign(asked, what);
+    kept.keep({ objective: asked.objective === usual ? null : asked.objective, exclude_locked: asked.exclude_locked || null, pareto: asked.against });
+    look();
+  }
+
   look();
   session.changes.addEventListener("grown", () => table.isConnected && look());
   return el(
@@ -94,9 +115,9 @@ export function designs(session, onFound) {
     el(
       "div",
       { class: "row controls" },
-      picker("Judged by", objectives, asked.objective, (objective) => ((asked.objective = objective), look())),
-      picker("Pareto front against", [["", "nothing"], ...respects], "", (against) => ((asked.against = against), look())),
-      checkbox("Leave out locked designs", false, (on) => ((asked.exclude_locked = on), look())),
+      picker("Judged by", objectives, asked.objective, (objective) => change({ objective })),
+      picker("Pareto front against", [["", "nothing"], ...respects], asked.against, (against) => change({ against })),
+      checkbox("Leave out locked designs", asked.exclude_locked, (on) => change({ exclude_locked: on })),
     ),
     table,
     front,

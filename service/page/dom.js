@@ -78,6 +78,11 @@ export function prose(text) {
   return text.split("`").map((part, i) => (i % 2 ? el("code", {}, part) : part));
 }
 
+/** A sentence with its first letter as sentences have it. @param {string} text */
+export function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
 /** Say something to those who listen to the page. @param {string} text */
 export function say(text) {
   const place = document.getElementById("said");

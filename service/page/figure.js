@@ -1,6 +1,7 @@
 /** Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with downloads. */
 
-import { el, say } from "./dom.js";
+import { el, fill, say } from "./dom.js";
+import { tableOf } from "./figure_table.js";
 
 /** @type {Promise<any> | undefined} */
 let loading;
@@ -72,23 +73,26 @@ function styled(layout) {
 /**
  * A figure, empty until it is drawn.
  *
- * @param {{label: string, name: string, height?: number, keyboard?: string}} options `label` is what a screen reader
- *   says, `name` the stem of downloads; with `keyboard`, which says what the keys do, the figure can be focused
+ * @param {{label: string, name: string, height?: number, keyboard?: string, python?: () => string}} options `label` is
+ *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do, the figure can
+ *   be focused; `python` gives the code that gives the same
  * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) => Promise<void>,
  *   forget: () => void}} traces and layout are made anew where the colours change
  */
-export function figure({ label, name, height = 320, keyboard }) {
+export function figure({ label, name, height = 320, keyboard, python }) {
   const plot = el("div", {
     class: "plot",
     "data-height": height,
     ...(keyboard ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` } : { role: "img", "aria-label": label }),
   });
   const buttons = el("div", { class: "row end downloads" });
-  const element = el("figure", { class: "figure" }, plot, buttons);
+  const code = el("pre", { tabindex: 0, role: "region", "aria-label": `Python for: ${label}` });
+  const same = python && el("details", {}, el("summary", {}, "The same in Python"), code);
+  const element = el("figure", { class: "figure" }, plot, buttons, same);
   /** @type {() => Promise<void>} */
   let again = async () => {};
   const redraw = () => (element.isConnected ? void again() : void shown.delete(redraw));
-  for (const format of ["png", "svg"]) {
+  for (const format of ["png", "svg", "csv"]) {
     buttons.append(
       el(
         "button",
@@ -100,10 +104,18 @@ export function figure({ label, name, height = 320, keyboard }) {
 
   /** @param {string} format */
   async function save(format) {
+    if (format === "csv") return saveTable();
     const library = await plotly();
     const { width, height: high } = plot.getBoundingClientRect();
     await library.downloadImage(plot, { format, filename: name, width, height: high, scale: format === "png" ? 2 : 1 });
     say(`${name}.${format} was saved.`);
+  }
+
+  function saveTable() {
+    const url = URL.createObjectURL(new Blob([tableOf(plot.data, plot.layout)], { type: "text/csv" }));
+    el("a", { href: url, download: `${name}.csv` }).click();
+    URL.revokeObjectURL(url);
+    say(`${name}.csv was saved.`);
   }
 
   return {
@@ -113,6 +125,7 @@ export function figure({ label, name, height = 320, keyboard }) {
       again = async () => {
         const library = await plotly();
         const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
+        if (python) fill(code, python());
         if (element.isConnected) await library.react(plot, traces(), styled({ height, ...layout() }), settings);
       };
       shown.add(redraw);

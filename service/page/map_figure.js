@@ -16,6 +16,8 @@ const CONTOUR_POINTS = 6;
 /**
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
+ * @typedef {{best: (Mark & {acts: boolean}) | null, idle: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} Marks
+ *   `acts` where the best is the best with impacts and `idle` the best of all
  */
 
 /**
@@ -23,7 +25,7 @@ const CONTOUR_POINTS = 6;
  *
  * @param {any} map the service's answer
  * @param {Overlays} overlays
- * @param {{best: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} marks
+ * @param {Marks} marks
  * @param {any} words the vocabulary
  * @returns {any[]}
  */
@@ -134,8 +136,8 @@ function classSymbols(map, kinds, words) {
   );
 }
 
-/** @param {{best: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} marks */
-function markers({ best, pareto, point }) {
+/** @param {Marks} marks */
+function markers({ best, idle, pareto, point }) {
   const traces = [];
   /** @param {Mark[]} list @param {string} name @param {any} marker */
   const add = (list, name, marker) =>
@@ -144,7 +146,8 @@ function markers({ best, pareto, point }) {
       name, marker, hovertemplate: "%{text}<extra></extra>", showlegend: true, cliponaxis: false,
     });
   if (pareto.length) add(pareto, "Pareto front", { symbol: "diamond", size: 10, color: "white", line: { width: 2, color: "black" } });
-  if (best) add([best], "optimum", { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
+  if (idle) add([idle], "best, no impact", { symbol: "star-open", size: 14, color: colour("ink"), line: { width: 1.5 } });
+  if (best) add([best], best.acts ? "best with impacts" : "optimum", { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
   if (point) {
     traces.push({
       type: "scatter", mode: "markers", x: [point.x], y: [point.y], name: "this point", hoverinfo: "skip", showlegend: true, cliponaxis: false,

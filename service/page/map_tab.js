@@ -1,11 +1,13 @@
 /** The map of a study with everything that chooses what it shows, and the point beside it. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { designs } from "./designs.js";
+import { designs, NOTHING_FOUND } from "./designs.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
+import { headline } from "./headline.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
 import { pointPanel } from "./point.js";
+import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
 import { DIMENSIONS, titled } from "./vocabulary.js";
@@ -13,20 +15,18 @@ import { DIMENSIONS, titled } from "./vocabulary.js";
 /** Values along either axis that are asked for: about as many as a screen tells apart. */
 const MOST = 240;
 const PATIENCE_MILLISECONDS = 1500;
+const USUAL_METRIC = "amplitude_ratio";
 const USUAL = ["clearance_ratio", "friction_ratio", "frequency_ratio", "mass_ratio", "restitution", "damping_ratio"];
 
 /** @type {import("./study.js").Tab} */
 export function mapTab(session, place) {
   const { selection, record } = session;
+  const { kept } = session;
   const [x, y] = usualAxes(selection.varied);
-  const view = {
-    x, y, metric: "amplitude_ratio", contours: true, classes: false,
-    /** @type {Record<string, string | undefined>} */ window: {},
-  };
+  const view = { ...keptAxes(kept, selection.varied, x, y), ...keptLook(kept, session.variables) };
   /** @type {any} */
   let map = null;
-  /** @type {import("./designs.js").Found} */
-  let found = { best: null, pareto: [] };
+  let found = NOTHING_FOUND;
   let asked = 0;
 
   const map_ = figure({
@@ -34,9 +34,11 @@ export function mapTab(session, place) {
     name: `map-${record.id}`,
     height: 460,
     keyboard: "Arrow keys move the point",
+    python: () => pythonLine(record.id, "resonance_map", shown()),
   });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
+  const head = el("div");
   const controls = el("div", { class: "row controls" });
 
   function drawControls() {
@@ -48,8 +50,8 @@ export function mapTab(session, place) {
       picker("Across", names, view.x, (name) => exchange("x", "y", name)),
       picker("Up", names, view.y, (name) => exchange("y", "x", name)),
       picker("Shown", metrics.map((/** @type {any} */ v) => [v.name, v.long_name]), view.metric, (metric) => change({ metric })),
-      checkbox("Contour lines", view.contours, (contours) => (Object.assign(view, { contours }), draw())),
-      checkbox("Response classes", view.classes, (classes) => (Object.assign(view, { classes }), draw())),
+      checkbox("Contour lines", view.contours, (contours) => (Object.assign(view, { contours }), keep(), draw())),
+      checkbox("Response classes", view.classes, (classes) => (Object.assign(view, { classes }), keep(), draw())),
     );
   }
 
@@ -64,13 +66,33 @@ export function mapTab(session, place) {
   /** @param {any} what */
   function change(what) {
     Object.assign(view, what);
+    keep();
     look();
   }
 
+  /** Keep what differs from the usual view. */
+  function keep() {
+    const usual = view.x === x && view.y === y;
+    kept.keep({
+      x: usual ? null : view.x,
+      y: usual ? null : view.y,
+      metric: view.metric === USUAL_METRIC ? null : view.metric,
+      contours: view.contours ? null : false,
+      classes: view.classes || null,
+      x_range: view.window.x_range,
+      y_range: view.window.y_range,
+    });
+  }
+
   /** What the map is asked for: the other dimensions at the point, the frequency open where the worst counts. */
-  function question() {
+  function shown() {
     const except = [view.x, view.y, ...(selection.worst ? [FREQUENCY] : [])];
-    return { x: view.x, y: view.y, metric: view.metric, most: MOST, ...view.window, ...selection.at(except) };
+    return { x: view.x, y: view.y, metric: view.metric, ...selection.at(except) };
+  }
+
+  /** The same as the screen can show it. */
+  function question() {
+    return { ...shown(), most: MOST, ...view.window };
   }
 
   let last = "";
@@ -104,7 +126,8 @@ export function mapTab(session, place) {
     const here = (/** @type {any} */ design) => judged && selection.varied.every((name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name));
     const mark = (/** @type {any} */ design) => ({ x: design[view.x], y: design[view.y], text: design.text });
     return {
-      best: found.best && here(found.best) ? mark(found.best) : null,
+      best: found.best && here(found.best) ? { ...mark(found.best), acts: found.idle !== null } : null,
+      idle: found.idle && here(found.idle) ? mark(found.idle) : null,
       pareto: found.pareto.filter(here).map(mark),
       point: selection.chosen ? { x: selection.value(view.x), y: selection.value(view.y) } : null,
     };
@@ -148,6 +171,7 @@ export function mapTab(session, place) {
   drawControls();
   const ranking = designs(session, (now) => {
     found = now;
+    fill(head, now.ranked && headline(session, now.ranked));
     draw();
   });
   fill(
@@ -155,12 +179,35 @@ export function mapTab(session, place) {
     el(
       "div",
       { class: "study" },
-      el("div", { class: "left" }, controls, trouble, map_.element, note, sliders(selection, record.definition)),
+      el("div", { class: "left" }, head, controls, trouble, map_.element, note, sliders(selection, record.definition)),
       pointPanel(session, () => found.best),
       ranking,
     ),
   );
   look();
+}
+
+/**
+ * The axes that were kept, where they are two different ones of the study.
+ *
+ * @param {import("./kept.js").Kept} kept @param {string[]} varied @param {string} x @param {string} y
+ */
+function keptAxes(kept, varied, x, y) {
+  const asked = { x: kept.one("x", varied, x), y: kept.one("y", varied, y) };
+  return asked.x === asked.y ? { x, y } : asked;
+}
+
+/** What else of a map was kept. @param {import("./kept.js").Kept} kept @param {string[]} variables */
+function keptLook(kept, variables) {
+  const { x_range, y_range } = kept.values;
+  const span = /^[-+.\de]+,[-+.\de]+$/;
+  return {
+    metric: kept.one("metric", variables, USUAL_METRIC),
+    contours: kept.on("contours", true),
+    classes: kept.on("classes", false),
+    /** @type {Record<string, string | undefined>} */
+    window: span.test(x_range) && span.test(y_range) ? { x_range, y_range } : {},
+  };
 }
 
 /** @param {string[]} varied @returns {[string, string]} */

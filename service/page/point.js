@@ -3,16 +3,14 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
+import { motionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
-import { sendPatiently } from "./patience.js";
+import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { inUnit } from "./sliders.js";
 import { CLASS_LOOKS, DIMENSIONS, symbol } from "./vocabulary.js";
 
 const OF_PARTICLE = ["clearance_ratio", "restitution", "mass_ratio"];
-const CYCLES = 6;
-/** The most that the service sends: with fewer, impacts would be among what is left out. */
-const SAMPLES = 20000;
 const PATIENCE_MILLISECONDS = 350;
 
 /**
@@ -22,13 +20,11 @@ const PATIENCE_MILLISECONDS = 350;
 export function pointPanel(session, best) {
   const { selection, record } = session;
   const heading = el("h2", { id: "point" }, "Choose a point");
-  const start = el("button", { type: "button", onclick: () => best() && selection.chooseValues(designOf(best(), selection)) }, "Look at the optimum");
+  const start = el("button", { type: "button", onclick: () => best() && selection.chooseValues(designOf(best(), selection)) }, "Look at the best design");
   const about = el("div", {}, el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."), start);
-  const curve = figure({ label: "Frequency response of the point", name: `response-${record.id}`, height: 260 });
-  const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 240 });
-  const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280 });
+  const curve = figure({ label: "Frequency response of the point", name: `response-${record.id}`, height: 260, python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])) });
   const curves = el("div");
-  const motion = el("div");
+  const moving = motionPanel(session);
   /** @type {AbortController | undefined} */
   let asking;
 
@@ -48,7 +44,8 @@ export function pointPanel(session, best) {
       const place = frequencyPlace(response);
       fill(about, stored(session, response, times, place));
       await drawCurve(response, place);
-      await drawMotion(response.frequency_ratio[place], options.signal);
+      const r = response.frequency_ratio[place];
+      await moving.look(r, await periodAt(path, at, place, options), options.signal);
       say(`${heading.textContent}: ${about.querySelector("dd")?.textContent ?? ""}`);
     } catch (error) {
       if (options.signal.aborted) return;
@@ -63,6 +60,13 @@ export function pointPanel(session, best) {
     return values.indexOf(values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)));
   }
 
+  /** Cycles after which the stored response repeats; 0 where it does not, or nobody knows. @param {string} path @param {any} at @param {number} place @param {RequestInit} options */
+  async function periodAt(path, at, place, options) {
+    if (!session.variables.includes("period")) return 0;
+    const periods = await ask(path, { ...at, metric: "period" }, options);
+    return Math.max(0, periods.values[place] ?? 0);
+  }
+
   /** @param {any} response @param {number} place */
   async function drawCurve(response, place) {
     if (response.frequency_ratio.length < 2) return fill(curves);
@@ -73,41 +77,10 @@ export function pointPanel(session, best) {
     }));
   }
 
-  /** @param {number} r @param {AbortSignal} signal */
-  async function drawMotion(r, signal) {
-    const goesOn = el("p", { class: "quiet", role: "status" }, "Computing the motion …");
-    if (!time.element.isConnected) fill(motion, goesOn);
-    /** @param {string} words */
-    const tell = (words) => {
-      // a motion that is shown stays until the next is there, unless that takes as long as a compiler
-      if (words && !goesOn.isConnected) fill(motion, goesOn);
-      fill(goesOn, words || "Computing the motion …");
-    };
-    try {
-      const answer = await sendPatiently("simulate", design(session, r), tell, signal);
-      fill(
-        motion,
-        el("h3", {}, `Motion at r = ${short(r)}`),
-        startNote(record, answer),
-        time.element,
-        phase.element,
-        measures(answer, session.words),
-      );
-      await time.draw(() => timeTraces(answer.history), () => ({
-        xaxis: { title: { text: "time ω<sub>n</sub>t" } }, yaxis: { title: { text: "displacement / Z" } },
-      }));
-      await phase.draw(() => phaseTraces(answer.history), () => ({
-        xaxis: { title: { text: "displacement u/Z" } }, yaxis: { title: { text: "velocity u̇/(Zω<sub>n</sub>)" } },
-      }));
-    } catch (error) {
-      if (!signal.aborted) fill(motion, refusalBox(error));
-    }
-  }
-
   const soon = debounced(PATIENCE_MILLISECONDS, look);
   selection.addEventListener("chosen", soon);
   if (selection.chosen) look();
-  return el("section", { class: "box point", "aria-labelledby": "point" }, heading, about, curves, motion);
+  return el("section", { class: "box point", "aria-labelledby": "point" }, heading, about, curves, moving.element);
 }
 
 /** What a design says about the dimensions that vary. @param {any} design @param {import("./selection.js").Selection} selection */
@@ -140,28 +113,6 @@ function stored(session, response, times, place) {
   return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value)))));
 }
 
-/** What the simulation measured. @param {any} answer @param {any} words */
-function measures(answer, words) {
-  const names = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction", "dissipation_viscous", "dissipation_friction", "dissipation_impact"];
-  const known = words.variables.filter((/** @type {any} */ v) => names.includes(v.name) && answer.metrics[v.name] !== undefined && answer.metrics[v.name] !== null);
-  return el("dl", { class: "facts" }, known.map((/** @type {any} */ v) => el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, short(answer.metrics[v.name], 4)))));
-}
-
-/** The point as a request. @param {import("./study.js").Session} session @param {number} r */
-function design({ selection, record }, r) {
-  const { particle, contact } = record.definition;
-  const names = DIMENSIONS.filter((name) => name !== FREQUENCY && (particle !== false || !OF_PARTICLE.includes(name)));
-  const ratios = Object.fromEntries(names.map((name) => [name, selection.value(name)]));
-  return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), history: CYCLES, samples: SAMPLES };
-}
-
-/** @param {any} record @param {any} answer */
-function startNote(record, answer) {
-  const start = record.definition.start ?? "rest";
-  const other = start === "rest" ? "" : " The study starts its points elsewhere, so this may be another response than the stored one.";
-  return el("p", { class: "quiet" }, `From rest, ${answer.events.impacts} impacts shown.${other}`.replace("From rest, 0 impacts shown.", "From rest; no impact in what is shown."));
-}
-
 /** @param {any} response @param {number} place @param {any} words */
 function curveTraces(response, place, words) {
   const [first] = CURVES();
@@ -184,38 +135,4 @@ function curveTraces(response, place, words) {
     }),
     { type: "scatter", mode: "markers", x: [r[place]], y: [response.values[place]], marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } }, showlegend: false, hoverinfo: "skip" },
   ];
-}
-
-/** @param {any} history */
-function timeTraces(history) {
-  const [first, second] = CURVES();
-  const traces = /** @type {any[]} */ ([{ type: "scatter", mode: "lines", x: history.time, y: history.u, name: "structure", line: { color: first, width: 1.6 } }]);
-  if (known(history.p)) traces.push({ type: "scatter", mode: "lines", x: history.time, y: history.p, name: "particle", line: { color: second, width: 1.2, dash: "dot" } });
-  const struck = impacts(history);
-  if (struck.length) traces.push(impactMarks(struck.map((i) => history.time[i]), struck.map((i) => history.u[i])));
-  return traces;
-}
-
-/** @param {any} history */
-function phaseTraces(history) {
-  const [first] = CURVES();
-  const struck = impacts(history);
-  const traces = /** @type {any[]} */ ([{ type: "scatter", mode: "lines", x: history.u, y: history.u_rate, name: "structure", line: { color: first, width: 1.2 } }]);
-  if (struck.length) traces.push(impactMarks(struck.map((i) => history.u[i]), struck.map((i) => history.u_rate[i])));
-  return traces;
-}
-
-/** @param {number[]} x @param {number[]} y */
-function impactMarks(x, y) {
-  return { type: "scatter", mode: "markers", x, y, name: "impact", marker: { symbol: "x", size: 7, color: CURVES()[2] } };
-}
-
-/** @param {any} history @returns {number[]} */
-function impacts(history) {
-  return (history.impact ?? []).flatMap((/** @type {number} */ struck, /** @type {number} */ i) => (struck ? [i] : []));
-}
-
-/** @param {any[] | undefined} column */
-function known(column) {
-  return column !== undefined && column.some((value) => value !== null);
 }

@@ -77,6 +77,7 @@ export class Selection extends EventTarget {
   /** Leave the frequency open, or not. @param {boolean} worst */
   leaveFrequency(worst) {
     this.worst = worst;
+    this.chosen = true;
     this.dispatchEvent(new Event("chosen"));
   }
 }

@@ -4,15 +4,17 @@ import { address, ask, follow, Refusal, studyPath } from "./api.js";
 import { comparisonTab } from "./comparison.js";
 import { earthquakeTab } from "./earthquake.js";
 import { el, fill, prose, say } from "./dom.js";
+import { leading } from "./headline.js";
+import { Kept, plainly } from "./kept.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
-import { RECORD, Selection } from "./selection.js";
+import { FREQUENCY, RECORD, Selection } from "./selection.js";
 import { surveyTab } from "./survey_tab.js";
 import { vocabulary } from "./vocabulary.js";
 
 /**
- * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget}} Session
+ * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept}} Session
  * @typedef {(session: Session, place: HTMLElement) => void} Tab
  */
 
@@ -41,7 +43,9 @@ export async function studyView(root, { parts, query }) {
     variables: grid.variables,
     words,
     changes: new EventTarget(),
+    kept: new Kept(`#/studies/${record.id}/${parts[1] ?? "map"}`, query),
   };
+  if (session.selection.worst) session.selection.worst = session.kept.on("worst", true);
   /** @type {Record<string, number | string>} */
   const asked = {};
   for (const [name, text] of query) {
@@ -64,10 +68,15 @@ export async function studyView(root, { parts, query }) {
         "div",
         { class: "row spread" },
         el("h1", {}, now.name || now.id),
-        actions(now, (changed) => {
-          if (changed === null) location.hash = "#/";
-          else update(changed);
-        }),
+        el(
+          "div",
+          { class: "row" },
+          el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: now.id })}` }, "Clone"),
+          actions(now, (changed) => {
+            if (changed === null) location.hash = "#/";
+            else update(changed);
+          }),
+        ),
       ),
       el("div", { class: "row" }, badge(now.state), progressBar(now)),
       outdatedNote(now),
@@ -96,27 +105,27 @@ export async function studyView(root, { parts, query }) {
   drawHead();
   if (isActive(record.state)) listen();
   fill(root, head, tabList(record.id, parts[1] ?? "map", place, session), place);
-  const remember = () => remembered(session, parts[1]);
-  session.selection.addEventListener("chosen", remember);
+  session.selection.addEventListener("chosen", () => keepPoint(session));
   return () => stop?.();
 }
 
 /** @param {Session} session */
 async function restAtBest({ record, selection }) {
   try {
-    const { designs } = await ask(studyPath(record.id, "optimal-designs"), { top: 1 });
-    if (designs.length) selection.rest(designs[0]);
+    const { best } = leading(await ask(studyPath(record.id, "optimal-designs"), { top: 1 }));
+    if (best) selection.rest(best);
   } catch (error) {
     // Nothing is computed yet, or the study keeps no amplitude: any point will do.
     if (!(error instanceof Refusal)) throw error;
   }
 }
 
-/** Keep the point in the address, so that a link leads back to it. @param {Session} session @param {string | undefined} tab */
-function remembered(session, tab) {
-  if (!session.selection.chosen) return;
-  const query = new URLSearchParams(Object.entries(session.selection.at()).map(([name, value]) => [name, String(value)]));
-  history.replaceState(null, "", `#/studies/${session.record.id}/${tab ?? "map"}?${query}`);
+/** Keep the point in the address, so that a link leads back to it. @param {Session} session */
+function keepPoint({ selection, kept }) {
+  if (!selection.chosen) return;
+  const point = selection.varied.map((name) => [name, plainly(selection.axes[name], selection.place[name])]);
+  const band = (selection.axes[FREQUENCY] ?? []).length > 1;
+  kept.keep({ ...Object.fromEntries(point), worst: band && !selection.worst ? false : null });
 }
 
 /**
@@ -141,10 +150,8 @@ function tabList(id, current, place, session) {
           href: `#/studies/${id}/${name}`,
           "aria-current": name === current ? "page" : null,
           onclick: (/** @type {Event} */ event) => {
-            if (!session.selection.chosen) return;
             event.preventDefault();
-            const query = new URLSearchParams(Object.entries(session.selection.at()).map(([key, value]) => [key, String(value)]));
-            location.hash = `#/studies/${id}/${name}?${query}`;
+            location.hash = session.kept.at(`#/studies/${id}/${name}`);
           },
         },
         title,

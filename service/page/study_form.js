@@ -1,6 +1,6 @@
 /** A new study: its fields and its JSON are two views of one document, and either can be edited. */
 
-import { refusalBox, Refusal, send, faultText } from "./api.js";
+import { ask, refusalBox, Refusal, send, faultText, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
 import { checkbox, debounced, el, fill, picker, prose, say } from "./dom.js";
 import { count, counted, duration, size } from "./numbers.js";
@@ -13,8 +13,10 @@ const FIRST_SCENE = "figure-11";
 
 /** @type {import("./main.js").View} */
 export async function studyForm(root, { query }) {
-  const { studies: scenes } = await vocabulary();
-  const wanted = query.get("scene") ?? FIRST_SCENE;
+  const { studies: named } = await vocabulary();
+  const cloned = query.get("from") === null ? null : await clone(query);
+  const scenes = cloned ? [cloned, ...named] : named;
+  const wanted = cloned?.name ?? query.get("scene") ?? FIRST_SCENE;
   const scene = scenes.find((/** @type {any} */ one) => one.name === wanted) ?? scenes[0];
   let study = structuredClone(scene.definition);
   /** @type {AbortController | undefined} */
@@ -146,6 +148,25 @@ export async function studyForm(root, { query }) {
   );
   choose(scene.name);
   return () => asking?.abort();
+}
+
+/**
+ * A study that is there, to be changed and run again: where the address says so over other frequencies.
+ *
+ * @param {URLSearchParams} query `from` is its id, `frequencies` start, stop and number
+ */
+async function clone(query) {
+  const record = await ask(studyPath(query.get("from") ?? ""));
+  const definition = structuredClone(record.definition);
+  const [start, stop, num] = (query.get("frequencies") ?? "").split(",").map(Number);
+  definition.name = `${record.name || record.id}, ${num >= 2 ? "over a band" : "changed"}`;
+  const { physical } = definition;
+  if (num >= 2 && physical?.excitation_frequency_hz !== undefined) {
+    const hertz = physical.natural_frequency_hz;
+    physical.excitation_frequency_hz = { start: start * hertz, stop: stop * hertz, num };
+  } else if (num >= 2) definition.axes.frequency_ratio = { start, stop, num };
+  const about = [`A copy of ${record.name || record.id}. Points that it shares with the original are not computed again.`];
+  return { name: `copy of ${record.name || record.id}`, about, definition };
 }
 
 /**

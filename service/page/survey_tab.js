@@ -63,7 +63,7 @@ export function surveyTab(session, place) {
       fill(trouble);
       fill(note, prose(said(answer)));
       if (answer.y.length === 1) await chart.draw(() => lineTraces(answer), () => lineLayout(answer));
-      else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, { best: null, pareto: [], point: null }, words), () => mapLayout(answer));
+      else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, words), () => mapLayout(answer));
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
     }

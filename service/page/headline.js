@@ -1,0 +1,49 @@
+/** What a study's ranking comes to, before anything else is read: the design to look at, or why there is none yet. */
+
+import { capital, el, prose } from "./dom.js";
+import { short } from "./numbers.js";
+import { FREQUENCY } from "./selection.js";
+import { symbol } from "./vocabulary.js";
+
+/**
+ * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does
+ * nothing.
+ *
+ * @param {any} ranked the service's ranking
+ * @returns {{best: any, idle: any}} `idle` is the best of all where that is another one; null where there is none
+ */
+export function leading(ranked) {
+  const first = ranked.designs[0] ?? null;
+  const acting = ranked.best_with_impacts;
+  return first && acting && first.impact_share === 0 ? { best: acting, idle: first } : { best: first, idle: null };
+}
+
+/**
+ * The ranking in a box.
+ *
+ * @param {import("./study.js").Session} session
+ * @param {any} ranked
+ */
+export function headline({ record, selection }, ranked) {
+  const { best, idle } = leading(ranked);
+  if (!best) return null;
+  const named = selection.varied.filter((name) => name !== FREQUENCY);
+  const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, symbol(name), ` = ${short(best[name])}`)]);
+  const value = `${short(best.value)}${best.error ? ` ± ${short(best.error, 2)}` : ""}`;
+  const next = ranked.next_frequencies;
+  const why = next && ranked.verdict.find((/** @type {string} */ sentence) => sentence.startsWith("Only r ="));
+  return el(
+    "section",
+    { class: "box headline", "aria-label": "Best design" },
+    el("h2", {}, next ? "No design is recommended yet" : idle ? "Best design with impacts" : "Best design"),
+    why && el("p", {}, prose(why)),
+    el("p", {}, capital(`${ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
+    idle && el("p", { class: "quiet" }, `A smaller value, ${short(idle.value)}, belongs to designs in which the particle never meets a wall: they are no particle dampers.`),
+    next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over r = ${next.start} to ${next.stop}`),
+  );
+}
+
+/** The form of a new study: this one over other frequencies. @param {string} id @param {any} band */
+function cloneOver(id, { start, stop, num }) {
+  return `#/new?${new URLSearchParams({ from: id, frequencies: [start, stop, num].join(",") })}`;
+}

@@ -1,0 +1,212 @@
+/** The steady motion of one design: an animated sketch, time history with the gap, phase portrait, spectrum, and where the energy goes. */
+
+import { refusalBox } from "./api.js";
+import { el, fill } from "./dom.js";
+import { colour, CURVES, figure } from "./figure.js";
+import { History } from "./history.js";
+import { short } from "./numbers.js";
+import { sendPatiently } from "./patience.js";
+import { pythonLine } from "./python_line.js";
+import { unitFactor } from "./quantities.js";
+import { FREQUENCY } from "./selection.js";
+import { sketch } from "./sketch.js";
+import { DIMENSIONS } from "./vocabulary.js";
+
+const OF_PARTICLE = ["clearance_ratio", "restitution", "mass_ratio"];
+/** Cycles that are shown of a response that repeats: whole periods, about as many as can be told apart. */
+const CYCLES = 6;
+const MOST_CYCLES = 60;
+/** Of one that does not repeat, or of which nobody knows. */
+const CYCLES_OF_OTHERS = 12;
+/** The most that the service sends: with fewer, impacts would be among what is left out. */
+const SAMPLES = 20000;
+/** Highest harmonic of the spectrum. */
+const HARMONICS = 8;
+/** Of the largest amplitude: what is less is rounding. */
+const NOTHING = 1e-6;
+const MEASURES = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction"];
+const LOSSES = /** @type {[string, string][]} */ ([
+  ["dissipation_viscous", "damping of the structure"],
+  ["dissipation_friction", "friction"],
+  ["dissipation_impact", "impacts"],
+]);
+
+/** @param {import("./study.js").Session} session */
+export function motionPanel(session) {
+  const { record } = session;
+  const element = el("div");
+  const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: () => pythonLine(null, "simulate", asked) });
+  const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280 });
+  const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240 });
+  const units = unitsOf(record.definition);
+  /** @type {Record<string, any>} what was asked for last */
+  let asked = {};
+
+  /**
+   * Compute and draw the motion of the point.
+   *
+   * @param {number} r frequency ratio
+   * @param {number} period cycles after which the stored response repeats, 0 where it does not
+   * @param {AbortSignal} signal
+   */
+  async function look(r, period, signal) {
+    const goesOn = el("p", { class: "quiet", role: "status" }, "Computing the motion …");
+    if (!time.element.isConnected) fill(element, goesOn);
+    /** @param {string} words */
+    const tell = (words) => {
+      // a motion that is shown stays until the next is there, unless that takes as long as a compiler
+      if (words && !goesOn.isConnected) fill(element, goesOn);
+      fill(goesOn, words || "Computing the motion …");
+    };
+    try {
+      const question = design(session, r, cyclesShown(period));
+      asked = question;
+      const answer = await sendPatiently("simulate", question, tell, signal);
+      const history = new History(answer.history, r);
+      const ratios = { clearance: history.particle ? question.clearance_ratio : null, friction: question.friction_ratio };
+      fill(
+        element,
+        el("h3", {}, `Motion at r = ${short(r)}`),
+        shownNote(record, answer, history),
+        sketch(history, ratios),
+        time.element,
+        phase.element,
+        spectrum.element,
+        measures(answer, session.words, record.definition),
+      );
+      await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));
+      await phase.draw(() => phaseTraces(history, units), () => ({
+        xaxis: { title: { text: `displacement x ${units.length}` } }, yaxis: { title: { text: `velocity ${units.speed}` } },
+      }));
+      await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
+        xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1 }, showlegend: false, bargap: 0.3,
+      }));
+    } catch (error) {
+      if (!signal.aborted) fill(element, refusalBox(error));
+    }
+  }
+
+  return { element, look };
+}
+
+/** Cycles to show: whole periods. @param {number} period */
+function cyclesShown(period) {
+  if (period < 1) return CYCLES_OF_OTHERS;
+  return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
+}
+
+/** What lengths, speeds and frequencies are shown in. @param {any} definition */
+function unitsOf({ physical }) {
+  const amplitude = physical && unitFactor("clearance_ratio", physical);
+  const hertz = physical && unitFactor("frequency_ratio", physical);
+  const inUnits = Boolean(amplitude && hertz);
+  return {
+    ofLength: inUnits ? 1000 * amplitude : 1,
+    ofSpeed: inUnits ? amplitude * 2 * Math.PI * hertz : 1,
+    ofFrequency: inUnits ? hertz : 1,
+    length: inUnits ? "[mm]" : "/ Z",
+    speed: inUnits ? "[m/s]" : "ẋ / (Z ω<sub>n</sub>)",
+    frequencyTitle: inUnits ? "frequency [Hz]" : "frequency over the natural frequency",
+  };
+}
+
+/** The point as a request. @param {import("./study.js").Session} session @param {number} r @param {number} cycles @returns {any} */
+function design({ selection, record }, r, cycles) {
+  const { particle, contact } = record.definition;
+  const names = DIMENSIONS.filter((name) => name !== FREQUENCY && (particle !== false || !OF_PARTICLE.includes(name)));
+  /** @type {Record<string, any>} */
+  const ratios = Object.fromEntries(names.map((name) => [name, selection.value(name)]));
+  return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), history: cycles, samples: SAMPLES };
+}
+
+/** What the figures show. @param {any} record @param {any} answer @param {History} history */
+function shownNote(record, answer, history) {
+  const { period } = answer.metrics;
+  const cycles = `${history.length} cycle${history.length === 1 ? "" : "s"}`;
+  const repeats = period >= 1 && history.length % period === 0 ? `: the response repeats after ${period === 1 ? "each" : period}` : "";
+  const struck = history.impacts.length;
+  const impacts = history.particle ? ` ${struck === 0 ? "No impact" : struck === 1 ? "One impact" : `${struck} impacts`} in them.` : "";
+  const start = record.definition.start ?? "rest";
+  const other = start === "rest" ? "" : " The study starts its points elsewhere, so this may be another response than the stored one.";
+  return el("p", { class: "quiet" }, `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`);
+}
+
+/** What the simulation measured. @param {any} answer @param {any} words @param {any} definition */
+function measures({ metrics }, words, { physical }) {
+  const known = words.variables.filter((/** @type {any} */ v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null);
+  const speed = unitFactor("clearance_ratio", physical) && unitFactor("frequency_ratio", physical);
+  const metresPerSecond = speed ? physical.base_amplitude_m * 2 * Math.PI * physical.natural_frequency_hz : null;
+  /** @param {string} name */
+  const value = (name) => {
+    const text = name === "period" && !(metrics[name] >= 1) ? "none: it does not repeat" : short(metrics[name], 4);
+    return name === "impact_speed_max" && metresPerSecond ? `${text} (${short(metrics[name] * metresPerSecond, 3)} m/s)` : text;
+  };
+  const total = LOSSES.reduce((sum, [name]) => sum + (metrics[name] ?? 0), 0);
+  const shares = total > 0 && LOSSES.filter(([name]) => metrics[name] > 0).map(([name, of]) => `${of} ${short((100 * metrics[name]) / total, 3)} %`);
+  return el(
+    "dl",
+    { class: "facts" },
+    shares && el("div", { class: "long" }, el("dt", {}, "Where the energy goes"), el("dd", {}, shares.join(", "))),
+    known.map((/** @type {any} */ v) => el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name)))),
+  );
+}
+
+/** @param {History} history @param {number | null} clearance @param {any} units */
+function timeTraces(history, clearance, units) {
+  const [first, second, third] = CURVES();
+  const x = history.cycles;
+  const { u } = history.columns;
+  const line = { type: "scatter", mode: "lines", x };
+  const base = x.map((cycle) => history.base(cycle) * units.ofLength);
+  const traces = /** @type {any[]} */ ([
+    { ...line, y: u.map((value) => value * units.ofLength), name: "structure x", line: { color: first, width: 1.6 } },
+    { ...line, y: base, name: "base z", line: { color: colour("quiet"), width: 1, dash: "dot" } },
+  ]);
+  const struck = history.impacts;
+  if (struck.length) traces.push(impactMarks(struck.map((i) => x[i]), struck.map((i) => u[i] * units.ofLength)));
+  if (clearance === null) return traces;
+  const walls = [-clearance, clearance].map((wall) => wall * units.ofLength);
+  traces.push(
+    { ...line, yaxis: "y2", y: history.inCavity.map((gap) => (gap === null ? null : gap * units.ofLength)), name: "particle in its cavity", line: { color: second, width: 1.2 } },
+    ...walls.map((wall, i) => ({ type: "scatter", mode: "lines", x: [0, history.length], y: [wall, wall], yaxis: "y2", name: "walls", showlegend: i === 0, line: { color: third, width: 2, dash: "dash" }, hoverinfo: "skip" })),
+  );
+  return traces;
+}
+
+/** @param {History} history @param {any} units */
+function timeLayout(history, units) {
+  const x = { title: { text: "cycles of the excitation" }, range: [0, history.length] };
+  const displacement = { title: { text: `x ${units.length}` } };
+  if (!history.particle) return { xaxis: x, yaxis: displacement };
+  return { xaxis: { ...x, anchor: "y2" }, yaxis: { ...displacement, domain: [0.52, 1] }, yaxis2: { title: { text: `y − x ${units.length}` }, domain: [0, 0.44] } };
+}
+
+/** @param {History} history @param {any} units */
+function phaseTraces(history, units) {
+  const [first, , third] = CURVES();
+  const { u, u_rate } = history.columns;
+  /** @param {number[]} values */
+  const lengths = (values) => values.map((value) => value * units.ofLength);
+  /** @param {number[]} values */
+  const speeds = (values) => values.map((value) => value * units.ofSpeed);
+  const traces = /** @type {any[]} */ ([{ type: "scatter", mode: "lines", x: lengths(u), y: speeds(u_rate), name: "structure", line: { color: first, width: 1.2 } }]);
+  const struck = history.impacts;
+  if (struck.length) traces.push(impactMarks(lengths(struck.map((i) => u[i])), speeds(struck.map((i) => u_rate[i]))));
+  const strobes = history.strobes;
+  traces.push({ type: "scatter", mode: "markers", x: lengths(strobes.u), y: speeds(strobes.u_rate), name: "once a cycle", cliponaxis: false, marker: { symbol: "circle-open", size: 9, color: third, line: { width: 2 } } });
+  return traces;
+}
+
+/** @param {History} history @param {number} r @param {any} units */
+function spectrumTraces(history, r, units) {
+  const { multiple, amplitude } = history.spectrum(HARMONICS);
+  const x = multiple.map((m) => m * r * units.ofFrequency);
+  const floor = NOTHING * amplitude.reduce((most, value) => Math.max(most, value), 0);
+  const y = amplitude.map((value) => (value > floor ? value * units.ofLength : null));
+  return [{ type: "bar", x, y, marker: { color: CURVES()[0] }, width: (0.7 * r * units.ofFrequency) / Math.max(1, history.length), name: "amplitude" }];
+}
+
+/** @param {number[]} x @param {number[]} y */
+function impactMarks(x, y) {
+  return { type: "scatter", mode: "markers", x, y, name: "impact", marker: { symbol: "x", size: 7, color: CURVES()[2] } };
+}

@@ -1,0 +1,24 @@
+/** The line of Python that gives what a figure shows. */
+
+/** @param {any} value @returns {string} */
+function literal(value) {
+  if (typeof value === "boolean") return value ? "True" : "False";
+  if (value !== null && typeof value === "object") {
+    return `{${Object.entries(value).map(([key, one]) => `${JSON.stringify(key)}: ${literal(one)}`).join(", ")}}`;
+  }
+  return typeof value === "string" ? JSON.stringify(value) : String(value);
+}
+
+/**
+ * A call of the client, with its import.
+ *
+ * @param {string | null} study id of the study that is asked; null for the client itself
+ * @param {string} method
+ * @param {Record<string, any>} given arguments by name; null and undefined are left out
+ */
+export function pythonLine(study, method, given) {
+  const named = Object.entries(given).filter(([, value]) => value !== null && value !== undefined);
+  const values = named.map(([name, value]) => `${name}=${literal(value)}`);
+  const client = `Client(${literal(new URL(".", document.baseURI).href.replace(/\/$/, ""))})`;
+  return `from damperlab import Client\n\n${client}${study === null ? "" : `.study(${literal(study)})`}.${method}(${values.join(", ")})`;
+}
