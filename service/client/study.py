@@ -217,9 +217,13 @@ class Study:
         Returns
         -------
         Dataset
-            All dimensions and every stored variable; points that are not computed have status −1.
+            All dimensions and every stored variable; points that are not computed have status −1. A study in SI units
+            has coordinates in them beside the ratios (``clearance_m``, ``friction_force_n``, …), and where the cube is
+            lazy the results too (``amplitude_m``, ``impact_speed_max_m_per_s``).
         """
         import xarray as xr
+
+        from damperlab.studies.units import with_units
 
         record = self.record
         address = f"{self._transport.url}/api/v1/studies/{self.id}/zarr"
@@ -229,7 +233,7 @@ class Study:
         cube: xr.Dataset = xr.open_zarr(
             address, chunks={} if chunks == "blocks" else chunks, storage_options=options
         )
-        return cube
+        return with_units(cube, results=chunks is not None)
 
     def resonance_map(
         self,

@@ -28,6 +28,7 @@ from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.registry import EVERY_DIMENSION, EVERY_VARIABLE, is_survey
 from damperlab.studies.store.record import Record
+from damperlab.studies.units import in_ratios
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
 from damperlab.studies.vocabulary import Objective, Reduction
 
@@ -270,7 +271,7 @@ def ask_map(service: TheService, study: TheStudy, query: Annotated[MapQuery, Que
     """
     cube = service.store.cube(study.id)
     x, y = named(cube, {"x": query.x, "y": query.y})
-    _check_size(cube, x, y)
+    _check_size(cube, *in_ratios(cube, (x, y)))
     metric = query.metric or main_metric(cube)
     answer = resonance_map(cube, x, y, metric, query.over, query.reduce, query.at(), query.interpolate)
     if query.x_range or query.y_range or query.most:

@@ -28,6 +28,7 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.registry import is_survey
+from damperlab.studies.units import InUnits, coordinates_in_units
 from damperlab.studies.variables import Status
 
 BUDGET = 2**20
@@ -58,7 +59,8 @@ def resonance_map(
     cube : Dataset
         A study's cube; only what is needed of it is read.
     x, y : str
-        The dimensions of the map.
+        The dimensions of the map; of a study in SI units also `clearance_m` and the like, and the answer's dimensions are
+        named so.
     metric : str, optional
         The variable to show; the amplitude ratio if not given, of a survey the peak displacement against the base.
     over, reduce : str, optional
@@ -87,6 +89,9 @@ def resonance_map(
         If a dimension or the metric is not in the cube, or one is used twice.
     """
     at = at or {}
+    units = {each.name: each for each in coordinates_in_units(cube)}
+    if units.keys() & {x, y, over, *at}:
+        return _in_units(cube, units, (x, y, over), at, (metric, reduce, interpolate))
     metric = main_metric(cube) if metric is None else metric
     check_axis(cube, "x", x)
     check_axis(cube, "y", y, (x,))
@@ -144,6 +149,37 @@ def resonance_map(
         sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
     answer.attrs["note"] = " ".join(filter(None, sentences))
     return answer
+
+
+def _in_units(
+    cube: xr.Dataset,
+    units: Mapping[str, InUnits],
+    named: tuple[str, str, str | None],
+    at: At,
+    rest: tuple[str | None, str | None, bool],
+) -> xr.Dataset:
+    """Ask in ratios what was asked in units, and give the axes that were named in them."""
+    x, y, over = named
+    source = {name: each.source for name, each in units.items()}
+    there = {
+        source.get(name, name): _number(name, value) / units[name].factor if name in units else value
+        for name, value in at.items()
+    }
+    metric, reduce, interpolate = rest
+    inner = None if over is None else source.get(over, over)
+    answer = resonance_map(
+        cube, source.get(x, x), source.get(y, y), metric, inner, reduce, there, interpolate
+    )
+    for each in (units[name] for name in (x, y) if name in units):
+        scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
+        answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})
+    return answer
+
+
+def _number(name: str, value: object) -> float:
+    if not isinstance(value, float | int):
+        raise QueryFault(Fault(name, describe(value), "a finite number", "name a value on the axis"))
+    return float(value)
 
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:

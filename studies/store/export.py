@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.store.slabs import BUDGET, rows, slabs
+from damperlab.studies.units import coordinates_in_units, results_in_units
 
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 
@@ -59,20 +60,40 @@ def _fill(file: Any, cube: xr.Dataset) -> None:
             kind, values = h5py.string_dtype(), values.astype(object)
         coordinate = file.create_variable(name, (name,), kind, data=values)
         coordinate.attrs.update(cube[name].attrs)
+    in_units = coordinates_in_units(cube)
+    for each in in_units:
+        values = each.of(cube[each.source].values)
+        file.create_variable(each.name, (each.source,), "f8", data=values).attrs.update(each.attributes)
+    also = {"coordinates": " ".join(each.name for each in in_units)} if in_units else {}
+    results = {each.source: each for each in results_in_units(cube)}
     for key, variable in cube.data_vars.items():
         chunks = _chunks(variable)
-        target = file.create_variable(
-            str(key),
-            dimensions,
-            dtype=variable.dtype,
-            chunks=chunks,
-            compression="gzip",
-            compression_opts=1,
-            shuffle=True,
-        )
-        target.attrs.update(variable.attrs)
+        result = results.get(str(key))
+        target = _array(file, str(key), dimensions, variable.dtype, chunks, {**variable.attrs, **also})
+        beside: Any = None
+        if result is not None:
+            attributes = {**result.attributes, **also}
+            beside = _array(file, result.name, dimensions, np.dtype("f8"), chunks, attributes)
         for slab in slabs(variable.shape, chunks, BUDGET):
-            target[slab] = variable[slab].values
+            values = variable[slab].values
+            target[slab] = values
+            if result is not None:
+                beside[slab] = result.of(values)
+
+
+def _array(
+    file: Any,
+    name: str,
+    dimensions: tuple[str, ...],
+    dtype: np.dtype[Any],
+    chunks: tuple[int, ...],
+    attributes: Any,
+) -> Any:
+    target = file.create_variable(
+        name, dimensions, dtype=dtype, chunks=chunks, compression="gzip", compression_opts=1, shuffle=True
+    )
+    target.attrs.update(attributes)
+    return target
 
 
 def _chunks(variable: xr.DataArray) -> tuple[int, ...]:
@@ -82,7 +103,7 @@ def _chunks(variable: xr.DataArray) -> tuple[int, ...]:
 
 
 def csv_lines(cube: xr.Dataset) -> Iterator[str]:
-    """Give a cube as CSV: one row a point in C order, the coordinates, then the variables.
+    """Give a cube as CSV: one row a point in C order, the coordinates, then the variables, each also in units.
 
     Numbers have the 17 digits that bring every float64 back; a missing value is `nan`, codes are integers.
 
@@ -96,17 +117,23 @@ def csv_lines(cube: xr.Dataset) -> Iterator[str]:
     str
         The header line, then pieces of whole lines.
     """
-    names = [str(name) for name in cube.data_vars]
-    dimensions = dimensions_of(cube)
-    yield ",".join((*dimensions, *names)) + "\n"
-    if not names:
+    described = column_attributes(cube)
+    yield ",".join(described) + "\n"
+    if not cube.data_vars:
         return
-    formats = [_FORMATS[cube[name].dtype.kind] for name in (*dimensions, *names)]
-    line = ",".join(formats) + "\n"
+    line = ",".join(_FORMATS[dtype.kind] for dtype, _ in described.values()) + "\n"
     for piece in columns(cube):
-        for start in range(0, piece[names[0]].size, ROWS_AT_ONCE):
+        for start in range(0, next(iter(piece.values())).size, ROWS_AT_ONCE):
             lists = [column[start : start + ROWS_AT_ONCE].tolist() for column in piece.values()]
             yield "".join(map(line.__mod__, zip(*lists, strict=True)))
+
+
+def column_attributes(cube: xr.Dataset) -> dict[str, tuple[np.dtype[Any], dict[str, Any]]]:
+    """Give type and attributes of every column of a cube's table, in their order."""
+    found = {name: (cube[name].dtype, dict(cube[name].attrs)) for name in dimensions_of(cube)}
+    found |= {each.name: (np.dtype("f8"), dict(each.attributes)) for each in coordinates_in_units(cube)}
+    found |= {str(name): (cube[name].dtype, dict(cube[name].attrs)) for name in cube.data_vars}
+    return found | {each.name: (np.dtype("f8"), dict(each.attributes)) for each in results_in_units(cube)}
 
 
 def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
@@ -120,13 +147,17 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
     Yields
     ------
     dict of ndarray, each (n,)
-        The coordinates, then the variables.
+        The coordinates, those in units, the variables, those in units: as `column_attributes`.
     """
     names = [str(name) for name in cube.data_vars]
     first = cube[names[0]]
     dimensions = dimensions_of(cube)
+    coordinates, results = coordinates_in_units(cube), results_in_units(cube)
     for slab in rows(first.shape, _chunks(first), BUDGET):
         piece = cube.isel(dict(zip(dimensions, slab, strict=True)))
         axes = np.meshgrid(*(piece[name].values for name in dimensions), indexing="ij", copy=False)
-        flat = [*axes, *(piece[name].values for name in names)]
-        yield {name: column.reshape(-1) for name, column in zip((*dimensions, *names), flat, strict=True)}
+        table = dict(zip(dimensions, axes, strict=True))
+        table |= {each.name: each.of(table[each.source]) for each in coordinates}
+        table |= {name: piece[name].values for name in names}
+        table |= {each.name: each.of(table[each.source]) for each in results}
+        yield {name: column.reshape(-1) for name, column in table.items()}

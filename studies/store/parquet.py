@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from damperlab.studies.store.export import columns, dimensions_of
+from damperlab.studies.store.export import column_attributes, columns
 
 
 class _Pieces:
@@ -52,15 +52,14 @@ def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
     import pyarrow
     import pyarrow.parquet
 
-    names = (*dimensions_of(cube), *(str(name) for name in cube.data_vars))
     schema = pyarrow.schema(
         [
             pyarrow.field(
                 name,
-                pyarrow.from_numpy_dtype(cube[name].dtype),
-                metadata={key: _text(value) for key, value in cube[name].attrs.items()},
+                pyarrow.from_numpy_dtype(dtype),
+                metadata={key: _text(value) for key, value in attributes.items()},
             )
-            for name in names
+            for name, (dtype, attributes) in column_attributes(cube).items()
         ],
         metadata={str(key): _text(value) for key, value in cube.attrs.items()},
     )

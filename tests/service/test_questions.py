@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab import Client
 from damperlab.studies.variables import DIMENSIONS
 
 STUDIES = "/api/v1/studies"
@@ -52,6 +53,39 @@ def test_map_reduced_over_frequency_holds_the_peak(client: httpx.Client, curve: 
     answer = client.get(f"{STUDIES}/{curve['id']}/resonance-map", params=params).raise_for_status().json()
     assert answer["values"][0][0] == pytest.approx(_closed_form(0.0038, 1.0), rel=1e-12)
     assert answer["frequency_ratio_at"] == [[1.0]]
+
+
+def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, helpers: Any) -> None:
+    hertz = [3.6, 4.0, 4.4]
+    study = {
+        "particle": False,
+        "damping_ratio": 0.05,
+        "axes": {"friction_ratio": 0.0},
+        "physical": {
+            "mass_kg": 2.0,
+            "natural_frequency_hz": 4.0,
+            "base_amplitude_m": 0.003,
+            "excitation_frequency_hz": hertz,
+        },
+    }
+    record = client.post(STUDIES, json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    asked = {"x": "frequency_hz", "y": "friction_force_n"}
+    answer = client.get(f"{STUDIES}/{record['id']}/resonance-map", params=asked).raise_for_status().json()
+    assert (answer["x_dimension"], answer["columns"]["frequency_hz"]["units"]) == ("frequency_hz", "Hz")
+    np.testing.assert_allclose(answer["x"], hertz, rtol=1e-15)
+    truth = [_closed_form(0.05, f / 4.0) for f in hertz]
+    np.testing.assert_allclose(answer["values"][0], truth, rtol=1e-12)
+    exported = client.get(f"{STUDIES}/{record['id']}/export", params={"format": "csv"}).raise_for_status()
+    rows = list(csv.DictReader(io.StringIO(exported.text)))
+    np.testing.assert_allclose([float(row["frequency_hz"]) for row in rows], hertz, rtol=1e-15)
+    np.testing.assert_allclose(
+        [float(row["amplitude_m"]) for row in rows], 0.003 * np.array(truth), rtol=1e-12
+    )
+    with Client(str(client.base_url)) as damperlab:
+        cube = damperlab.study(record["id"]).cube()
+        assert cube["frequency_hz"].dims == ("frequency_ratio",)
+        np.testing.assert_allclose(cube["amplitude_m"].values.ravel(), 0.003 * np.array(truth), rtol=1e-12)
 
 
 def test_ranking_is_in_the_order_of_the_response(client: httpx.Client, helpers: Any) -> None:

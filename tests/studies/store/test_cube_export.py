@@ -3,6 +3,7 @@
 import csv
 import io
 import itertools
+import json
 import tracemalloc
 
 import h5netcdf
@@ -12,10 +13,12 @@ import pytest
 import xarray as xr
 
 import damperlab.studies.store.export
+from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.export import csv_lines, write_netcdf
 from damperlab.studies.store.parquet import parquet_pieces
 from damperlab.studies.store.slabs import rows, slabs
+from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
 
 SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 1, 1, 40)]
@@ -78,6 +81,89 @@ def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
         xr.testing.assert_identical(back.load(), cube.load())
         assert back["status"].dtype == np.int8
     assert list(tmp_path.glob("*.nc*")) == [path]
+
+
+STRUCTURE = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.003}
+
+
+@pytest.fixture
+def in_units(store, make_study, make_plan_of, values_of, outcome_of):
+    """A cube of a study whose clearance and frequency are given in units, its friction and mass as ratios."""
+    study = make_study(
+        physical=STRUCTURE | {"clearance_m": [0.006, 0.03], "excitation_frequency_hz": [3.5, 4.0, 4.5]},
+        axes={"friction_ratio": [0.1, 0.2], "mass_ratio": 0.05, "restitution": 0.5},
+    )
+    plan = make_plan_of(study)
+    study_id = store.submit(study, plan, {})[0].id
+    rng = np.random.default_rng(4)
+    for block in map(plan.block, range(plan.count)):
+        values = values_of(study, block) | {"amplitude_ratio": rng.uniform(1, 9, block.shape)}
+        write_region(store.cube_path(study_id), block, values)
+        store.mark(study_id, outcome_of(block))
+    return store.cube(study_id)
+
+
+def test_a_study_in_units_is_exported_in_units_beside_its_ratios(in_units, tmp_path):
+    write_netcdf(in_units, tmp_path / "cube.nc")
+    stiffness = 2.0 * (2 * np.pi * 4.0) ** 2
+    with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as back:
+        assert back["clearance_m"].dims == ("clearance_ratio",)
+        np.testing.assert_allclose(back["clearance_m"], [0.006, 0.03], rtol=1e-15)
+        np.testing.assert_allclose(back["frequency_hz"], [3.5, 4.0, 4.5], rtol=1e-15)
+        np.testing.assert_allclose(
+            back["friction_force_n"], [0.1 * stiffness * 0.003, 0.2 * stiffness * 0.003]
+        )
+        np.testing.assert_allclose(back["particle_mass_kg"], [0.1])
+        assert set(back.coords) - set(back.dims) == {
+            "clearance_m",
+            "frequency_hz",
+            "friction_force_n",
+            "particle_mass_kg",
+        }
+        assert back["clearance_m"].attrs["units"] == "m"
+        np.testing.assert_array_equal(back["amplitude_m"], 0.003 * back["amplitude_ratio"])
+        assert back["amplitude_m"].attrs["units"] == "m"
+        speed = 2 * np.pi * 4.0 * 0.003
+        np.testing.assert_allclose(back["impact_speed_max_m_per_s"], speed * back["impact_speed_max"])
+        assert back["impact_speed_max_m_per_s"].attrs["units"] == "m s-1"
+        xr.testing.assert_identical(
+            back.drop_vars(set(back.variables) - set(in_units.variables)).load(), in_units.load()
+        )
+        xr.testing.assert_identical(with_units(in_units).load(), back.load())
+        table = list(csv.DictReader(io.StringIO("".join(csv_lines(in_units)))))
+        parquet = pyarrow.parquet.read_table(io.BytesIO(b"".join(parquet_pieces(in_units))))
+        assert parquet.column_names == list(table[0])
+        for name in ("clearance_m", "friction_force_n", "amplitude_m"):
+            column = back[name].broadcast_like(back["amplitude_ratio"]).values.ravel()
+            np.testing.assert_array_equal([float(row[name]) for row in table], column)
+            np.testing.assert_array_equal(parquet[name].to_numpy(), column)
+        assert parquet.schema.field("amplitude_m").metadata[b"units"] == b"m"
+
+
+def test_a_map_in_units_is_the_map_in_ratios_with_other_axes(in_units):
+    at = {"friction_ratio": 0.2}
+    ratios = resonance_map(in_units, "clearance_ratio", "frequency_ratio", at=at)
+    units = resonance_map(
+        in_units,
+        "clearance_m",
+        "frequency_hz",
+        at={"friction_force_n": 0.2 * 2.0 * (2 * np.pi * 4.0) ** 2 * 0.003},
+    )
+    assert units["amplitude_ratio"].dims == ("frequency_hz", "clearance_m")
+    np.testing.assert_array_equal(units["amplitude_ratio"].values, ratios["amplitude_ratio"].values)
+    np.testing.assert_allclose(units["clearance_m"], [0.006, 0.03], rtol=1e-15)
+    assert units["frequency_hz"].attrs["units"] == "Hz"
+    assert units.attrs["note"] == ratios.attrs["note"]
+
+
+def test_what_the_block_has_no_number_for_stays_a_ratio(in_units, cube):
+    lacking = in_units.copy()
+    study = json.loads(in_units.attrs["study"])
+    study["physical"]["mass_kg"] = [1.0, 2.0]
+    lacking.attrs["study"] = json.dumps(study)
+    assert {each.name for each in coordinates_in_units(lacking)} == {"clearance_m", "frequency_hz"}
+    assert with_units(cube) is not None
+    assert set(with_units(cube).variables) == set(cube.variables)
 
 
 def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):

@@ -1,0 +1,135 @@
+"""What a study of one structure in SI units has beside its ratios: coordinates and results in units."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
+"""What is multiplied with; each a number, not an axis, for what needs it."""
+
+
+@dataclass(frozen=True)
+class InUnits:
+    """A coordinate or a result as a quantity in SI units.
+
+    Parameters
+    ----------
+    name : str
+        Of the quantity, with its unit.
+    source : str
+        The dimension or the variable in ratios.
+    factor : float
+        What it is multiplied with.
+    units, long_name : str
+        As CF conventions have them.
+    """
+
+    name: str
+    source: str
+    factor: float
+    units: str
+    long_name: str
+
+    def of(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Turn values of the source into the quantity."""
+        return np.asarray(values, np.float64) * self.factor
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Of the variable that holds it."""
+        return {"units": self.units, "long_name": self.long_name}
+
+
+def coordinates_in_units(cube: xr.Dataset) -> list[InUnits]:
+    """Give the coordinates in units that stand beside the ratios of a cube.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, or a part of one; its attribute `study` is the definition.
+
+    Returns
+    -------
+    list of InUnits
+        One for each dimension of the cube for which the definition's physical block has the numbers; none of a study in
+        ratios alone.
+    """
+    return [each for each in _quantities(cube) if each.source in cube.sizes]
+
+
+def results_in_units(cube: xr.Dataset) -> list[InUnits]:
+    """Give the results in units that stand beside the variables of a cube; see `coordinates_in_units`."""
+    return [each for each in _quantities(cube) if each.source in cube.data_vars]
+
+
+def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
+    """Add the coordinates in units, and the results: lazily where the cube has arrays of Dask, else they are read.
+
+    Returns
+    -------
+    Dataset
+        The same where the study is given in ratios alone.
+    """
+    coordinates = {
+        each.name: (each.source, each.of(cube[each.source].values), each.attributes)
+        for each in coordinates_in_units(cube)
+    }
+    found = cube.assign_coords(coordinates)
+    if not results:
+        return found
+    return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
+
+
+def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
+    """Give for dimensions that are named in units those of the cube; others as they are."""
+    sources = {each.name: each.source for each in coordinates_in_units(cube)}
+    return tuple(sources.get(name, name) for name in names)
+
+
+def _result(variable: xr.DataArray, quantity: InUnits) -> xr.DataArray:
+    found: xr.DataArray = variable * quantity.factor
+    found.attrs = quantity.attributes
+    return found
+
+
+def _quantities(cube: xr.Dataset) -> list[InUnits]:
+    """List all that the numbers of the physical block allow."""
+    physical = _physical(cube)
+    mass, frequency, amplitude = (_number(physical, name) for name in STRUCTURE)
+    speed = 2.0 * math.pi * frequency * amplitude
+    force = mass * (2.0 * math.pi * frequency) ** 2 * amplitude
+    every = [
+        InUnits("clearance_m", "clearance_ratio", amplitude, "m", "clearance d on either side"),
+        InUnits("friction_force_n", "friction_ratio", force, "N", "friction force"),
+        InUnits("particle_mass_kg", "mass_ratio", mass, "kg", "mass of the particle m"),
+        InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", "excitation frequency"),
+        InUnits("amplitude_m", "amplitude_ratio", amplitude, "m", "amplitude of the structure X"),
+        InUnits(
+            "amplitude_error_m", "amplitude_error", amplitude, "m", "error of the amplitude of the structure"
+        ),
+        InUnits(
+            "impact_speed_max_m_per_s",
+            "impact_speed_max",
+            speed,
+            "m s-1",
+            "largest approach speed at an impact",
+        ),
+    ]
+    return [each for each in every if math.isfinite(each.factor)]
+
+
+def _physical(cube: xr.Dataset) -> Mapping[str, Any]:
+    found = json.loads(cube.attrs.get("study", "{}")).get("physical")
+    return found if isinstance(found, Mapping) else {}
+
+
+def _number(physical: Mapping[str, Any], name: str) -> float:
+    """Give a number of the block; NaN where it is missing or an axis."""
+    value = physical.get(name)
+    return float(value) if isinstance(value, int | float) else math.nan
