@@ -11,7 +11,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import uvicorn
-from anyio import CapacityLimiter
+from anyio import CapacityLimiter, create_task_group
 from anyio.to_thread import run_sync
 from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
@@ -25,6 +25,7 @@ from damperlab.service.edge.connection import Connection
 from damperlab.service.edge.drain import Drain
 from damperlab.service.edge.head import HEAD_LIMIT_BYTES, ShortHead
 from damperlab.service.edge.policy import Policy
+from damperlab.service.ending import end_by
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
 from damperlab.service.routes import (
@@ -50,14 +51,19 @@ from damperlab.service.security.guard import Guard
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
+from damperlab.service.work.processes import Work
 from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 8
 """Most submissions that are worked on at once; the threads that are left answer questions."""
+COMPILING = 8
+"""Most requests that wait for kernels."""
 DRAIN_SECONDS = 10
 """How long a shutdown waits for answers that are under way, before it stops the studies."""
+SHUTDOWN_SECONDS = 85
+"""When the process ends whatever is still under way: after the answers, the studies and a little more."""
 
 DESCRIPTION = (
     "Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction. A study is "
@@ -152,8 +158,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     cluster = SharedCluster(settings.workers, settings.scheduler)
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
+    work = Work(core_count(), settings.work_seconds, settings.work_memory_bytes)
     service = Service(
-        settings, store, dispatcher, CapacityLimiter(core_count()), CapacityLimiter(SUBMISSIONS), kernels
+        settings, store, dispatcher, work, CapacityLimiter(COMPILING), CapacityLimiter(SUBMISSIONS), kernels
     )
     app.state.service = service
     app.state.guard.keys = AccessKeys(store.catalogue)
@@ -163,7 +170,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     scrub = Scrub(runs)
     scrub.start()
     try:
-        yield
+        async with create_task_group() as background:
+            if settings.warm:
+                background.start_soon(work.start)
+            yield
+            background.cancel_scope.cancel()
     finally:
         service.closing.set()
         await run_sync(scrub.close)
@@ -188,6 +199,7 @@ class _Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         application = self.config.app
         assert isinstance(application, FastAPI)
+        end_by(SHUTDOWN_SECONDS)
         application.state.service.closing.set()
         await super().shutdown(sockets)
 

@@ -83,6 +83,12 @@ class Settings(BaseSettings):
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
     simulate_history_limit: int = Field(20_000, ge=0, description="Most samples of one time history.")
+    work_seconds: float = Field(
+        90.0, gt=0.0, description="How long a point, a comparison or an upload may be computed, in seconds."
+    )
+    work_memory_bytes: ByteSize = Field(
+        ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
+    )
     connections_limit: int = Field(1000, ge=1, description="Most connections at a time.")
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."

@@ -12,6 +12,7 @@ from damperlab.service.dispatch import Dispatcher
 from damperlab.service.kernels import Kernels
 from damperlab.service.security.caller import TheCaller, require_own
 from damperlab.service.settings import Settings
+from damperlab.service.work.processes import Work
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
@@ -30,8 +31,10 @@ class Service:
         Studies and cubes.
     dispatcher : Dispatcher
         Runs the queued studies.
-    simulations : CapacityLimiter
-        Bounds the simulations that compute at once, so that they leave threads to the queries.
+    work : Work
+        Computes what requests ask for, in processes.
+    compiling : CapacityLimiter
+        Bounds the requests that wait for kernels, so that they leave threads to the queries.
     submissions : CapacityLimiter
         Bounds those that wait for a turn at writing, for the same reason.
     kernels : Kernels
@@ -43,7 +46,8 @@ class Service:
     settings: Settings
     store: Store
     dispatcher: Dispatcher
-    simulations: CapacityLimiter
+    work: Work
+    compiling: CapacityLimiter
     submissions: CapacityLimiter
     kernels: Kernels
     closing: threading.Event = field(default_factory=threading.Event)

@@ -6,23 +6,25 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
+from starlette.responses import Response
 
 from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
-from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
 from damperlab.service.problems import documented
 from damperlab.service.state import Service, TheService
+from damperlab.service.work.functions import comparison_body, uploaded
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
-from damperlab.studies.ground.files import Layout, read_record
+from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.question import read_earthquake
+from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.ground.comparison import scenes_of
+from damperlab.worker.warm import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 
@@ -57,7 +59,7 @@ def _list(service: Service) -> Document:
     "/records",
     response_class=Document,
     status_code=201,
-    responses=documented(413, 415, 422, 503),
+    responses=documented(413, 415, 422, 429, 503),
     openapi_extra={"requestBody": RECORD_BODY},
     summary="Upload or generate a record",
 )
@@ -67,21 +69,26 @@ async def add_record(
     """Keep a record: 201 where it is new, 200 where the same samples are there already."""
     kind = media_type(request, (*TEXT_TYPES, *JSON_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
-    return await run_sync(_add, service, body, kind, query, limiter=service.simulations)
+    if kind in JSON_TYPES:
+        motion = await service.work.run(request, _generated, body)
+    else:
+        motion = await _read(service, request, body, kind, query)
+    return await run_sync(_add, service, motion)
 
 
-def _add(service: Service, body: bytes, kind: str, query: RecordQuery) -> Document:
-    motion = _generated(body) if kind in JSON_TYPES else _read(body, kind, query)
+def _add(service: Service, motion: GroundMotion) -> Document:
     record_id, new = Shelf(service.settings.data_dir).put(motion)
     document = {"id": record_id, **motion.summary()}
     return Document(document, 201 if new else 200)
 
 
-def _read(body: bytes, kind: str, query: RecordQuery) -> GroundMotion:
+async def _read(
+    service: Service, request: Request, body: bytes, kind: str, query: RecordQuery
+) -> GroundMotion:
     layout: Layout = query.format or ("csv" if kind == "text/csv" else "at2")
     if not query.name.isprintable():
         raise StudyFaults([Fault("name", describe(query.name), "text on one line", "remove odd characters")])
-    return read_record(body, layout, query.name, query.units)
+    return await service.work.run(request, uploaded, body, layout, query.name, query.units)
 
 
 def _generated(body: bytes) -> GroundMotion:
@@ -102,25 +109,23 @@ def _generated(body: bytes) -> GroundMotion:
 @router.post(
     "/earthquake-comparisons",
     response_class=Document,
-    responses=documented(413, 415, 422, 503),
+    responses=documented(413, 415, 422, 429, 503),
     openapi_extra={"requestBody": COMPARISON_BODY},
     summary="Dampers under a record",
 )
 async def compare_dampers(
     request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]
-) -> Document:
+) -> Response:
     """Compare no damper, a tuned mass damper, friction, a particle and both under one record (the paper's Table A1)."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
+    asked, wanted = await run_sync(_asked, service, body)
     if query.dry_run:
-        return await run_sync(_compare, service, body, True)
-    return await run_sync(_compare, service, body, False, limiter=service.simulations)
-
-
-def _compare(service: Service, body: bytes, dry_run: bool) -> Document:
-    asked = read_earthquake(load_text(body, "json"), Shelf(service.settings.data_dir))
-    wanted = scenes_of(asked)
-    if dry_run:
         return Document(readiness_document(wanted))
-    service.kernels.require(wanted)
-    return Document(answer_comparison(asked))
+    await run_sync(service.kernels.require, wanted, limiter=service.compiling)
+    return Response(await service.work.run(request, comparison_body, asked), media_type=JSON_TYPES[0])
+
+
+def _asked(service: Service, body: bytes) -> tuple[Earthquake, list[Scene]]:
+    asked = read_earthquake(load_text(body, "json"), Shelf(service.settings.data_dir))
+    return asked, scenes_of(asked)

@@ -5,15 +5,18 @@ from typing import Annotated
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query
 from starlette.requests import Request
+from starlette.responses import Response
 
 from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.examples import SIMULATE_BODY
 from damperlab.service.problems import documented
-from damperlab.service.simulation import compute, read_simulation, scenes_asked
+from damperlab.service.simulation import Asked, read_simulation, scenes_asked
 from damperlab.service.state import Service, TheService
+from damperlab.service.work.functions import simulation_body
 from damperlab.studies.text import load_text
+from damperlab.worker.warm import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["simulate"])
 
@@ -21,28 +24,27 @@ router = APIRouter(prefix="/api/v1", tags=["simulate"])
 @router.post(
     "/simulate",
     response_class=Document,
-    responses=documented(413, 415, 422),
+    responses=documented(413, 415, 422, 429),
     openapi_extra={"requestBody": SIMULATE_BODY},
     summary="Compute one design point now",
 )
 async def ask_simulation(
     request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]
-) -> Document:
+) -> Response:
     """Compute a point from rest to its steady response, or for exactly `cycles` excitation cycles."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
+    asked, wanted = await run_sync(_read, service, body)
     if query.dry_run:
-        return await run_sync(_answer, service, body, True)
-    return await run_sync(_answer, service, body, False, limiter=service.simulations)
+        return Document(readiness_document(wanted))
+    await run_sync(service.kernels.require, wanted, limiter=service.compiling)
+    limit = service.settings.simulate_cycles_limit
+    return Response(await service.work.run(request, simulation_body, asked, limit), media_type=JSON_TYPES[0])
 
 
-def _answer(service: Service, body: bytes, dry_run: bool) -> Document:
+def _read(service: Service, body: bytes) -> tuple[Asked, list[Scene]]:
     settings = service.settings
     asked = read_simulation(
         load_text(body, "json"), settings.simulate_cycles_limit, settings.simulate_history_limit
     )
-    wanted = scenes_asked(asked, settings.simulate_cycles_limit)
-    if dry_run:
-        return Document(readiness_document(wanted))
-    service.kernels.require(wanted)
-    return Document(compute(asked, settings.simulate_cycles_limit))
+    return asked, scenes_asked(asked, settings.simulate_cycles_limit)

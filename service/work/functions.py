@@ -1,0 +1,24 @@
+"""What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
+
+from damperlab.service.documents import Document
+from damperlab.service.earthquakes import answer_comparison
+from damperlab.service.simulation import Asked, compute
+from damperlab.studies.ground.files import Layout, read_record
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.vocabulary import AccelerationUnits
+
+
+def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
+    """Compute a design point; the JSON of its answer."""
+    return bytes(Document(compute(asked, cycles_limit)).body)
+
+
+def comparison_body(asked: Earthquake) -> bytes:
+    """Compare dampers; the JSON of the answer."""
+    return bytes(Document(answer_comparison(asked)).body)
+
+
+def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:
+    """Read a record that was uploaded."""
+    return read_record(body, layout, name, units)

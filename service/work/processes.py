@@ -1,0 +1,186 @@
+"""Work for one request, in a process of its own: ended at its limit, and when nobody waits for it any more."""
+
+import contextlib
+import ctypes
+import logging
+import os
+import resource
+import signal
+import sys
+import time
+from collections.abc import Awaitable, Callable
+from typing import TypeVar, TypeVarTuple
+
+from anyio import BrokenWorkerProcess, CapacityLimiter, create_task_group, fail_after, to_process
+from starlette.requests import ClientDisconnect, Request
+
+from damperlab.service.problems import RETRY_SECONDS, Problem
+from damperlab.service.work.turns import TooManyWaiting, Turns
+from damperlab.studies.faults import Fault, counted
+
+WAITING = 64
+"""Most requests of one caller that wait for a turn."""
+NICENESS = 5
+"""How far these processes stand back behind the one that answers."""
+
+Result = TypeVar("Result")
+Arguments = TypeVarTuple("Arguments")
+
+_log = logging.getLogger("damperlab.work")
+_PR_SET_PDEATHSIG = 1
+
+
+class Work:
+    """Processes that compute for requests, warm from one to the next.
+
+    Parameters
+    ----------
+    at_once : int
+        Most processes.
+    seconds : float
+        How long one request may take once it has its turn, on the clock and of a processor [s].
+    memory_bytes : int
+        Most memory of one process.
+    """
+
+    def __init__(self, at_once: int, seconds: float, memory_bytes: int) -> None:
+        self._turns = Turns(at_once, WAITING)
+        self._limiter = CapacityLimiter(at_once)
+        self._seconds = seconds
+        self._memory_bytes = memory_bytes
+
+    async def run(
+        self,
+        request: Request,
+        function: Callable[[*Arguments], Result],
+        *arguments: *Arguments,
+    ) -> Result:
+        """Compute something for a request whose body has been read.
+
+        Parameters
+        ----------
+        request : Request
+            While its client waits the work goes on.
+        function : callable
+            Importable by name; it, the arguments and the result are pickled.
+        *arguments
+            What it is called with.
+
+        Raises
+        ------
+        Problem
+            422 where it would take longer or more memory than a request may have; 429 where too much of the caller waits.
+        ClientDisconnect
+            If the client leaves; nothing is computed any more then.
+        """
+        who = request.scope["caller"].name
+
+        async def work() -> Result:
+            async with self._turns.turn(who):
+                with fail_after(self._seconds):
+                    return await to_process.run_sync(
+                        bounded,
+                        self._seconds,
+                        self._memory_bytes,
+                        function,
+                        arguments,
+                        cancellable=True,
+                        limiter=self._limiter,
+                    )
+
+        try:
+            return await while_there(request, work)
+        except TooManyWaiting:
+            fault = Fault("requests", f"{WAITING} that wait", "fewer", f"try again in {RETRY_SECONDS} s")
+            headers = {"Retry-After": str(RETRY_SECONDS)}
+            raise Problem(
+                429, "too-many-waiting", "Too much of yours waits already.", (fault,), headers
+            ) from None
+        except (TimeoutError, BrokenWorkerProcess) as error:
+            # a process that used up its processor time, or more memory than the machine has, is ended by the system
+            _log.warning("work for %s was ended: %s", request.scope.get("request_id"), type(error).__name__)
+            raise self._too_much(f"more than {self._seconds:g} s") from None
+        except MemoryError:
+            raise self._too_much(f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory") from None
+
+    def _too_much(self, found: str) -> Problem:
+        fault = Fault(
+            "request",
+            found,
+            f"at most {self._seconds:g} s and {self._memory_bytes >> 20} MiB for one request",
+            "ask for less (fewer cycles or starts, a less stiff contact), or compute it with `damperlab simulate`, "
+            "which has no limit",
+        )
+        return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
+
+    async def start(self) -> None:
+        """Have one process import what computing needs, before anybody waits for it."""
+        with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
+            await to_process.run_sync(_prepare, cancellable=True, limiter=self._limiter)
+
+
+async def while_there(request: Request, work: Callable[[], Awaitable[Result]]) -> Result:
+    """Do some work while the client waits for it.
+
+    Raises
+    ------
+    ClientDisconnect
+        If the client leaves before; the work is cancelled.
+    """
+    results: list[Result] = []
+    errors: list[Exception] = []
+    async with create_task_group() as group:
+
+        async def do() -> None:
+            try:
+                results.append(await work())
+            except Exception as error:
+                errors.append(error)
+            group.cancel_scope.cancel()
+
+        group.start_soon(do)
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+        group.cancel_scope.cancel()
+    if errors:
+        raise errors[0]
+    if not results:
+        raise ClientDisconnect
+    return results[0]
+
+
+def bounded(
+    seconds: float,
+    memory_bytes: int,
+    function: Callable[[*Arguments], Result],
+    arguments: tuple[*Arguments],
+) -> Result:
+    """Compute in this process, bounded by the system itself: a kernel answers to no exception."""
+    _stand_back()
+    used = time.process_time()
+    _, most = resource.getrlimit(resource.RLIMIT_CPU)
+    wanted = int(used + seconds) + 2
+    resource.setrlimit(resource.RLIMIT_CPU, (wanted if most < 0 else min(wanted, most), most))
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes if most < 0 else min(memory_bytes, most), most))
+    return function(*arguments)
+
+
+_stood_back = False
+
+
+def _stand_back() -> None:
+    """Let the service answer first, and end with it."""
+    global _stood_back
+    if _stood_back:
+        return
+    _stood_back = True
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
+    os.nice(NICENESS)
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def _prepare() -> None:
+    _stand_back()
+    import damperlab.service.work.functions  # noqa: F401

@@ -1,0 +1,135 @@
+"""Work for one request: ended at its limit, when its client leaves, and when the service ends; in turns."""
+
+import signal
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import urlsplit
+
+import anyio
+import httpx
+import psutil
+import pytest
+
+from damperlab.service.work.turns import TooManyWaiting, Turns
+
+SIMULATE = "/api/v1/simulate"
+QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 1, "history": 0}
+ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
+"""Some 5·10⁹ impacts: many minutes on any machine."""
+LIMIT_SECONDS = 20
+
+
+def _computing(running: Any) -> list[psutil.Process]:
+    children = psutil.Process(running.process.pid).children(recursive=True)
+    return [each for each in children if "anyio.to_process" in each.cmdline()]
+
+
+def _busy(running: Any) -> list[int]:
+    return [each.pid for each in _computing(running) if each.cpu_percent(0.3) > 0]
+
+
+def test_a_point_without_end_is_ended_and_keeps_nobody_waiting(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
+    running = own_service(DAMPERLAB_WORK_SECONDS=str(LIMIT_SECONDS))
+    with httpx.Client(base_url=running.url, timeout=300) as client:
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        # at its limit
+        (pid,) = [each.pid for each in _computing(running)]
+        answer = client.post(SIMULATE, json=ENDLESS)
+        assert answer.status_code == 422
+        problem = answer.json()
+        assert problem["type"] == "urn:damperlab:problem:work-limit"
+        assert f"{LIMIT_SECONDS} s" in problem["errors"][0]["allowed"]
+        helpers.wait_until(lambda: not psutil.pid_exists(pid))
+        # when its client leaves
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        (pid,) = [each.pid for each in _computing(running)]
+        with pytest.raises(httpx.ReadTimeout):
+            httpx.post(f"{running.url}{SIMULATE}", json=ENDLESS, timeout=2)
+        helpers.wait_until(lambda: not psutil.pid_exists(pid))
+        # what is refused is refused at once, whatever computes
+        assert client.post(SIMULATE, json={"frequency_ratio": -1}).status_code == 422
+        # when the service ends: the drain is 10 s, and nothing outlasts it
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        (pid,) = [each.pid for each in _computing(running)]
+        address = urlsplit(running.url)
+        with socket.create_connection((address.hostname, address.port)) as connection:
+            body = httpx.Request("POST", running.url, json=ENDLESS).content
+            head = f"POST {SIMULATE} HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: application/json\r\n"
+            connection.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
+            helpers.wait_until(lambda: _busy(running) == [pid])
+            running.process.send_signal(signal.SIGTERM)
+            assert running.process.wait(84) == 0
+        helpers.wait_until(lambda: not psutil.pid_exists(pid))
+
+
+def test_a_service_that_is_killed_leaves_nothing_that_computes(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=300) as client:
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+    (pid,) = [each.pid for each in _computing(running)]
+
+    def ask() -> None:
+        with pytest.raises(httpx.HTTPError):
+            httpx.post(f"{running.url}{SIMULATE}", json=ENDLESS, timeout=300)
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    helpers.wait_until(lambda: _busy(running) == [pid])
+    running.stop(signal.SIGKILL)
+    asking.join()
+    helpers.wait_until(lambda: not psutil.pid_exists(pid))
+
+
+def test_turns_go_to_whoever_has_the_fewest() -> None:
+    order: list[str] = []
+
+    async def one(turns: Turns, who: str) -> None:
+        async with turns.turn(who):
+            order.append(who)
+            await anyio.sleep(0)
+
+    async def given_back() -> None:
+        turns = Turns(1, 10)
+        async with anyio.create_task_group() as group, turns.turn("first"):
+            for who in ("a", "a", "a", "b", "c"):
+                group.start_soon(one, turns, who)
+            await anyio.wait_all_tasks_blocked()
+            assert order == []
+        assert order == ["a", "b", "c", "a", "a"]
+
+    anyio.run(given_back)
+
+
+def test_a_waiting_request_that_is_given_up_loses_no_turn() -> None:
+    async def main() -> None:
+        turns = Turns(1, 2)
+        async with turns.turn("first"):
+            for _ in range(5):
+                with anyio.move_on_after(0.01):
+                    async with turns.turn("a"):
+                        raise AssertionError("there is no turn to have")
+            async with anyio.create_task_group() as group:
+
+                async def wait() -> None:
+                    async with turns.turn("a"):
+                        raise AssertionError("there is no turn to have")
+
+                group.start_soon(wait)
+                group.start_soon(wait)
+                await anyio.wait_all_tasks_blocked()
+                with pytest.raises(TooManyWaiting):
+                    async with turns.turn("a"):
+                        pass
+                group.cancel_scope.cancel()
+        with anyio.fail_after(60):
+            for who in ("a", "b"):
+                async with turns.turn(who):
+                    pass
+
+    anyio.run(main)
