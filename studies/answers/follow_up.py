@@ -13,6 +13,7 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.faults import Fault, describe
+from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import DIMENSIONS
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
@@ -62,8 +63,11 @@ def follow_up(
 ) -> Study:
     """Make the study on other axes, and with other settings of the steady search where they are given."""
     document = study.document()
-    # the ratios are given themselves, so the physical block that made them would be a second source
-    document.pop("physical", None)
+    # the ratios are given themselves: of the physical block stays what gives them their units, and makes none
+    physical = document.pop("physical", None) or {}
+    structure = {name: physical[name] for name in STRUCTURE if isinstance(physical.get(name), int | float)}
+    if structure:
+        document["physical"] = structure
     document["name"] = f"{study.name[: MAX_NAME - 10]}, {kind}" if study.name else kind
     kept = [name for name in DIMENSIONS if study.particle or name not in OF_PARTICLE]
     document["damping_ratio"] = axes["damping_ratio"]

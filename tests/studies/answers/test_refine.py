@@ -1,5 +1,6 @@
 """Refinement with the real solver: follow-ups run block by block, and the merged optimum beside a fine grid's."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
+from damperlab.studies.units import with_units
 from damperlab.worker.block import solve_block
 from damperlab.worker.cost import seconds_per_point
 
@@ -176,3 +178,25 @@ def test_what_cannot_be_refined_is_refused(store):
         with pytest.raises(QueryFault) as caught:
             call()
         assert caught.value.fault.field == error_field
+
+
+def test_follow_ups_of_a_study_in_units_keep_its_units(store):
+    structure = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.003}
+    force = 2.0 * (2 * np.pi * 4.0) ** 2 * 0.003
+    study = parse_study(
+        {
+            "particle": False,
+            "damping_ratio": 0.02,
+            "physical": structure | {"friction_force_n": [0.1 * force, 0.4 * force, 0.7 * force]},
+            "axes": {"frequency_ratio": {"start": 0.8, "stop": 1.3, "num": 6}},
+        }
+    )
+    name, cube = solved(store, study)
+    step = refine_optimum(study, {name: cube})
+    assert step.studies
+    for each in step.studies:
+        other, more = solved(store, each)
+        assert json.loads(more.attrs["study"])["physical"] == structure
+        units = with_units(more)
+        np.testing.assert_allclose(units["friction_force_n"], force * more["friction_ratio"], rtol=1e-15)
+        assert refine_optimum(study, {name: cube, other: more}).found["value"] <= step.found["value"]
