@@ -21,6 +21,7 @@ from damperlab.service import problems
 from damperlab.service.access import AccessLog
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
+from damperlab.service.edge.conditional import Head, Tagged
 from damperlab.service.edge.connection import Connection
 from damperlab.service.edge.drain import Drain
 from damperlab.service.edge.head import HEAD_LIMIT_BYTES, ShortHead
@@ -123,12 +124,14 @@ def create_app(settings: Settings) -> FastAPI:
         session,
     ):
         app.include_router(route.router)
+    app.add_middleware(Tagged)
     app.add_middleware(
         GZipMiddleware,
         compresslevel=5,
         # A cube is compressed already.
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),
     )
+    app.add_middleware(Head)
     app.state.guard = Guard(settings)
     app.add_middleware(Gate, guard=app.state.guard)
     if settings.cors_origins:

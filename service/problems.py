@@ -14,6 +14,7 @@ from starlette.responses import Response
 from damperlab.service.documents import Document
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
+from damperlab.studies.ground.shelf import RecordKept, RecordNotFound, ShelfFull
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
@@ -191,6 +192,12 @@ def _store(request: Request, error: Exception) -> Response:
             )
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
+        case RecordNotFound():
+            problem = Problem(404, "record-not-found", "There is no such record.", (error.fault,))
+        case RecordKept():
+            problem = Problem(409, "record-kept", "This record stays.", (error.fault,))
+        case ShelfFull():
+            problem = Problem(507, "records-full", "No more records can be kept.", (error.fault,))
         case CatalogueDamaged():
             problem = Problem(503, "catalogue-damaged", "The catalogue is damaged.", (error.fault,))
         case BlockDamaged():
@@ -259,7 +266,7 @@ def _methods(request: Request) -> list[str]:
         if re.fullmatch(re.sub(r"\{\w+\}", "[^/]+", path), request.url.path)
         for method in operations
     }
-    return sorted(found) or ["GET"]
+    return sorted(found | {"HEAD"} if "GET" in found else found) or ["GET", "HEAD"]
 
 
 def _gone(request: Request, error: Exception) -> Response:

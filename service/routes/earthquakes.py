@@ -3,7 +3,7 @@
 from typing import Annotated, Any, Literal
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response
@@ -13,6 +13,7 @@ from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_bo
 from damperlab.service.documents import Document
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
 from damperlab.service.problems import documented
+from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import comparison_body, uploaded
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
@@ -59,7 +60,7 @@ def _list(service: Service) -> Document:
     "/records",
     response_class=Document,
     status_code=201,
-    responses=documented(413, 415, 422, 429, 503),
+    responses=documented(413, 415, 422, 429, 503, 507),
     openapi_extra={"requestBody": RECORD_BODY},
     summary="Upload or generate a record",
 )
@@ -104,6 +105,24 @@ def _generated(body: bytes) -> GroundMotion:
             faults or [Fault("body", describe(document), allowed, "or send a file as text/plain or text/csv")]
         )
     return read_kanai_tajimi(document["kanai_tajimi"])
+
+
+@router.delete(
+    "/records/{record_id}",
+    status_code=204,
+    responses=documented(404, 409, 503),
+    summary="Remove an uploaded record",
+)
+def remove_record(
+    service: TheService,
+    caller: TheCaller,
+    record_id: Annotated[str, Path(max_length=100, description="Whole id of an uploaded record.")],
+) -> Response:
+    """Remove a record; studies that use it keep their own copy."""
+    shelf = Shelf(service.settings.data_dir)
+    require_owner(caller, shelf.owner(record_id), "record")
+    shelf.remove(record_id)
+    return Response(status_code=204)
 
 
 @router.post(

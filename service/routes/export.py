@@ -3,24 +3,30 @@
 import re
 import tempfile
 from collections.abc import Iterator
+from hashlib import blake2b
 from pathlib import Path
 from typing import Annotated, BinaryIO
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
-from starlette.responses import StreamingResponse
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
 
+from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import documented
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.store.export import csv_lines, write_netcdf
 from damperlab.studies.store.parquet import parquet_pieces
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ExportFormat
+from damperlab.worker.provenance import code_version
 
 NETCDF = "application/x-netcdf"
 PARQUET = "application/vnd.apache.parquet"
 PIECE_BYTES = 1 << 20
 COMPLETE = "X-Complete"
+CACHING = "private, no-cache"
+"""A client may keep an export, and asks each time whether it is still the one."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -42,22 +48,47 @@ class ExportQuery(BaseModel):
         200: {
             "content": {NETCDF: {}, "text/csv": {}, PARQUET: {}},
             "headers": {
-                COMPLETE: {"description": "Share of the points that are there.", "schema": {"type": "number"}}
+                "ETag": {"description": "Of a study that has ended.", "schema": {"type": "string"}},
+                COMPLETE: {
+                    "description": "Share of the points that are there.",
+                    "schema": {"type": "number"},
+                },
             },
         },
+        206: {"description": "The part that Range asked for", "content": {NETCDF: {}}},
+        304: {"description": "The client has it already"},
+        416: {"description": "The range lies outside"},
         **documented(404, 422, 503),
     },
     summary="The cube as a file",
 )
-def export(service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]) -> StreamingResponse:
-    """Send the cube as it is now; points that are not computed yet have status -1."""
-    response = _export(service, study, query)
+def export(
+    request: Request, service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]
+) -> Response:
+    """Send the cube as it is now; points that are not computed yet have status -1. Range is for netCDF."""
+    tag = _tag(study, query)
+    if tag is not None and has_seen(request.headers, tag):
+        return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
+    response = _export(request, service, study, query, tag)
     # the record was read first: there may be more in the file, and not less
     response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
+    response.headers["Cache-Control"] = CACHING
+    if tag is not None:
+        response.headers["ETag"] = tag
     return response
 
 
-def _export(service: Service, study: Record, query: ExportQuery) -> StreamingResponse:
+def _tag(study: Record, query: ExportQuery) -> str | None:
+    """Name the bytes of an export; None while the study goes on, whose next export may hold more."""
+    if not study.ended:
+        return None
+    asked = repr((study.id, study.revision, study.created, study.points_done, query, code_version()))
+    return f'"{blake2b(asked.encode(), digest_size=12).hexdigest()}"'
+
+
+def _export(
+    request: Request, service: Service, study: Record, query: ExportQuery, tag: str | None
+) -> Response:
     cube = service.store.cube(study.id)
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
     if query.format == "csv":
@@ -71,14 +102,26 @@ def _export(service: Service, study: Record, query: ExportQuery) -> StreamingRes
         size = path.stat().st_size
         # The folder goes now and the bytes with the last handle: a client that leaves half-way leaves no file.
         file = path.open("rb")
-    response = _download(_pieces(file), NETCDF, f"{stem}-{study.id}.nc")
-    response.headers["Content-Length"] = str(size)
+    part = None if tag is None else part_asked(request, size, tag)
+    start, stop = part or (0, size)
+    if start == stop:
+        file.close()
+        return Response(status_code=416, headers={"Content-Range": f"bytes */{size}"})
+    response = _download(_pieces(file, start, stop), NETCDF, f"{stem}-{study.id}.nc")
+    response.headers["Content-Length"] = str(stop - start)
+    if tag is not None:
+        response.headers["Accept-Ranges"] = "bytes"
+    if part is not None:
+        response.status_code = 206
+        response.headers["Content-Range"] = f"bytes {start}-{stop - 1}/{size}"
     return response
 
 
-def _pieces(file: BinaryIO) -> Iterator[bytes]:
+def _pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
     with file:
-        while piece := file.read(PIECE_BYTES):
+        file.seek(start)
+        while piece := file.read(min(PIECE_BYTES, stop - start)):
+            start += len(piece)
             yield piece
 
 

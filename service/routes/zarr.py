@@ -16,6 +16,7 @@ from fastapi import Path as InPath
 from starlette.requests import Request
 from starlette.responses import Response
 
+from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import StudyId, TheService
 from damperlab.studies.store.chunks import Marks, chunk_place, damaged
@@ -62,7 +63,6 @@ Key = Annotated[
     },
     summary="The cube as a Zarr store",
 )
-@router.head("/zarr/{key:path}", include_in_schema=False)
 def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> Response:
     """Answer one key of Zarr version 3; every array's metadata is in the first one, so nothing need be listed."""
     revision, key = _revision(key)
@@ -96,7 +96,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
         generation = marks.get(index)
         if generation is not None:
             tag = f'"{shelf.name}-{index}-{generation}"'
-            if _has(request, tag):
+            if has_seen(request.headers, tag):
                 return Response(status_code=304, headers=_headers(tag))
             try:
                 return _part(request, _content(shelf, variable, index, generation), tag)
@@ -172,7 +172,7 @@ def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Resp
         )
     place = ".".join(map(str, group.place))
     tag = f'"{shelf.name}-{place}-{group.tag(marks)}"'
-    if _has(request, tag):
+    if has_seen(request.headers, tag):
         return Response(status_code=304, headers=_headers(tag))
     return _part(request, group.content(shelf, marks), tag)
 
@@ -191,7 +191,7 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
     else:
         raise _nothing(key)
     tag = f'"{shelf.name}-{blake2b(content, digest_size=8).hexdigest()}"'
-    if _has(request, tag):
+    if has_seen(request.headers, tag):
         return Response(status_code=304, headers=_headers(tag))
     if chunk is not None:
         return _part(request, content, tag)
@@ -220,32 +220,19 @@ def _readable(shelf: Shelf, key: str) -> bytes:
 
 def _part(request: Request, content: bytes, tag: str) -> Response:
     headers = {**_headers(tag), "Accept-Ranges": "bytes"}
-    wanted = request.headers.get("range")
-    if wanted is None or request.headers.get("if-range", tag) != tag:
+    part = part_asked(request, len(content), tag)
+    if part is None:
         return Response(content, headers=headers, media_type=CHUNK)
-    found = re.fullmatch(r"bytes=([0-9]{0,15})-([0-9]{0,15})", wanted.strip())
-    if found is None or not (found[1] or found[2]):
-        # several ranges, or another unit: the whole is a right answer too
-        return Response(content, headers=headers, media_type=CHUNK)
-    size = len(content)
-    if found[1]:
-        start, stop = int(found[1]), min(int(found[2] or size), size - 1) + 1
-    else:
-        start, stop = max(0, size - int(found[2])), size
-    if start >= stop:
-        return Response(status_code=416, headers={**headers, "Content-Range": f"bytes */{size}"})
-    headers["Content-Range"] = f"bytes {start}-{stop - 1}/{size}"
+    start, stop = part
+    if start == stop:
+        return Response(status_code=416, headers={**headers, "Content-Range": f"bytes */{len(content)}"})
+    headers["Content-Range"] = f"bytes {start}-{stop - 1}/{len(content)}"
     return Response(content[start:stop], 206, headers, CHUNK)
 
 
 def _headers(tag: str) -> dict[str, str]:
     # a block may be computed again: caches keep it, and ask
     return {"ETag": tag, "Cache-Control": "no-cache"}
-
-
-def _has(request: Request, tag: str) -> bool:
-    seen = request.headers.get("if-none-match", "")
-    return seen.strip() == "*" or tag in [each.strip().removeprefix("W/") for each in seen.split(",")]
 
 
 def _nothing(key: str) -> Problem:

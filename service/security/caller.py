@@ -65,13 +65,17 @@ def require_own(caller: Caller, study: Record) -> None:
     Problem
         403 where the study is not the caller's, who is no admin.
     """
-    owner = study.provenance.get(SUBMITTED_BY)
+    require_owner(caller, study.provenance.get(SUBMITTED_BY), "study")
+
+
+def require_owner(caller: Caller, owner: str | None, what: str) -> None:
+    """Refuse a change to something of somebody else; `what` says what it is."""
     if "admin" not in caller.scopes and owner != caller.owner:
-        whose = f"a study of {owner}" if owner else "a study that nobody's key submitted"
+        whose = f"a {what} of {owner}" if owner else f"a {what} that nobody's key submitted"
         fault = Fault(
-            "study", whose, f"studies of {caller.owner}", "ask its owner, or use a key of scope admin"
+            what, whose, f"what {caller.owner} submitted", "ask its owner, or use a key of scope admin"
         )
-        raise Problem(403, "not-yours", "This study is not yours to change.", (fault,))
+        raise Problem(403, "not-yours", f"This {what} is not yours to change.", (fault,))
 
 
 def _caller(request: Request) -> Caller | None:

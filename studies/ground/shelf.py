@@ -15,6 +15,7 @@ from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, buil
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.durable import sync_path
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
 MOST_RECORDS = 1000
 """Uploaded records that one data directory keeps."""
@@ -22,6 +23,10 @@ MOST_RECORDS = 1000
 
 class RecordNotFound(StoreFault):
     """There is no record of that id."""
+
+
+class RecordKept(StoreFault):
+    """A record that cannot be removed."""
 
 
 class ShelfFull(StoreFault):
@@ -56,7 +61,49 @@ class Shelf:
 
     def _summary(self, record_id: str) -> dict[str, Any]:
         kept: dict[str, Any] = json.loads((self.folder / f"{record_id}.json").read_text(encoding="utf-8"))
+        kept.pop(SUBMITTED_BY, None)
         return kept
+
+    def owner(self, record_id: str) -> str | None:
+        """Say who uploaded a record; None where nobody asked, as of a built-in one.
+
+        Raises
+        ------
+        RecordNotFound
+            Where there is none of this whole id.
+        """
+        if record_id in builtin_ids():
+            return None
+        self._require_uploaded(record_id)
+        kept = json.loads((self.folder / f"{record_id}.json").read_text(encoding="utf-8"))
+        owner: str | None = kept.get(SUBMITTED_BY)
+        return owner
+
+    def remove(self, record_id: str) -> None:
+        """Remove an uploaded record; studies that use it keep their own copy.
+
+        Raises
+        ------
+        RecordNotFound
+            Where there is none of this whole id.
+        RecordKept
+            If it is a built-in one.
+        """
+        if record_id in builtin_ids():
+            advice = "only uploaded records can be removed"
+            raise RecordKept(Fault("record", f"{record_id}, which is built in", "an uploaded record", advice))
+        self._require_uploaded(record_id)
+        # the summary first: a record is there when its summary is
+        for suffix in (".json", ".npy"):
+            (self.folder / f"{record_id}{suffix}").unlink(missing_ok=True)
+        sync_path(self.folder)
+
+    def _require_uploaded(self, record_id: str) -> None:
+        if record_id not in set(self._uploaded()):
+            advice = "`GET /api/v1/records` lists them"
+            raise RecordNotFound(
+                Fault("record", describe(record_id), "the whole id of an uploaded record", advice)
+            )
 
     def _uploaded(self) -> Iterator[str]:
         return (path.stem for path in sorted(self.folder.glob("u-*.json")))
@@ -107,14 +154,14 @@ class Shelf:
         if record_id in kept:
             return record_id, False
         if len(kept) >= MOST_RECORDS:
-            advice = f"remove files from {self.folder}"
+            advice = "remove some with DELETE /api/v1/records/{id}"
             raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice))
         self.folder.mkdir(parents=True, exist_ok=True)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
         # the summary last: a record is there when its summary is
         self._keep(f"{record_id}.npy", samples.getvalue())
-        self._keep(f"{record_id}.json", json.dumps(motion.summary()).encode())
+        self._keep(f"{record_id}.json", json.dumps(signed(motion.summary())).encode())
         return record_id, True
 
     def _keep(self, name: str, content: bytes) -> None:

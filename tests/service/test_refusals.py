@@ -29,9 +29,9 @@ def test_address_that_is_not_there(client: httpx.Client, path: str) -> None:
 @pytest.mark.parametrize(
     ("method", "path", "allowed"),
     [
-        ("PUT", STUDIES, {"GET", "POST"}),
+        ("PUT", STUDIES, {"GET", "HEAD", "POST"}),
         ("GET", "/api/v1/simulate", {"POST"}),
-        ("POST", "/health/live", {"GET"}),
+        ("POST", "/health/live", {"GET", "HEAD"}),
     ],
 )
 def test_method_that_is_not_there_names_those_that_are(

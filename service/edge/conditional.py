@@ -1,0 +1,123 @@
+"""Answers that the client has already, and parts of answers: ETag, If-None-Match, Range, HEAD."""
+
+import re
+from hashlib import blake2b
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+TAGGED_BYTES = 8 * 1024 * 1024
+"""Most bytes of an answer that are hashed for its tag: some milliseconds."""
+
+
+class Head:
+    """ASGI middleware: answers HEAD as GET, without the body; what would only make the body is told to stop."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self.app(scope, receive, send)
+            return
+        answered = False
+
+        async def receive_until_answered() -> Message:
+            return {"type": "http.disconnect"} if answered else await receive()
+
+        async def send_head(message: Message) -> None:
+            nonlocal answered
+            if message["type"] == "http.response.start":
+                answered = True
+                await send(message)
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+        await self.app({**scope, "method": "GET"}, receive_until_answered, send_head)
+
+
+class Tagged:
+    """ASGI middleware: gives JSON answers a tag of what they hold, and answers 304 to who has the same already."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] != "http" or scope["method"] != "GET":
+            await self.app(scope, receive, send)
+            return
+        held: Message | None = None
+
+        async def send_tagged(message: Message) -> None:
+            nonlocal held
+            if message["type"] == "http.response.start" and _taggable(message):
+                held = message
+                return
+            if held is not None:
+                start, held = held, None
+                body = message.get("body", b"")
+                if not message.get("more_body", False) and len(body) <= TAGGED_BYTES:
+                    # weak: the same document may be sent packed
+                    tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
+                    headers = MutableHeaders(scope=start)
+                    headers["ETag"] = tag
+                    headers.setdefault("Cache-Control", "private, no-cache")
+                    if has_seen(Headers(scope=scope), tag):
+                        start["status"] = 304
+                        del headers["content-length"], headers["content-type"]
+                        message = {"type": "http.response.body", "body": b"", "more_body": False}
+                await send(start)
+            await send(message)
+
+        await self.app(scope, receive, send_tagged)
+
+
+def _taggable(start: Message) -> bool:
+    headers = Headers(raw=start["headers"])
+    kind = headers.get("content-type", "")
+    return (
+        start["status"] == 200
+        and "etag" not in headers
+        and headers.get("cache-control") != "no-store"
+        and kind.startswith("application/json")
+    )
+
+
+def has_seen(headers: Headers, tag: str) -> bool:
+    """Whether If-None-Match says that the client has what the tag stands for."""
+    seen = headers.get("if-none-match", "").strip()
+    bare = tag.removeprefix("W/")
+    return seen == "*" or bare in [each.strip().removeprefix("W/") for each in seen.split(",")]
+
+
+def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
+    """Give the first byte and the one after the last that Range asks for.
+
+    Parameters
+    ----------
+    request : Request
+        Its If-Range must be `tag`, where there is one.
+    size : int
+        Bytes that there are.
+    tag : str
+        A strong tag: parts of different bytes make no whole.
+
+    Returns
+    -------
+    tuple of int, optional
+        Equal, where the part lies outside. None where the whole is the right answer: without Range, or with several
+        parts or another unit.
+    """
+    wanted = request.headers.get("range")
+    if wanted is None or request.headers.get("if-range", tag) != tag:
+        return None
+    found = re.fullmatch(r"bytes=([0-9]{0,15})-([0-9]{0,15})", wanted.strip())
+    if found is None or not (found[1] or found[2]):
+        return None
+    if found[1]:
+        start, stop = int(found[1]), min(int(found[2] or size), size - 1) + 1
+    else:
+        start, stop = max(0, size - int(found[2])), size
+    return (start, stop) if start < stop else (0, 0)

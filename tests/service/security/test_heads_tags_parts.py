@@ -1,0 +1,103 @@
+"""HEAD, ETag and Range: what a client has is not sent again, and what it lacks may be asked for in parts."""
+
+from typing import Any
+
+import httpx
+import pytest
+from tests.service.security.conftest import Guarded
+
+STUDIES = "/api/v1/studies"
+
+
+def test_head_is_get_without_the_body(client: httpx.Client, curve: dict[str, Any]) -> None:
+    url = f"{STUDIES}/{curve['id']}"
+    for path in (
+        "/",
+        "/health/live",
+        "/openapi.json",
+        "/metrics",
+        STUDIES,
+        url,
+        f"{url}/frequency-response",
+        f"{url}/events",
+        f"{url}/export?format=netcdf",
+        f"{url}/export?format=csv",
+        f"{url}/zarr/zarr.json",
+    ):
+        head = client.head(path)
+        assert (head.status_code, head.content) == (200, b""), path
+        if path != "/metrics" and "events" not in path:
+            got = client.get(path).headers
+            for name in ("content-type", "etag"):
+                assert head.headers.get(name) == got.get(name), (path, name)
+    assert client.head("/api/v1/simulate").status_code == 405
+    assert client.head(f"{STUDIES}/000000000000").status_code == 404
+
+
+def test_a_document_that_the_client_has_is_not_sent_again(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    for path in (f"{STUDIES}/{curve['id']}", f"{STUDIES}/{curve['id']}/frequency-response"):
+        first = client.get(path)
+        tag = first.headers["etag"]
+        again = client.get(path, headers={"If-None-Match": tag})
+        assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", tag)
+        assert client.get(path, headers={"If-None-Match": '"other"'}).content == first.content
+
+
+@pytest.mark.parametrize("kind", ["netcdf", "csv", "parquet"])
+def test_an_export_has_the_tag_of_its_bytes(client: httpx.Client, curve: dict[str, Any], kind: str) -> None:
+    url = f"{STUDIES}/{curve['id']}/export"
+    first, second = (client.get(url, params={"format": kind}) for _ in range(2))
+    assert first.headers["etag"] == second.headers["etag"]
+    assert first.content == second.content  # or the tag would stand for several
+    seen = client.get(url, params={"format": kind}, headers={"If-None-Match": first.headers["etag"]})
+    assert (seen.status_code, seen.content) == (304, b"")
+
+
+def test_an_export_in_parts_is_the_whole(client: httpx.Client, curve: dict[str, Any]) -> None:
+    url = f"{STUDIES}/{curve['id']}/export"
+    whole = client.get(url)
+    size, tag = len(whole.content), whole.headers["etag"]
+    assert whole.headers["accept-ranges"] == "bytes"
+    parts = b""
+    for start in range(0, size, 5000):
+        headers = {"Range": f"bytes={start}-{start + 4999}", "If-Range": tag}
+        part = client.get(url, headers=headers)
+        assert part.status_code == 206
+        assert part.headers["content-range"] == f"bytes {start}-{min(start + 4999, size - 1)}/{size}"
+        parts += part.content
+    assert parts == whole.content
+    assert client.get(url, headers={"Range": "bytes=-7"}).content == whole.content[-7:]
+    assert client.get(url, headers={"Range": f"bytes={size}-"}).status_code == 416
+    for headers in (
+        {"Range": "bytes=0-1,5-6"},
+        {"Range": "lines=1-2"},
+        {"Range": "bytes=0-1", "If-Range": '"x"'},
+    ):
+        answer = client.get(url, headers=headers)
+        assert (answer.status_code, answer.content) == (200, whole.content)
+
+
+def test_an_uploaded_record_can_be_removed_by_its_owner(guarded: Guarded) -> None:
+    csv = "".join(f"{0.01 * i},{(-1) ** i}\n" for i in range(50))
+    with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("reader") as reader:
+
+        def upload() -> str:
+            answer = ann.post("/api/v1/records?units=g", content=csv, headers={"Content-Type": "text/csv"})
+            assert answer.status_code == 201, answer.text
+            record_id: str = answer.json()["id"]
+            return record_id
+
+        record = upload()
+        url = f"/api/v1/records/{record}"
+        assert reader.delete(url).status_code == 403
+        assert bob.delete(url).json()["type"] == "urn:damperlab:problem:not-yours"
+        assert ann.delete(url).status_code == 204
+        assert ann.delete(url).status_code == 404
+        assert record not in {each["id"] for each in ann.get("/api/v1/records").json()["records"]}
+        assert upload() == record
+        with guarded.client("admin") as admin:
+            assert admin.delete(url).status_code == 204
+            built_in = admin.get("/api/v1/records").json()["records"][0]["id"]
+            assert admin.delete(f"/api/v1/records/{built_in}").status_code == 409
