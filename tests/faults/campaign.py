@@ -5,7 +5,8 @@ studies are computed, one of the processes, or all of them, is killed again and 
 this process watches the catalogue: a done-mark that was seen once must stay as it is. At the end every study is done,
 every cube equals bit for bit what the solver gives in one undisturbed piece (run_time aside), every checksum holds, no
 block was begun again after it was acknowledged, and no file is left that no study needs. Meanwhile an outdated study is
-recomputed, blocks that were given up are tried again, and a study is deleted.
+recomputed, blocks that were given up are tried again, studies are deleted, and a process, killed like the others, backs up,
+sweeps and scrubs without a pause.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from tests.faults.attempts import FOLDER, read_attempts
+from tests.faults.care import Care
 from tests.faults.compare import compare, run_again, unexpected_files
 from tests.faults.deeds import Deeds
 from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm
@@ -38,7 +40,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
 from damperlab.worker.block import solve_block
 
-VICTIMS = {"worker": 5, "service": 3, "scheduler": 1, "all": 1, "database": 1, "store": 1}
+VICTIMS = {"worker": 5, "service": 3, "care": 3, "scheduler": 1, "all": 1, "database": 1, "store": 1}
 """How often each is killed, relative to the others; a lost scheduler costs the service a longer wait."""
 LOOK_SECONDS = 0.2
 """Between two looks at the done-marks."""
@@ -128,13 +130,15 @@ class Campaign:
             self._victims["database"] = [database]
         if objects:
             self._victims["store"] = [objects]
-        self._victims["all"] = [each for kind in self._victims.values() for each in kind]
         self._store = Store.open(
             folder / "data",
             database.address if database else None,
             # the catalogue remembers where the cubes are
             objects.address if objects else None,
         )
+        self._care = Care(folder, self._store, database.address if database else "", **secrets)
+        self._victims["care"] = [self._care]
+        self._victims["all"] = [each for kind in self._victims.values() for each in kind]
         # before anything is killed: what is asked of it is asked while that happens
         catalogue = {"DAMPERLAB_CATALOGUE": settings["DAMPERLAB_CATALOGUE"]} if database else {}
         self._deeds = Deeds(folder, self._store, study_of, **secrets, **catalogue)
@@ -176,7 +180,7 @@ class Campaign:
                 self._go_on(LOOK_SECONDS, submit=False)
         finally:
             # the servers go on: what they hold is read below
-            for name in ("service", "worker", "scheduler"):
+            for name in ("care", "service", "worker", "scheduler"):
                 for process in self._victims[name]:
                     process.kill()
         for servers in ("database", "store"):
@@ -291,6 +295,7 @@ class Campaign:
         report.studies = len(self._studies)
         attempts = list(read_attempts(self._folder))
         report.attempts = len(attempts)
+        self._care.tidy()
         report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
         collect_garbage(self._store, -1.0)
         report.strays_after_gc = unexpected_files(self._store)
@@ -305,6 +310,7 @@ class Campaign:
             else:
                 compare(self._store, record, study, report)
         self._deeds.check(report)
+        self._care.check(report)
         report.seconds = round(time.monotonic() - self._began, 1)
 
 

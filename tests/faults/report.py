@@ -18,6 +18,7 @@ class Report:
     looks: int = 0
     unavailable: int = 0
     strays_before_gc: int = 0
+    rounds: int = 0
 
     marks_lost: int = 0
     blocks_run_twice: int = 0
@@ -28,6 +29,8 @@ class Report:
     damaged_blocks: int = 0
     strays_after_gc: int = 0
     deeds_undone: int = 0
+    backups_unlike: int = 0
+    false_alarms: int = 0
     defects: int = 0
     """Answers with status 500."""
 
@@ -50,6 +53,7 @@ class Report:
             ("attempts at blocks", f"{self.attempts}, of which {self.attempts - self.blocks} were cut short"),
             ("looks at the catalogue", str(self.looks)),
             ("answers 503 or none", str(self.unavailable)),
+            ("rounds of backup, gc and scrub", str(self.rounds)),
             ("files of killed attempts, swept", str(self.strays_before_gc)),
             *((text, str(getattr(self, name))) for name, text in FAULTS.items()),
             ("time", f"{self.seconds:.0f} s"),
@@ -70,6 +74,8 @@ FAULTS = {
     "damaged_blocks": "blocks whose checksum does not hold",
     "strays_after_gc": "stray files left",
     "deeds_undone": "recomputed, retried or deleted studies unlike what was asked",
+    "backups_unlike": "studies unlike in their backup",
+    "false_alarms": "things called damaged that were not, and tracebacks",
     "defects": "answers 500",
 }
 """What must not happen, in words."""
