@@ -57,8 +57,8 @@ from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
 from damperlab.worker.provenance import code_version
 
-SUBMISSIONS = 8
-"""Most submissions that are worked on at once; the threads that are left answer questions."""
+SUBMISSIONS = 16
+"""Most submissions that are worked on at once, and share a transaction; the threads that are left answer questions."""
 COMPILING = 8
 """Most requests that wait for kernels."""
 DRAIN_SECONDS = 10

@@ -102,6 +102,14 @@ class Bucket(Shelf):
         """Put objects; a prefix needs no making."""
         self.put_all(pieces)
 
+    def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
+        """Put the first objects of several prefixes, all side by side."""
+        for name in shelves:
+            self.at(name).clear()
+        self.put_all(
+            {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
+        )
+
     def entries(self) -> Iterator[Entry]:
         """List every object."""
         prefix = self._full("")

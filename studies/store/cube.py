@@ -72,8 +72,19 @@ def create_cube(
         If the shelf cannot be written.
     """
     shelf.clear()
-    pieces = _pieces(study, chunk, provenance, reuse, created) | study.attachments()
-    shelf.fill(pieces, (BLOCKS,))
+    shelf.fill(first_files(study, chunk, provenance, reuse=reuse, created=created), (BLOCKS,))
+
+
+def first_files(
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
+) -> dict[str, bytes]:
+    """Give the files of a cube without blocks, by their keys; see `create_cube`."""
+    return _pieces(study, chunk, provenance, reuse, created) | study.attachments()
 
 
 def restore_metadata(

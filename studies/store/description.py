@@ -95,7 +95,8 @@ def first_pieces(
     """Give the pieces of a cube without blocks: the description and the coordinates."""
     coordinates = study.coordinates
     members = {name: _coordinate(name, values, study) for name, values in coordinates.items()}
-    members |= {v.name: _variable(v, study, chunk) for v in stored_variables(study)}
+    shape, dimensions = study.shape, tuple(coordinates)
+    members |= {v.name: _variable(v, shape, chunk, dimensions) for v in stored_variables(study)}
     document = {
         "zarr_format": 3,
         "node_type": "group",
@@ -219,7 +220,10 @@ def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
     )
 
 
-def _variable(variable: Variable, study: AnyStudy, chunk: tuple[int, ...]) -> dict[str, Any]:
+@lru_cache(maxsize=1024)
+def _variable(
+    variable: Variable, shape: tuple[int, ...], chunk: tuple[int, ...], dimensions: tuple[str, ...]
+) -> dict[str, Any]:
     dtype = np.dtype(variable.dtype)
     blosc = {"cname": "zstd", "clevel": 1, "shuffle": "shuffle", "blocksize": 0, "typesize": dtype.itemsize}
     codecs = [
@@ -231,13 +235,13 @@ def _variable(variable: Variable, study: AnyStudy, chunk: tuple[int, ...]) -> di
     return {
         "zarr_format": 3,
         "node_type": "array",
-        "shape": list(study.shape),
+        "shape": list(shape),
         "data_type": dtype.name,
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
         "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
         "fill_value": fill,
         "codecs": [{"name": CODEC, "configuration": {"variable": variable.name, "codecs": codecs}}],
-        "dimension_names": list(study.coordinates),
+        "dimension_names": list(dimensions),
         "attributes": _attributes(variable),
     }
 

@@ -5,11 +5,12 @@ import os
 import shutil
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
 from damperlab.studies.store.durable import sync_path
-from damperlab.studies.store.shelf import Entry, Shelf
+from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf
 
 
 class Folder(Shelf):
@@ -91,18 +92,39 @@ class Folder(Shelf):
 
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
         """Write files into a folder that may not be there yet."""
+        self._fill(pieces, shelves)
+        sync_path(self._path.parent)
+
+    def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
+        """Make folders with their first files, and wait for the disk once for all of them."""
+
+        def make_one(name: str, pieces: Mapping[str, bytes]) -> None:
+            folder = self.at(name)
+            folder.clear()
+            folder._fill(pieces, below)
+
+        if len(shelves) == 1:
+            for name, pieces in shelves.items():
+                make_one(name, pieces)
+        else:
+            # each waits for the disk, which serves many waits as one
+            with ThreadPoolExecutor(AT_ONCE) as pool:
+                for _ in pool.map(make_one, shelves, shelves.values()):
+                    pass
+        sync_path(self._path)
+
+    def _fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str]) -> None:
+        """Write files, and wait until they are on the disk; the name of the folder itself may not be."""
         folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
         for key, content in pieces.items():
             self._place(key, content, os.replace, sync=False)
         # each folder once, and those between them and the first one
-        between = {above for folder in folders for above in (folder, *folder.parents)}
+        between = {self._path} | {above for folder in folders for above in (folder, *folder.parents)}
         for folder in between:
-            if folder == self._path.parent or folder.is_relative_to(self._path):
+            if folder.is_relative_to(self._path):
                 sync_path(folder)
-        sync_path(self._path)
-        sync_path(self._path.parent)
 
     def entries(self) -> Iterator[Entry]:
         """List every file at any depth."""

@@ -24,6 +24,10 @@ class Taken:
     points: int
     bytes: int
 
+    def plus(self, points: int, size: int) -> "Taken":
+        """Give what is taken with so much more."""
+        return Taken(self.points + points, self.bytes + size)
+
 
 @dataclass(frozen=True)
 class Quota:
@@ -38,28 +42,35 @@ class Quota:
     points: int | None = None
     bytes: int | None = None
 
-    def require(self, connection: Connection, points: int, size: int) -> None:
-        """Refuse a study for which too little is left.
+    @property
+    def limited(self) -> bool:
+        """Whether there is a limit."""
+        return self.points is not None or self.bytes is not None
+
+    def require(self, before: Taken, after: Taken) -> None:
+        """Refuse studies for which too little is left.
+
+        Parameters
+        ----------
+        before, after : Taken
+            Without them and with them.
 
         Raises
         ------
         QuotaReached
-            Saying how much it would take and how much is left.
+            Saying how much they would take and how much is left.
         """
-        if self.points is None and self.bytes is None:
-            return
-        used = taken(connection)
-        for field, limit, before, wanted, unit in (
-            ("quota_points", self.points, used.points, points, "points"),
-            ("quota_bytes", self.bytes, used.bytes, size, "bytes"),
+        for field, limit, used, wanted, unit in (
+            ("quota_points", self.points, before.points, after.points - before.points, "points"),
+            ("quota_bytes", self.bytes, before.bytes, after.bytes - before.bytes, "bytes"),
         ):
-            if limit is not None and before + wanted > limit:
+            if limit is not None and wanted and used + wanted > limit:
                 raise QuotaReached(
                     Fault(
                         field,
                         f"a study of {wanted:,} {unit}",
-                        f"{max(0, limit - before):,} {unit}: the quota is {limit:,}, of which other "
-                        f"studies use {before:,}",
+                        f"{max(0, limit - used):,} {unit}: the quota is {limit:,}, of which other "
+                        f"studies use {used:,}",
                         _ADVICE,
                     )
                 )

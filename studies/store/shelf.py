@@ -102,6 +102,13 @@ class Shelf(ABC):
         """Put the first pieces on a shelf, which is made where it is missing, and so are some shelves below it."""
 
     @abstractmethod
+    def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
+        """Make new shelves below this one, by name with their first pieces, each with some shelves of its own below it.
+
+        Whatever lies on a shelf of that name is removed.
+        """
+
+    @abstractmethod
     def entries(self) -> Iterator[Entry]:
         """List every piece; those that come or go meanwhile may be missing."""
 

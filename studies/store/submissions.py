@@ -1,89 +1,31 @@
-"""Studies come and go: submitted once however often they are asked for, deleted by a tombstone first."""
+"""Studies come and go: entered again for another solver, deleted by a tombstone first."""
 
 import json
 import math
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 
-from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy import delete, func, select, update
 
 from damperlab.studies.digest import family_digest
-from damperlab.studies.faults import Fault, describe
-from damperlab.studies.kind import AnyStudy
-from damperlab.studies.plan import Plan
-from damperlab.studies.store.base import StoreBase
-from damperlab.studies.store.box import box_of
+from damperlab.studies.faults import Fault
 from damperlab.studies.store.chunks import damaged
 from damperlab.studies.store.claims import require_free
-from damperlab.studies.store.cube import block_grid, bytes_per_point, create_cube, restore_metadata
+from damperlab.studies.store.cube import restore_metadata
 from damperlab.studies.store.definition import parse_stored, with_attachments
-from damperlab.studies.store.faults import KeyTaken, NothingToDo, cannot_use
+from damperlab.studies.store.entering import Entering, Entry
+from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.quota import taken
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
-from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.submitter import signed
-from damperlab.studies.store.tables import done_blocks, keys, studies
+from damperlab.studies.store.tables import done_blocks, studies
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
 
 
-class Submissions(StoreBase):
-    """How studies enter a store and leave it."""
-
-    def submit(
-        self,
-        study: AnyStudy,
-        plan: Plan,
-        provenance: dict[str, str],
-        *,
-        reuse: bool = True,
-        key: str | None = None,
-    ) -> tuple[Record, bool]:
-        """Keep a study and make its empty cube, unless the same definition is there already.
-
-        Parameters
-        ----------
-        study, plan : AnyStudy, Plan
-            What is asked, and how its grid is cut.
-        provenance : dict of str
-            See `damperlab.studies.store.provenance.provenance`.
-        reuse : bool
-            Whether points that earlier studies hold may be taken from them.
-        key : str, optional
-            A name that the caller gave this submission; it stands for this definition from now on.
-
-        Returns
-        -------
-        record : Record
-            The study's record, new or found.
-        created : bool
-            Whether it is new. Of any number of processes that submit one definition at once, one makes it.
-
-        Raises
-        ------
-        StoreFault
-            If the cube cannot be written.
-        QuotaReached
-            If the study would take more than is left.
-        KeyTaken
-            If the key was given to another definition before.
-        """
-        if plan.count != math.prod(block_grid(study.shape, plan.chunk)):
-            raise ValueError(f"a plan of {plan.count} blocks does not cut {study.shape} by {plan.chunk}")
-        # seen without a turn at writing first: the same study is asked for again and again
-        if key is None:
-            with self.catalogue.reading() as connection:
-                row = newest_row(connection, study.digest)
-            if row is not None:
-                return record_of(row), False
-        with self.catalogue.writing() as connection:
-            if key is not None:
-                _take_key(connection, key, study.digest)
-            row = newest_row(connection, study.digest)
-            if row is not None:
-                return record_of(row), False
-            return self._enter(connection, study, plan.chunk, provenance, 1, reuse), True
+class Submissions(Entering):
+    """How studies are entered again, begun and left."""
 
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
         """Enter a study once more, to be computed by today's solver beside what is there.
@@ -124,60 +66,11 @@ class Submissions(StoreBase):
                 study = with_attachments(parse_stored(older.definition, older.digest), shelf)
             except (OSError, ValueError) as error:
                 raise damaged(shelf, None, "a ground-motion record", str(error)) from error
-            version = newest.version + 1
-            return self._enter(connection, study, older.chunk, provenance, version, older.reuse), True
-
-    def _enter(
-        self,
-        connection: Connection,
-        study: AnyStudy,
-        chunk: tuple[int, ...],
-        provenance: dict[str, str],
-        version: int,
-        reuse: bool,
-    ) -> Record:
-        provenance = signed(provenance)
-        study_id = study.digest[:12] + (f"-{version}" if version > 1 else "")
-        wanted = study.points * bytes_per_point(study)
-        self.quota.require(connection, study.points, wanted)
-        # a reader that keeps to a revision of a study that was deleted must not find it in the new one
-        ever = select(func.coalesce(func.max(studies.c.revision) + 1, 0)).where(studies.c.id == study_id)
-        revision = connection.execute(ever).scalar_one()
-        now = time.time()
-        number = connection.execute(
-            insert(studies).values(
-                id=study_id,
-                digest=study.digest,
-                version=version,
-                name=study.name,
-                state="queued",
-                definition=json.dumps(study.document()),
-                provenance=json.dumps(provenance),
-                shape=json.dumps(study.shape),
-                chunk=json.dumps(chunk),
-                points_total=study.points,
-                bytes_total=wanted,
-                blocks_total=math.prod(block_grid(study.shape, chunk)),
-                family=family_digest(study, provenance),
-                box=json.dumps(box_of(study)),
-                reuse=reuse,
-                created=now,
-                revision=revision,
-                taken_back=revision,
-            )
-        ).inserted_primary_key[0]  # type: ignore[index]
-        shelf = self.cube_shelf(study_id, number)
-        try:
-            # made before the commit: who sees the study finds its cube
-            create_cube(shelf, study, chunk, provenance, reuse=reuse, created=now)
-        except BaseException as error:
-            with suppress(OSError):
-                shelf.clear()
-            if isinstance(error, OSError):
-                raise cannot_use(shelf.address, error) from error
-            raise
-        log_event(connection, study_id, "submitted" if version == 1 else f"entered as version {version}")
-        return record_of(study_row(connection, study_id))
+            entry = Entry(study, older.chunk, signed(provenance), older.reuse, newest.version + 1)
+            if self.quota.limited:
+                before = taken(connection)
+                self.quota.require(before, before.plus(study.points, entry.bytes))
+            return self.enter(connection, [entry], f"entered as version {entry.version}")[0], True
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
         """Record what computes a study, before its first block: one cube, one solver on one kind of processor.
@@ -291,21 +184,3 @@ def _nothing_to_recompute(record: Record) -> NothingToDo:
         found = f"{record.id}, which is of today's solver: it would give the same bits"
         advice = "nothing need be done; `damperlab verify` checks that the results are as they were written"
     return NothingToDo(Fault("study", found, "a study whose results are of another solver", advice))
-
-
-def _take_key(connection: Connection, key: str, digest: str) -> None:
-    row = connection.execute(select(keys).where(keys.c.key == key)).one_or_none()
-    if row is not None:
-        require_row(keys, row, row.digest[:12])
-    known = None if row is None else row.digest
-    if known is None:
-        connection.execute(insert(keys).values(key=key, digest=digest, at=time.time()))
-    elif known != digest:
-        raise KeyTaken(
-            Fault(
-                "Idempotency-Key",
-                f"{describe(key)}, given to study {known[:12]} before",
-                "a key of its own for each study",
-                "send the same definition as before, or another key",
-            )
-        )

@@ -1,0 +1,69 @@
+"""Work that many threads ask for at once, done in one go by the thread whose turn it is for all that wait."""
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+Asked = TypeVar("Asked")
+Answer = TypeVar("Answer")
+
+
+@dataclass
+class _Waiting(Generic[Asked, Answer]):
+    asked: Asked
+    answer: Answer | Exception | None = None
+    woken: threading.Event = field(default_factory=threading.Event)
+
+
+class Turns(Generic[Asked, Answer]):
+    """One turn after the other: who gets it does everybody's work that has come meanwhile.
+
+    The more arrives, the less each costs: a transaction and its wait for the disk are shared.
+
+    Parameters
+    ----------
+    work : callable
+        Takes what was asked, in the order in which it came, and gives an answer to each, or an exception in its place.
+    most : int
+        What is done in one turn at most.
+    """
+
+    def __init__(self, work: Callable[[Sequence[Asked]], Sequence[Answer | Exception]], most: int) -> None:
+        self._work = work
+        self._most = most
+        self._lock = threading.Lock()
+        self._queue: list[_Waiting[Asked, Answer]] = []
+        self._taken = False
+
+    def ask(self, asked: Asked) -> Answer:
+        """Have one thing done; raises what came of it where that is an exception."""
+        mine = _Waiting[Asked, Answer](asked)
+        with self._lock:
+            self._queue.append(mine)
+            waits, self._taken = self._taken, True
+        if waits:
+            mine.woken.wait()
+        if mine.answer is None:  # this thread's turn
+            self._take_turn()
+        if isinstance(mine.answer, Exception):
+            raise mine.answer
+        assert mine.answer is not None
+        return mine.answer
+
+    def _take_turn(self) -> None:
+        with self._lock:
+            some, self._queue = self._queue[: self._most], self._queue[self._most :]
+        answers: Sequence[Answer | Exception] = [RuntimeError("the work was broken off")] * len(some)
+        try:
+            answers = self._work([one.asked for one in some])
+        except Exception as error:
+            answers = [error] * len(some)
+        finally:
+            for one, answer in zip(some, answers, strict=True):
+                one.answer = answer
+            with self._lock:
+                heirs = self._queue[:1]
+                self._taken = bool(heirs)
+            for one in (*some, *heirs):
+                one.woken.set()
