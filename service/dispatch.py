@@ -6,10 +6,12 @@ import time
 from dataclasses import dataclass
 
 from damperlab.service.cluster import SharedCluster
+from damperlab.studies.store.claims import Waiting
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
+from damperlab.worker.handful import MOST, run_handful
 from damperlab.worker.lease import owner_is_dead
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.runner import run_study
@@ -20,6 +22,8 @@ CLEAN_SECONDS = 3600.0
 """Between two looks for files that nobody needs."""
 AGAIN_SECONDS = 5.0
 """How long a study that the cluster let down waits before it is tried again."""
+COMPANY = 4
+"""So many small studies that wait are run together."""
 STOP_SECONDS = 60.0
 """How long a shutdown waits for runners; each gives its running blocks a shorter grace of its own."""
 
@@ -60,6 +64,8 @@ class Dispatcher:
         self._lock = threading.Lock()
         self._runs: dict[str, _Run] = {}
         self._not_before: dict[str, float] = {}
+        # small studies that could not be run with others
+        self._alone: set[str] = set()
         self._wake = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
@@ -178,27 +184,62 @@ class Dispatcher:
                     _log.warning("files of deleted studies could not be removed: %s", error)
 
     def _start_runs(self) -> None:
-        for study_id in self._waiting():
+        waiting = self._waiting()
+        while waiting:
+            # a handful of small ones, where the oldest is one of them and has company
+            small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
+            together = len(small) >= COMPANY and small[0] == waiting[0].id
+            ids = small if together else [waiting[0].id]
             with self._lock:
-                if self._closing.is_set() or len(self._runs) >= self._at_once:
+                if self._closing.is_set() or self._busy():
                     return
-                if study_id in self._runs or self._store.find(study_id).ended:
-                    continue
-                stop = threading.Event()
-                thread = threading.Thread(
-                    target=self._run, args=(study_id, stop), name=f"study-{study_id}", daemon=True
-                )
-                self._runs[study_id] = _Run(thread, stop)
-                thread.start()
+                ids = [study_id for study_id in ids if study_id not in self._runs]
+                if ids and (together or not self._store.find(ids[0]).ended):
+                    stop = threading.Event()
+                    work, about = (self._run_handful, ids) if together else (self._run, ids[0])
+                    name = f"study-{ids[0]}"
+                    thread = threading.Thread(target=work, args=(about, stop), name=name, daemon=True)
+                    self._runs |= {study_id: _Run(thread, stop) for study_id in ids}
+                    thread.start()
+            taken = set(ids) | ({waiting[0].id} if not together else set(small))
+            waiting = [one for one in waiting if one.id not in taken]
 
-    def _waiting(self) -> list[str]:
-        """Ids of the studies that nobody works on and somebody should, oldest first."""
+    def _busy(self) -> bool:
+        """Whether as many runs are under way as may be."""
+        return len({run.thread for run in self._runs.values()}) >= self._at_once
+
+    def _waiting(self) -> list[Waiting]:
+        """The studies that nobody works on and somebody should, oldest first."""
         with self._lock:
-            if len(self._runs) >= self._at_once:
+            if self._busy():
                 return []
-        now = time.monotonic()
-        found = self._store.unclaimed(owner_is_dead)
-        return [study_id for study_id in found if self._not_before.get(study_id, 0.0) <= now]
+            here = set(self._runs)
+            now = time.monotonic()
+            self._not_before = {key: until for key, until in self._not_before.items() if until > now}
+        # those that were put off, or begin here just now, may be the oldest
+        most = 2 * MOST + len(here) + len(self._not_before)
+        found = self._store.unclaimed(owner_is_dead, most)
+        return [one for one in found if one.id not in here and one.id not in self._not_before]
+
+    def _run_handful(self, ids: list[str], stop: threading.Event) -> None:
+        left = ids
+        try:
+            left = run_handful(self._runners_store, ids, self.cluster.borrow, stop)
+            self.trouble = None
+            _log.info(
+                "%d small studies were run together, %d are left to run alone",
+                len(ids) - len(left),
+                len(left),
+            )
+        except Exception as error:
+            # each run alone says what is wrong with it, or waits for the cluster
+            _log.warning("%d small studies are run one by one: %s", len(ids), error)
+        finally:
+            with self._lock:
+                self._alone.update(left)
+                for study_id in ids:
+                    del self._runs[study_id]
+            self.wake()
 
     def _run(self, study_id: str, stop: threading.Event) -> None:
         try:
@@ -239,6 +280,7 @@ class Dispatcher:
         finally:
             with self._lock:
                 del self._runs[study_id]
+                self._alone.discard(study_id)
             self.wake()
 
     def _put_off(self, study_id: str, reason: str) -> None:

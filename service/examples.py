@@ -6,6 +6,7 @@ from damperlab.service.schemas import comparison_schema, simulation_schema
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SURVEY
 from damperlab.studies.ground.schema import survey_json_schema
+from damperlab.studies.text import MOST_STUDIES
 from damperlab.studies.vocabulary import STATES
 
 _LINEAR_YAML = """\
@@ -17,12 +18,19 @@ axes:
 particle: false
 """
 
+_EITHER = [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Survey")]
+
 STUDY_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A study: what is varied, and how each point is computed.",
+    "description": "A study: what is varied, and how each point is computed; or a list of studies.",
     "content": {
         "application/json": {
-            "schema": {"anyOf": [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Survey")]},
+            "schema": {
+                "anyOf": [
+                    *_EITHER,
+                    {"type": "array", "minItems": 1, "maxItems": MOST_STUDIES, "items": {"anyOf": _EITHER}},
+                ]
+            },
             "examples": {
                 f"example-{number}": {"summary": example["name"], "value": example}
                 for number, example in enumerate((*EXAMPLES, SURVEY), 1)

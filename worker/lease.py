@@ -35,7 +35,7 @@ class Lease:
     def __init__(self, store: Store, study_id: str) -> None:
         self.store = store
         self.study_id = study_id
-        self.owner = f"{socket.gethostname()}:{os.getpid()}:{uuid.uuid4().hex[:8]}"
+        self.owner = _new_owner()
         self.withdrawn = threading.Event()
         """Set when somebody else cancelled or deleted the study."""
         self.lost = threading.Event()
@@ -63,6 +63,21 @@ class Lease:
                 self.withdrawn.set()
         except StudyNotFound:
             self.withdrawn.set()
+
+
+def _new_owner() -> str:
+    return f"{socket.gethostname()}:{os.getpid()}:{uuid.uuid4().hex[:8]}"
+
+
+@contextmanager
+def held_owner() -> Iterator[str]:
+    """Give the name of a new owner, which lives for the time of the context."""
+    owner = _new_owner()
+    _held.add(owner)
+    try:
+        yield owner
+    finally:
+        _held.discard(owner)
 
 
 @contextmanager

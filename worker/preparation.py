@@ -54,6 +54,14 @@ def compile_at_workers(
         time.sleep(LOOK_SECONDS)
 
 
+def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
+    """Whether every worker of a cluster has the kernels of some scenes."""
+    if not wanted:
+        return True
+    answers = client.run(_lacking, list(wanted), on_error="ignore").values()
+    return bool(answers) and not any(lacking for _, _, lacking in answers)
+
+
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
     """Name this machine and its kernels' folder, and what is missing there."""
     return identity()["host"], str(CACHE_FOLDER), missing(wanted)

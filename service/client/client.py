@@ -1,6 +1,7 @@
 """The Python client: a service's studies, simulations and reports as objects, Datasets and figures."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +13,7 @@ from damperlab.service.client.study import Study
 from damperlab.service.client.transport import Transport, body
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.html import card
+from damperlab.studies.text import MOST_STUDIES, load_text
 from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, State
 
 if TYPE_CHECKING:
@@ -103,6 +105,34 @@ class Client:
         return Study(
             self._transport, self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
         )
+
+    def submit_all(self, studies: "Iterable[Definition]", reuse: bool = True) -> list[Study]:
+        """Hand in many studies, in requests of up to 200; each request's are stored all, or none.
+
+        Parameters
+        ----------
+        studies : iterable
+            Each as for `submit`.
+        reuse : bool
+            Reuse points already computed by earlier studies.
+
+        Returns
+        -------
+        list of Study
+            In the order in which they were given.
+
+        Raises
+        ------
+        Refused
+            With every fault of every study of a request, its place in it first.
+        """
+        every = [_document(study) for study in studies]
+        found: list[Study] = []
+        for start in range(0, len(every), MOST_STUDIES):
+            sent = body(every[start : start + MOST_STUDIES])
+            answer = self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
+            found += [Study(self._transport, document) for document in answer["studies"]]
+        return found
 
     def estimate(self, study: "Definition") -> Estimate:
         """Say what a study would cost; nothing is stored.
@@ -345,6 +375,16 @@ def _study(study: "Definition") -> dict[str, Any]:
 
     try:
         return body(read_study(str(study)).document())
+    except StudyFaults as error:
+        raise refused(error.faults) from None
+
+
+def _document(study: "Definition") -> Any:
+    sent = _study(study)
+    if sent["headers"]["Content-Type"] == "application/json":
+        return json.loads(sent["content"])
+    try:
+        return load_text(sent["content"], "yaml")
     except StudyFaults as error:
         raise refused(error.faults) from None
 

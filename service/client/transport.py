@@ -3,7 +3,7 @@
 import json
 import logging
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from http import HTTPStatus
 from typing import Any
@@ -171,7 +171,7 @@ def _spelled(value: Any) -> str:
     return str(value.item() if hasattr(value, "dtype") else value)
 
 
-def body(document: Mapping[str, Any]) -> dict[str, Any]:
+def body(document: Mapping[str, Any] | Sequence[Any]) -> dict[str, Any]:
     """Give the arguments of `Transport.ask` that send a document as JSON; arrays of numpy become ranges or lists."""
     text = json.dumps(document, default=_axis)
     return {"content": text.encode(), "headers": {"Content-Type": "application/json"}}

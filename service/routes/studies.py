@@ -1,7 +1,7 @@
 """Studies: submitted, listed, looked at, followed, cancelled, resumed, deleted."""
 
 from collections.abc import AsyncIterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Query
@@ -12,19 +12,20 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.answers import estimate_document
+from damperlab.service.batches import submit_list, summary
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.events import event_id, progress
 from damperlab.service.examples import RECORD, STUDY_BODY
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
+from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import make_plan
-from damperlab.studies.reading import parse_study_text
 from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.record import Record
+from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import State
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -95,7 +96,11 @@ async def submit(
     query: Annotated[SubmitQuery, Query()],
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
-    """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there."""
+    """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there.
+
+    A list of up to 200 studies is stored as a whole or not at all; the answer is `studies`, their records in the list's
+    order without definitions, each with `created`.
+    """
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     return await run_sync(
@@ -112,7 +117,11 @@ async def submit(
 def _submit(
     service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
 ) -> Document:
-    study = parse_study_text(body, kind, Shelf(service.settings.data_dir))
+    document = load_text(body, kind)
+    if isinstance(document, list):
+        reuse = query.reuse and service.settings.reuse
+        return submit_list(service, document, dry_run=query.dry_run, reuse=reuse, key=key)
+    study = parse_study(document, Shelf(service.settings.data_dir))
     plan = make_plan(study, seconds_per_point)
     if query.dry_run:
         return Document(estimate_document(study, plan))
@@ -133,11 +142,7 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
         if error.fault.field == "cursor":
             raise StudyFaults((error.fault,)) from error
         raise
-    return Document({"studies": [_summary(record) for record in page.records], "cursor": page.cursor})
-
-
-def _summary(record: Record) -> dict[str, Any]:
-    return {key: value for key, value in record.document().items() if key not in ("definition", "provenance")}
+    return Document({"studies": [summary(record) for record in page.records], "cursor": page.cursor})
 
 
 @router.get(
@@ -240,7 +245,7 @@ def recompute(service: TheService, study: TheExactStudy) -> Document:
 )
 def versions(service: TheService, study: TheStudy) -> Document:
     """List the records of all versions without their definitions, which are one."""
-    return Document({"studies": [_summary(record) for record in service.store.versions(study.id)]})
+    return Document({"studies": [summary(record) for record in service.store.versions(study.id)]})
 
 
 @router.get(

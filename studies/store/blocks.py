@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from sqlalchemy import delete, func, insert, select, update
+from sqlalchemy import Connection, delete, func, insert, select, update
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.claims import require_free
@@ -56,65 +56,68 @@ class Blocks(Lookup):
         StudyNotFound
             If the study is gone.
         """
+        with self.catalogue.writing() as connection:
+            return self._mark(connection, study_id, outcomes, owner)
+
+    def _mark(
+        self, connection: Connection, study_id: str, outcomes: Sequence[BlockOutcome], owner: str | None
+    ) -> bool:
         now = time.time()
         b, c = done_blocks.c, studies.c
-        with self.catalogue.writing() as connection:
-            row = study_row(connection, study_id)
-            if owner is not None and row.claim_owner != owner:
-                return False
-            fresh = {outcome.index: outcome for outcome in reversed(outcomes)}
-            for index in fresh:
-                if not 0 <= index < row.blocks_total:
-                    raise ValueError(f"block {index} of {row.blocks_total}")
-            for start in range(0, len(outcomes), _AT_ONCE):
-                piece = [outcome.index for outcome in outcomes[start : start + _AT_ONCE]]
-                known = select(b.block).where(b.study == row.number, b.block.in_(piece))
-                for index in connection.execute(known).scalars():
-                    del fresh[index]
-            if not fresh:
-                return True
-            # the workers have refused before; whatever they hold, no cube gets the work of two solvers
-            solver = json.loads(row.provenance).get("identity", "")
-            strangers = {outcome.identity for outcome in fresh.values()} - {"", solver}
-            if strangers:
-                raise ValueError(
-                    f"blocks computed by {sorted(strangers)} in a cube of {solver or 'no identity'}"
-                )
-            marks = [
-                {
-                    "study": row.number,
-                    "block": outcome.index,
-                    "points": outcome.points,
-                    "failed": outcome.failed,
-                    "reused": outcome.reused,
-                    "seconds": outcome.seconds,
-                    "kernel_seconds": outcome.kernel_seconds,
-                    "message": outcome.message,
-                    "at": now,
-                    "generation": outcome.generation,
-                    "checksum": outcome.checksum,
-                    "revision": row.revision + 1 + place,
-                    "identity": outcome.identity,
-                }
-                for place, outcome in enumerate(fresh.values())
-            ]
-            connection.execute(insert(done_blocks), marks)
-            added = list(fresh.values())
-            change: dict[Any, Any] = {
-                c.points_done: c.points_done + sum(outcome.points for outcome in added),
-                c.points_failed: c.points_failed + sum(outcome.failed for outcome in added),
-                c.points_reused: c.points_reused + sum(outcome.reused for outcome in added),
-                c.blocks_done: c.blocks_done + len(added),
-                c.seconds: c.seconds + sum(outcome.seconds for outcome in added),
-                c.kernel_seconds: c.kernel_seconds + sum(outcome.kernel_seconds for outcome in added),
-                c.revision: c.revision + len(added),
-                c.last_mark: now,
-            }
-            failure = next((outcome for outcome in added if outcome.message is not None), None)
-            if failure is not None:
-                change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
-            connection.execute(update(studies).where(c.number == row.number).values(change))
+        row = study_row(connection, study_id)
+        if owner is not None and row.claim_owner != owner:
+            return False
+        fresh = {outcome.index: outcome for outcome in reversed(outcomes)}
+        for index in fresh:
+            if not 0 <= index < row.blocks_total:
+                raise ValueError(f"block {index} of {row.blocks_total}")
+        for start in range(0, len(outcomes), _AT_ONCE):
+            piece = [outcome.index for outcome in outcomes[start : start + _AT_ONCE]]
+            known = select(b.block).where(b.study == row.number, b.block.in_(piece))
+            for index in connection.execute(known).scalars():
+                del fresh[index]
+        if not fresh:
             return True
+        # the workers have refused before; whatever they hold, no cube gets the work of two solvers
+        solver = json.loads(row.provenance).get("identity", "")
+        strangers = {outcome.identity for outcome in fresh.values()} - {"", solver}
+        if strangers:
+            raise ValueError(f"blocks computed by {sorted(strangers)} in a cube of {solver or 'no identity'}")
+        marks = [
+            {
+                "study": row.number,
+                "block": outcome.index,
+                "points": outcome.points,
+                "failed": outcome.failed,
+                "reused": outcome.reused,
+                "seconds": outcome.seconds,
+                "kernel_seconds": outcome.kernel_seconds,
+                "message": outcome.message,
+                "at": now,
+                "generation": outcome.generation,
+                "checksum": outcome.checksum,
+                "revision": row.revision + 1 + place,
+                "identity": outcome.identity,
+            }
+            for place, outcome in enumerate(fresh.values())
+        ]
+        connection.execute(insert(done_blocks), marks)
+        added = list(fresh.values())
+        change: dict[Any, Any] = {
+            c.points_done: c.points_done + sum(outcome.points for outcome in added),
+            c.points_failed: c.points_failed + sum(outcome.failed for outcome in added),
+            c.points_reused: c.points_reused + sum(outcome.reused for outcome in added),
+            c.blocks_done: c.blocks_done + len(added),
+            c.seconds: c.seconds + sum(outcome.seconds for outcome in added),
+            c.kernel_seconds: c.kernel_seconds + sum(outcome.kernel_seconds for outcome in added),
+            c.revision: c.revision + len(added),
+            c.last_mark: now,
+        }
+        failure = next((outcome for outcome in added if outcome.message is not None), None)
+        if failure is not None:
+            change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
+        connection.execute(update(studies).where(c.number == row.number).values(change))
+        return True
 
     def retry(self, study_id: str) -> Record:
         """Take the marks of blocks back that were given up, so that the study can be run again for them.

@@ -1,19 +1,42 @@
 """Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, select, update
+from sqlalchemy import Connection, Row, select, tuple_, update
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StudyBusy
 from damperlab.studies.store.rows import alive_row, claim_owner
-from damperlab.studies.store.tables import studies
+from damperlab.studies.store.tables import WAITING, studies
 
 CLAIM_SECONDS = 60.0
 """How long a claim holds without being renewed [s]."""
+
+
+FEW_POINTS = 16
+"""Most points of a study that is run together with others."""
+
+_PAGE = 500
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A study that nobody works on and somebody should.
+
+    Parameters
+    ----------
+    id : str
+        Its whole id.
+    small : bool
+        Whether it is one block of a few points, and was never begun.
+    """
+
+    id: str
+    small: bool
 
 
 class Claims(StoreBase):
@@ -55,23 +78,48 @@ class Claims(StoreBase):
             row = alive_row(connection, study_id)
         return row is not None and not self._holds(row)
 
-    def unclaimed(self, dead: Callable[[str], bool]) -> list[str]:
-        """Give the ids of the queued and running studies that nobody works on, oldest first.
+    def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
+        """Give the queued and running studies that nobody works on, oldest first.
 
         Parameters
         ----------
         dead : callable
             Whether an owner can be seen to be gone before its claim ends.
+        most : int, optional
+            No more are looked for.
         """
         c = studies.c
-        query = select(c.id, c.number, c.claim_owner, c.claim_expires)
-        query = query.where(c.state.in_(("queued", "running")), c.deleted.is_(None))
-        # few columns: ten thousand studies may wait, and each that comes makes somebody look
+        # few columns, page by page: ten thousand studies may wait, and each that comes makes somebody look
+        query = select(
+            c.id,
+            c.number,
+            c.created,
+            c.claim_owner,
+            c.claim_expires,
+            c.blocks_total,
+            c.points_total,
+            c.started,
+        )
+        query = query.where(WAITING).order_by(c.created, c.number).limit(_PAGE)
+        found: list[Waiting] = []
         with self.catalogue.reading() as connection:
-            rows: list[Row[Any]] = list(connection.execute(query.order_by(c.created, c.number)))
-        return [
-            row.id for row in rows if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner)))
-        ]
+            page: Sequence[Any] = connection.execute(query).all()
+            while page:
+                found += [
+                    Waiting(
+                        row.id,
+                        (row.blocks_total, row.started) == (1, None) and row.points_total <= FEW_POINTS,
+                    )
+                    for row in page
+                    if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner)))
+                ]
+                if len(page) < _PAGE or (most is not None and len(found) >= most):
+                    break
+                last = page[-1]
+                page = connection.execute(
+                    query.where(tuple_(c.created, c.number) > tuple_(last.created, last.number))
+                ).all()
+        return found[:most]
 
     def _holds(self, row: Row[Any]) -> bool:
         if row.claim_owner is None:

@@ -3,8 +3,8 @@
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -216,9 +216,9 @@ class Entering(StoreBase):
             ever |= {row[0]: row[1] for row in connection.execute(query)}
         rows = [_row(entry, ever.get(entry.id, 0), now) for entry in entries]
         numbers: list[int] = []
-        for some in _pieces(rows):
+        for several in _pieces(rows):
             new = insert(studies).returning(c.number, sort_by_parameter_order=True)
-            numbers += connection.execute(new, some).scalars()
+            numbers += connection.execute(new, several).scalars()
         cubes = {
             cube_name(entry.id, number): first_files(
                 entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=now
@@ -235,12 +235,12 @@ class Entering(StoreBase):
             if isinstance(error, OSError):
                 raise cannot_use(self.shelf.address, error) from error
             raise
-        for some in _pieces({"study": entry.id, "at": now, "what": what} for entry in entries):
-            connection.execute(insert(events), some)
+        for noted in _pieces({"study": entry.id, "at": now, "what": what} for entry in entries):
+            connection.execute(insert(events), noted)
         found: dict[int, Record] = {}
-        for some in _pieces(numbers):
-            query = select(studies).where(c.number.in_(some))
-            found |= {row.number: record_of(row) for row in connection.execute(query)}
+        for given in _pieces(numbers):
+            for row in connection.execute(select(studies).where(c.number.in_(given))):
+                found[row.number] = record_of(row)
         return [found[number] for number in numbers]
 
 
@@ -255,20 +255,23 @@ class _Asked:
         for digests in _pieces(dict.fromkeys(one.study.digest for one in submissions)):
             query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
             for row in connection.execute(query):
-                self._note(row.digest, lambda row=row: self.known.update({row.digest: record_of(row)}))
+                with self._noting(row.digest):
+                    self.known[row.digest] = record_of(row)
         self._keys: dict[str, str] = {}
         for names in _pieces(one.key for one in submissions if one.key is not None):
             for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
                 self._keys[row.key] = row.digest
-                self._note(row.key, lambda row=row: require_row(keys, row, row.digest[:12]))
+                with self._noting(row.key):
+                    require_row(keys, row, row.digest[:12])
         self._new: dict[str, str] = {}
         self.told: set[str] = set()
         """Digests of studies that another list has been told to have made."""
 
-    def _note(self, name: str, check: Callable[[], None]) -> None:
+    @contextmanager
+    def _noting(self, name: str) -> Iterator[None]:
         """Keep the damage of a row for who asks for it: it is nobody else's."""
         try:
-            check()
+            yield
         except CatalogueDamaged as error:
             self._damaged[name] = error
 

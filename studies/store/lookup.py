@@ -3,7 +3,7 @@
 import time
 from typing import Any
 
-from sqlalchemy import func, select, update
+from sqlalchemy import Connection, func, select, update
 
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.store.base import StoreBase
@@ -179,25 +179,35 @@ class Lookup(StoreBase):
         if state in ("done", "cancelled", "failed"):
             self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
-            row = study_row(connection, study_id)
-            if row.state not in only_from or owner not in (None, row.claim_owner):
-                return record_of(row)
-            change: dict[str, Any] = {"state": state} | _phase(None)
-            if message is not None:
-                change["message"] = message or None
-            if state == "running":
-                change |= {"started": row.started or now, "finished": None}
-                change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}
-            elif state == "queued":
-                change["finished"] = None
-            elif row.state != state:
-                change["finished"] = now
-            connection.execute(update(studies).where(studies.c.number == row.number).values(change))
-            if row.state != state:
-                log_event(
-                    connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else "")
-                )
-            return record_of(study_row(connection, study_id))
+            return self._change_state(connection, study_id, state, message, only_from, owner)
+
+    @staticmethod
+    def _change_state(
+        connection: Connection,
+        study_id: str,
+        state: str,
+        message: str | None,
+        only_from: tuple[str, ...],
+        owner: str | None,
+    ) -> Record:
+        now = time.time()
+        row = study_row(connection, study_id)
+        if row.state not in only_from or owner not in (None, row.claim_owner):
+            return record_of(row)
+        change: dict[str, Any] = {"state": state} | _phase(None)
+        if message is not None:
+            change["message"] = message or None
+        if state == "running":
+            change |= {"started": row.started or now, "finished": None}
+            change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}
+        elif state == "queued":
+            change["finished"] = None
+        elif row.state != state:
+            change["finished"] = now
+        connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+        if row.state != state:
+            log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
+        return record_of(study_row(connection, study_id))
 
     def set_phase(
         self,

@@ -56,14 +56,17 @@ class Overlaps:
         Where the studies are.
     record : Record
         The study that is about to be computed.
+    boxes : Boxes, optional
+        Of the study's family, where they have been read for several studies.
     """
 
-    def __init__(self, store: Store, record: Record) -> None:
+    def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
         self._store = store
         self._studies: list[_Overlap] = []
         if record.reuse:
             study = parse_stored(record.definition, record.digest)
-            overlaps = (_overlap(study, other) for other in _neighbours(store, record, box_of(study)))
+            near = (boxes or Boxes(store, record)).near(record, box_of(study))
+            overlaps = (_overlap(study, other) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
         # those with most in common first: the others then have little to add
         self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
@@ -105,25 +108,41 @@ class Overlaps:
         return tuple(found)
 
 
-def _neighbours(store: Store, record: Record, box: list[list[float]]) -> Iterator[Record]:
-    """Give the studies of the same family whose grids may share points with a box, those with most points first."""
-    c = studies.c
-    with store.catalogue.reading() as connection:
-        family = select(c.family).where(c.id == record.id, ALIVE).scalar_subquery()
-        rows = connection.execute(
-            select(c.number, c.box).where(
-                c.family == family, c.family != "", c.id != record.id, ALIVE, c.blocks_done > 0
-            )
-        ).all()
-        boxes = np.array([json.loads(row.box) for row in rows], np.float64).reshape(len(rows), len(box), 2)
-        low, high = np.array(box, np.float64).reshape(len(box), 2).T
-        near = np.flatnonzero(np.all((boxes[..., 0] <= high) & (boxes[..., 1] >= low), axis=1))
-        numbers = [rows[int(place)].number for place in near]
-    for start in range(0, len(numbers), _AT_ONCE):
-        query = select(studies).where(c.number.in_(numbers[start : start + _AT_ONCE]), ALIVE)
+class Boxes:
+    """The boxes that the grids of one family's studies fill, as the catalogue has them at one moment.
+
+    Parameters
+    ----------
+    store : Store
+        Where the studies are.
+    record : Record
+        One of the family.
+    """
+
+    def __init__(self, store: Store, record: Record) -> None:
+        c = studies.c
+        self._store = store
         with store.catalogue.reading() as connection:
-            found = connection.execute(query).all()
-        yield from map(record_of, found)
+            family = select(c.family).where(c.id == record.id, ALIVE).scalar_subquery()
+            query = select(c.number, c.box).where(
+                c.family == family, c.family != "", ALIVE, c.blocks_done > 0
+            )
+            rows = connection.execute(query).all()
+        self._numbers = [row.number for row in rows]
+        self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
+
+    def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
+        """Give the family's other studies whose grids may share points with the box of a study."""
+        if not self._numbers:
+            return
+        low, high = np.array(box, np.float64).reshape(len(box), 2).T
+        near = np.flatnonzero(np.all((self._boxes[..., 0] <= high) & (self._boxes[..., 1] >= low), axis=1))
+        numbers = [self._numbers[int(place)] for place in near]
+        for start in range(0, len(numbers), _AT_ONCE):
+            query = select(studies).where(studies.c.number.in_(numbers[start : start + _AT_ONCE]), ALIVE)
+            with self._store.catalogue.reading() as connection:
+                found = connection.execute(query).all()
+            yield from (record_of(row) for row in found if row.id != record.id)
 
 
 def known_points(

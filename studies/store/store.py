@@ -5,18 +5,17 @@ import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from damperlab.studies.store.blocks import Blocks
 from damperlab.studies.store.catalogue import BUSY_SECONDS, SQLITE_FILE, open_catalogue
-from damperlab.studies.store.claims import Claims
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.handfuls import Handfuls
 from damperlab.studies.store.home import CUBES, fact, require_catalogue, shelf_of
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.submissions import Submissions
 
 
-class Store(Submissions, Blocks, Claims, Cubes):
+class Store(Submissions, Handfuls, Cubes):
     """Studies and their cubes under one data directory.
 
     Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one

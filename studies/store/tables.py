@@ -12,6 +12,8 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    and_,
+    text,
 )
 
 metadata = MetaData()
@@ -78,6 +80,9 @@ Index(
     sqlite_where=studies.c.deleted.is_(None),
     postgresql_where=studies.c.deleted.is_(None),
 )
+WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
+"""The studies that are not ended; in words that the index below has, so that it is used."""
+Index("waiting", studies.c.created, studies.c.number, sqlite_where=WAITING, postgresql_where=WAITING)
 Index("family", studies.c.family)
 Index("digest", studies.c.digest)
 

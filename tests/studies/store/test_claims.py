@@ -122,4 +122,4 @@ def test_studies_that_wait_are_told_oldest_first(store: Store, make_study, make_
     store.claim(ids[2], "dead")
     store.set_state(ids[2], "running")
     store.set_state(ids[3], "done")
-    assert store.unclaimed(lambda owner: owner == "dead") == [ids[0], ids[2], ids[4]]
+    assert [one.id for one in store.unclaimed(lambda owner: owner == "dead")] == [ids[0], ids[2], ids[4]]

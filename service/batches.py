@@ -1,0 +1,86 @@
+"""A list of studies in one request: all are valid and stored, or none."""
+
+from typing import Any
+
+from damperlab.service.answers import estimate_document
+from damperlab.service.documents import Document
+from damperlab.service.state import Service
+from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import Fault, StudyFaults, join
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import make_plan
+from damperlab.studies.store.entering import Submission
+from damperlab.studies.store.record import Record
+from damperlab.studies.text import MOST_STUDIES
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
+
+
+def submit_list(
+    service: Service, documents: list[Any], *, dry_run: bool, reuse: bool, key: str | None
+) -> Document:
+    """Store every study of a list, or none; the answer names them in the list's order.
+
+    Parameters
+    ----------
+    service : Service
+        The service.
+    documents : list
+        The studies as read from JSON or YAML.
+    dry_run : bool
+        Say what each would cost, and store nothing.
+    reuse : bool
+        Whether points may be taken from earlier studies.
+    key : str, optional
+        Refused: a list is told by its definitions.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of every study, its place first, as in ``[3].axes.friction_ratio``.
+    """
+    studies = _parse(documents, Shelf(service.settings.data_dir), key)
+    plans = [make_plan(study, seconds_per_point) for study in studies]
+    if dry_run:
+        return Document({"studies": [estimate_document(*each) for each in zip(studies, plans, strict=True)]})
+    by = provenance()
+    entered = service.store.submit_all(
+        [Submission(*each, by, reuse) for each in zip(studies, plans, strict=True)]
+    )
+    service.dispatcher.wake()
+    some = [summary(record) | {"created": created} for record, created in entered]
+    return Document({"studies": some}, 201 if any(created for _, created in entered) else 200)
+
+
+def summary(record: Record) -> dict[str, Any]:
+    """Give a record without its definition, which may be long."""
+    return {
+        name: value for name, value in record.document().items() if name not in ("definition", "provenance")
+    }
+
+
+def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy]:
+    if not 1 <= len(documents) <= MOST_STUDIES:
+        advice = "send one study without brackets, or several lists"
+        raise StudyFaults(
+            [Fault("study", f"a list of {len(documents)}", f"1 to {MOST_STUDIES} studies", advice)]
+        )
+    faults = []
+    if key is not None:
+        advice = "leave it out: the same definition is the same study, however often it is sent"
+        faults.append(
+            Fault("Idempotency-Key", "a key for a list of studies", "one for a single study", advice)
+        )
+    studies: list[AnyStudy] = []
+    for place, document in enumerate(documents):
+        try:
+            studies.append(parse_study(document, shelf))
+        except StudyFaults as error:
+            faults += [
+                Fault(join(f"[{place}]", fault.field), fault.found, fault.allowed, fault.advice)
+                for fault in error.faults
+            ]
+    if faults:
+        raise StudyFaults(faults)
+    return studies

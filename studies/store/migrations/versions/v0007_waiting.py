@@ -1,0 +1,15 @@
+"""An index of the studies that wait or run: who looks for work reads those alone, in their order."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+
+
+def upgrade() -> None:
+    """Add the index."""
+    waiting = sa.text("state IN ('queued', 'running') AND deleted IS NULL")
+    op.create_index(
+        "waiting", "studies", ["created", "number"], sqlite_where=waiting, postgresql_where=waiting
+    )
