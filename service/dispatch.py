@@ -269,8 +269,8 @@ class Dispatcher:
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-        except StoreFault as error:
-            # The catalogue cannot be written: its state stays, and the study is taken up again from there.
+        except (StoreFault, OSError) as error:
+            # The catalogue cannot be written, or a connection broke: the study is taken up again from where it is.
             self._put_off(study_id, str(error))
         except Exception as error:
             # A defect, or a cluster that does not come up: this study is put down, and the others go on.

@@ -114,7 +114,10 @@ def check_workers(client: Client) -> None:
         Naming the first odd worker, what it holds and what is expected.
     """
     mine = identity()
-    answers: dict[str, Any] = client.run(identity, on_error="return")
+    try:
+        answers: dict[str, Any] = client.run(identity, on_error="return")
+    except (OSError, TimeoutError) as error:
+        raise _lost(error) from error
     for address, answer in sorted(answers.items()):
         if isinstance(answer, BaseException):
             found = f"worker {address} cannot import it ({type(answer).__name__}: {answer})"
@@ -181,7 +184,11 @@ def _remote(address: str) -> Iterator[Client]:
                 "start one with `dask scheduler`, or leave `scheduler` out to compute on this machine",
             )
         ) from error
-    with Client(address, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False) as client:
+    try:
+        opened = Client(address, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
+    except (OSError, TimeoutError) as error:
+        raise _lost(error) from error
+    with opened as client:
         try:
             client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_SECONDS)
         except TimeoutError as error:
@@ -194,6 +201,17 @@ def _remote(address: str) -> Iterator[Client]:
                 )
             ) from error
         yield client
+
+
+def _lost(error: Exception) -> ClusterUnusable:
+    return ClusterUnusable(
+        Fault(
+            "scheduler",
+            f"one that went away while it was asked ({error})",
+            "a running Dask scheduler",
+            "nothing need be done where it comes back; else start one with `dask scheduler`",
+        )
+    )
 
 
 async def _probe(address: str) -> None:

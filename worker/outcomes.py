@@ -1,6 +1,8 @@
 """How a block, or a whole run, can end other than well; known without a cluster."""
 
 import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from damperlab.studies.faults import Fault
@@ -17,6 +19,15 @@ class Interrupted(RuntimeError):
 
 class Outage(Interrupted):
     """What keeps a study from going on passes by itself: the cluster is away, or the disk is full."""
+
+
+@contextmanager
+def asking_the_cluster() -> Iterator[None]:
+    """Raise `Outage` where the scheduler is lost while it is asked for something."""
+    try:
+        yield
+    except (OSError, TimeoutError) as error:
+        raise Outage("the connection to the Dask scheduler was lost") from error
 
 
 class ClusterUnusable(RuntimeError):

@@ -20,7 +20,14 @@ from damperlab.studies.store.sweep import sweep
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
-from damperlab.worker.outcomes import ClusterUnusable, Failure, Interrupted, Outage, is_full
+from damperlab.worker.outcomes import (
+    ClusterUnusable,
+    Failure,
+    Interrupted,
+    Outage,
+    asking_the_cluster,
+    is_full,
+)
 from damperlab.worker.progress import Meter, Progress
 from damperlab.worker.provenance import (
     WrongCode,
@@ -197,7 +204,8 @@ class _Run:
                 return
             self._agree(answers)
             tasks = self._tasks(cube_path)
-            compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping)
+            with asking_the_cluster():
+                compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping)
             self._begin_blocks(work_left)
 
             def submit(index: int, key: str) -> "Future":
@@ -250,7 +258,8 @@ class _Run:
 
         since = time.monotonic()
         while True:
-            answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
+            with asking_the_cluster():
+                answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
             if answers:
                 return answers
             if self._stop.wait(POLL_SECONDS) or self._stopping:

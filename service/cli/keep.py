@@ -44,7 +44,7 @@ def restore(
 
     if not (folder / "catalogue.sqlite").is_file():
         raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
-    _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}")
+    _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}", for_good=True)
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
@@ -104,12 +104,12 @@ def gc(
         )
 
 
-def _copy(source: "Store", target: "Store", as_json: bool, done: str) -> None:
+def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: bool = False) -> None:
     from damperlab.studies.store.backup import copy_store
 
     try:
         with working("Copying"):
-            copied = copy_store(source, target)
+            copied = copy_store(source, target, for_good=for_good)
     finally:
         target.close()
     note(f"{done}: {copied.studies} studies, {copied.blocks} blocks, {copied.bytes} bytes.")

@@ -18,7 +18,15 @@ from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
-from damperlab.studies.store.home import catalogue_id, cube_name, fact, parse_cube_name, remember
+from damperlab.studies.store.home import (
+    BACKUP_OF,
+    catalogue_id,
+    cube_name,
+    fact,
+    forget,
+    parse_cube_name,
+    remember,
+)
 from damperlab.studies.store.manifest import keep_marks
 from damperlab.studies.store.packed import BLOCKS, block_key, require_whole
 from damperlab.studies.store.rows import ALIVE, record_of
@@ -48,7 +56,7 @@ class Copied:
     bytes: int
 
 
-def copy_store(source: Store, target: Store) -> Copied:
+def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
     """Copy every study with its done blocks, the keys, the events and the uploaded records.
 
     Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
@@ -60,7 +68,9 @@ def copy_store(source: Store, target: Store) -> Copied:
     source : Store
         May be in use.
     target : Store
-        Holds no study yet, or is an earlier backup of `source`.
+        Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
+    for_good : bool
+        Whether the copy lives on its own and is no backup to be brought up to date.
 
     Returns
     -------
@@ -74,6 +84,8 @@ def copy_store(source: Store, target: Store) -> Copied:
     """
     mine = catalogue_id(source.catalogue)
     _require_target(target, mine)
+    with target.catalogue.writing() as connection:
+        remember(connection, BACKUP_OF, mine)
     records = _copy_records(source.data_dir / RECORDS, target.data_dir / RECORDS)
     with source.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
@@ -102,7 +114,8 @@ def copy_store(source: Store, target: Store) -> Copied:
                 last = select(func.max(table.c.number)).scalar_subquery()
                 counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
                 connection.execute(select(func.setval(counter, func.coalesce(last, 1))))
-        remember(connection, "backup_of", mine)
+        if for_good:
+            forget(connection, BACKUP_OF)
     try:
         for row, _, _ in copies:
             if row.state in ("done", "cancelled", "failed"):
@@ -120,7 +133,7 @@ def copy_store(source: Store, target: Store) -> Copied:
 
 def _require_target(target: Store, mine: str) -> None:
     with target.catalogue.reading() as connection:
-        other = fact(connection, "backup_of")
+        other = fact(connection, BACKUP_OF)
         used = connection.execute(select(studies.c.number).limit(1)).first() is not None
     if other != mine and (used or other is not None):
         raise StoreFault(

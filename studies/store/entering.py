@@ -18,7 +18,7 @@ from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.box import box_of
 from damperlab.studies.store.cube import block_grid, bytes_per_point, first_files
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached, cannot_use
-from damperlab.studies.store.home import cube_name
+from damperlab.studies.store.home import BACKUP_OF, cube_name, forget
 from damperlab.studies.store.packed import BLOCKS
 from damperlab.studies.store.quota import Taken, taken
 from damperlab.studies.store.record import Record
@@ -209,6 +209,8 @@ class Entering(StoreBase):
             return []
         c = studies.c
         now = time.time()
+        # a backup that studies are submitted to lives on its own: the next copy would take them away
+        forget(connection, BACKUP_OF)
         # a reader that keeps to a revision of a study that was deleted must not find it in the new one
         ever: dict[str, int] = {}
         for some in _pieces(entry.study.digest for entry in entries):

@@ -27,6 +27,9 @@ MARKER = "damperlab.json"
 CUBES = "cubes"
 """The shelf of the cubes, in the data directory or under the bucket's prefix."""
 
+BACKUP_OF = "backup_of"
+"""The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
+
 _REBUILD = "make the catalogue again from the cubes with `damperlab rebuild`"
 _NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
 
@@ -169,6 +172,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     with catalogue.reading() as connection:
         mine = fact(connection, "id")
         marked = fact(connection, "marked") is not None
+        copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
     if found is None:
         _require_own_cubes(catalogue, folder, used, marked)
@@ -187,7 +191,8 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
             )
         )
-    newer = next(_unknown_results(folder, names, last), None)
+    # a copy's files come before its rows: one that was cut short is gone on with
+    newer = None if copied else next(_unknown_results(folder, names, last), None)
     if newer is not None:
         raise StoreFault(
             Fault(
@@ -236,8 +241,13 @@ def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[st
     """
     for name in names:
         parsed = parse_cube_name(name)
-        if parsed and parsed[1] > last and any("~" in entry.key for entry in folder.at(name).entries()):
+        if parsed and parsed[1] > last and holds_results(folder.at(name)):
             yield name
+
+
+def holds_results(cube: Shelf) -> bool:
+    """Whether a cube holds the file of any block, done or not."""
+    return any("~" in entry.key for entry in cube.entries())
 
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
@@ -274,8 +284,13 @@ def fact(connection: Connection, key: str) -> str | None:
     return None if found is None else str(found)
 
 
+def forget(connection: Connection, key: str) -> None:
+    """Let the catalogue know nothing under a key."""
+    connection.execute(delete(facts).where(facts.c.key == key))
+
+
 def remember(connection: Connection, key: str, value: str) -> str:
     """Let the catalogue remember something about itself, in place of what it knew under that key."""
-    connection.execute(delete(facts).where(facts.c.key == key))
+    forget(connection, key)
     connection.execute(insert(facts).values(key=key, value=value))
     return value

@@ -24,7 +24,7 @@ from damperlab.studies.store.decoded import DecodedChunks
 from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
-from damperlab.studies.store.home import cube_name, parse_cube_name
+from damperlab.studies.store.home import cube_name, holds_results, parse_cube_name
 from damperlab.studies.store.manifest import keep_marks, read_marks
 from damperlab.studies.store.opened import open_cube
 from damperlab.studies.store.packed import block_key, read_header
@@ -145,7 +145,8 @@ def check_catalogue(store: Store) -> Iterator[str]:
     known = {cube_name(row.id, row.number) for row in rows}
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
     for name in names:
-        if parse_cube_name(name) and name not in known:
+        # one without results may be a submission that is under way, or was cut short
+        if parse_cube_name(name) and name not in known and holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
     for name in sorted(alive.difference(names)):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"

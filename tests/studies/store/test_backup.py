@@ -1,5 +1,6 @@
 """Backups: whole, consistent while studies change, a data directory of their own, and nothing half-way."""
 
+import shutil
 import threading
 from pathlib import Path
 
@@ -155,10 +156,39 @@ def test_a_backup_that_was_cut_short_is_gone_on_with(filled, tmp_path):
     copy = Store.open(tmp_path / "copy")
     with pytest.raises(BlockDamaged):
         copy_store(filled, copy)
+    copy.close()
     lost.write_bytes(content)
+    copy = Store.open(tmp_path / "copy")
     assert copy_store(filled, copy).studies == 2
     for record in copy.page().records:
         assert list(verify(copy, record)) == []
+    copy.close()
+
+
+def test_an_update_that_was_cut_short_is_gone_on_with(filled, tmp_path, make_study, make_plan_of, values_of):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    copy.close()
+    study = make_study("later", damping_ratio=0.5, metrics=METRICS)
+    filled.submit(study, make_plan_of(study), {"kernels": "k"})
+    write(filled, study, make_plan_of(study), values_of, 0)
+    # as a killed copy leaves it: files that the copy's catalogue does not know yet
+    name = Path(filled.cube_path(filled.find("later").id)).name
+    shutil.copytree(filled.data_dir / "cubes" / name, tmp_path / "copy" / "cubes" / name)
+    copy = Store.open(tmp_path / "copy")
+    assert copy_store(filled, copy).studies == 3
+    assert copy.find("later").blocks_done == 1
+    copy.close()
+
+
+def test_a_backup_with_studies_of_its_own_is_not_written_over(filled, tmp_path, make_study, make_plan_of):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    study = make_study("its own", damping_ratio=0.5)
+    copy.submit(study, make_plan_of(study), {})
+    with pytest.raises(StoreFault, match="holds other studies"):
+        copy_store(filled, copy)
+    assert copy.find("its own").points_total == study.points
     copy.close()
 
 
