@@ -59,6 +59,8 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
     for line in found.trouble:
         note(f"damperlab: left out {line}")
     note(f"Added {found.studies} studies and {found.blocks} blocks; {found.known} studies were known.")
+    if found.deleted:
+        note(f"{found.deleted} deleted studies stay deleted; `damperlab gc` removes their files.")
     if as_json:
         print_json(vars(found))
     if found.trouble:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Row, delete, func, insert, select, text
+from sqlalchemy import Row, delete, insert, select
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
@@ -29,7 +29,7 @@ from damperlab.studies.store.home import (
 )
 from damperlab.studies.store.manifest import keep_marks
 from damperlab.studies.store.packed import BLOCKS, block_key, require_whole
-from damperlab.studies.store.rows import ALIVE, record_of
+from damperlab.studies.store.rows import ALIVE, advance_counters, record_of
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks, events, keys, studies
@@ -108,12 +108,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         for table, rows in kept.items():
             for start in range(0, len(rows), _AT_ONCE):
                 connection.execute(insert(table), rows[start : start + _AT_ONCE])
-        if connection.dialect.name == "postgresql":
-            for table in (studies, events):
-                # its counters do not learn from numbers that were given
-                last = select(func.max(table.c.number)).scalar_subquery()
-                counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
-                connection.execute(select(func.setval(counter, func.coalesce(last, 1))))
+        advance_counters(connection)
         if for_good:
             forget(connection, BACKUP_OF)
     try:

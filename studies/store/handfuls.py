@@ -32,6 +32,7 @@ class Handfuls(Blocks, Claims):
             Of the solver that will.
         """
         taken = []
+        now = time.time()
         with self.catalogue.writing() as connection:
             for study_id in ids:
                 row = alive_row(connection, study_id)
@@ -39,8 +40,10 @@ class Handfuls(Blocks, Claims):
                     continue
                 if json.loads(row.provenance).get("identity") != identity:
                     continue
-                self._set_claim(connection, row.number, owner, time.time() + CLAIM_SECONDS)
-                taken.append(self._change_state(connection, study_id, "running", None, ("queued",), owner))
+                self._set_claim(connection, row.number, owner, now + CLAIM_SECONDS)
+                taken.append(
+                    self._change_state(connection, study_id, "running", None, ("queued",), owner, now)
+                )
         return taken
 
     def renew_all(self, owner: str) -> None:
@@ -62,7 +65,7 @@ class Handfuls(Blocks, Claims):
             for study_id, good in zip(marked, kept, strict=True):
                 row = alive_row(connection, study_id)
                 if good and row is not None and row.claim_owner == owner:
-                    self._change_state(connection, study_id, "done", None, ("running",), owner)
+                    self._change_state(connection, study_id, "done", None, ("running",), owner, now)
                     self._set_claim(connection, row.number, None, None)
 
     def put_back(self, owner: str) -> list[str]:
@@ -71,7 +74,7 @@ class Handfuls(Blocks, Claims):
         with self.catalogue.writing() as connection:
             rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()
             for row in rows:
-                self._change_state(connection, row.id, "queued", None, ("running",), owner)
+                self._change_state(connection, row.id, "queued", None, ("running",), owner, time.time())
                 self._set_claim(connection, row.number, None, None)
         return [row.id for row in rows]
 

@@ -179,7 +179,7 @@ class Lookup(StoreBase):
         if state in ("done", "cancelled", "failed"):
             self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
-            return self._change_state(connection, study_id, state, message, only_from, owner)
+            return self._change_state(connection, study_id, state, message, only_from, owner, now)
 
     @staticmethod
     def _change_state(
@@ -189,8 +189,8 @@ class Lookup(StoreBase):
         message: str | None,
         only_from: tuple[str, ...],
         owner: str | None,
+        now: float,
     ) -> Record:
-        now = time.time()
         row = study_row(connection, study_id)
         if row.state not in only_from or owner not in (None, row.claim_owner):
             return record_of(row)

@@ -21,6 +21,9 @@ from damperlab.studies.store.tables import done_blocks, studies
 MARKS = "marks.json"
 """The key of the marks."""
 
+TOMBSTONE = "deleted.json"
+"""The key of the piece that says that a cube's study was deleted: a lost catalogue does not bring it back."""
+
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
 """What of a study's row is in its description, or means nothing to another catalogue."""
 
@@ -64,6 +67,35 @@ def drop_marks(shelf: Shelf) -> None:
     """Take a study's marks away, before blocks of it are taken back."""
     _say_complete(shelf, False)
     shelf.remove(MARKS)
+
+
+def put_tombstone(shelf: Shelf, deleted: float) -> None:
+    """Say beside a cube's blocks that its study was deleted, and when; the files may lie there for a while yet.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    shelf.put(TOMBSTONE, seal(json.dumps({"crc32c": PLACEHOLDER, "deleted": deleted}).encode()))
+
+
+def read_tombstone(shelf: Shelf) -> float | None:
+    """Say when a cube's study was deleted, in seconds since 1970; None where it was not.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is not what was written.
+    """
+    try:
+        content = shelf.get(TOMBSTONE)
+    except FileNotFoundError:
+        return None
+    require_seal(content)
+    return float(json.loads(content)["deleted"])
 
 
 def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:

@@ -35,8 +35,9 @@ from damperlab.studies.store.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.manifest import read_marks, study_columns
+from damperlab.studies.store.manifest import read_marks, read_tombstone, study_columns
 from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
+from damperlab.studies.store.rows import advance_counters
 from damperlab.studies.store.rowsum import row_sum
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import done_blocks, studies
@@ -63,6 +64,8 @@ class Rebuilt:
         Added to the catalogue.
     known : int
         Studies that it knew already.
+    deleted : int
+        Studies that were deleted and whose files are still there: they stay deleted.
     trouble : list of str
         Cubes that could not be read, each with why.
     set_aside : str, optional
@@ -72,6 +75,7 @@ class Rebuilt:
     studies: int = 0
     blocks: int = 0
     known: int = 0
+    deleted: int = 0
     trouble: list[str] = field(default_factory=list)
     set_aside: str | None = None
 
@@ -179,6 +183,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     digits, _, version = study_id.partition("-")
     if study.digest[:12] != digits:
         raise ValueError(f"its description is that of study {study.digest[:12]}")
+    deleted = read_tombstone(shelf)
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
     marks += [mark for mark in _headers(shelf, described, found) if mark["block"] not in known]
@@ -192,7 +197,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             connection.execute(delete(studies).where(studies.c.number == number))
             row = None
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
-        if row is None and connection.execute(other).first() is not None:
+        if deleted is None and row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")
         if row is not None and (row.id != study_id or row.deleted is not None):
             return  # its study was deleted, and its number given to no other
@@ -217,7 +222,11 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
             }
             values |= {name: value for name, value in kept.items() if name in study_columns()}
-            connection.execute(insert(studies).values(values))
+            connection.execute(insert(studies).values({**values, "deleted": deleted}))
+            advance_counters(connection)
+            if deleted is not None:
+                found.deleted += 1
+                return  # whoever removes files of deleted studies finds it
             found.studies += 1
         else:
             found.known += 1

@@ -6,7 +6,7 @@ import json
 import time
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select
+from sqlalchemy import Connection, Row, func, insert, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
@@ -160,3 +160,13 @@ def number_before(cursor: str) -> int:
 def log_event(connection: Connection, study_id: str, what: str) -> None:
     """Note among a study's events what has happened to it now."""
     connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
+
+
+def advance_counters(connection: Connection) -> None:
+    """Let the next number be a new one after rows came with theirs: PostgreSQL's counters do not learn from them."""
+    if connection.dialect.name != "postgresql":
+        return
+    for table in (studies, events):
+        last = select(func.max(table.c.number)).scalar_subquery()
+        counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
+        connection.execute(select(func.setval(counter, func.coalesce(last, 1))))

@@ -4,6 +4,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 from sqlalchemy import delete, func, select, update
 
@@ -15,6 +16,7 @@ from damperlab.studies.store.cube import restore_metadata
 from damperlab.studies.store.definition import parse_stored, with_attachments
 from damperlab.studies.store.entering import Entering, Entry
 from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.manifest import put_tombstone
 from damperlab.studies.store.quota import taken
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
@@ -136,10 +138,12 @@ class Submissions(Entering):
             row = study_row(connection, study_id)
             if row.state != "cancelled":
                 require_free(row, "delete")
-            connection.execute(
-                update(studies).where(studies.c.number == row.number).values(deleted=time.time())
-            )
+            now = time.time()
+            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=now))
             log_event(connection, study_id, "deleted")
+        # after the commit: what says so beside the cube must never be wrong, and is lost only with the catalogue
+        with suppress(OSError):
+            put_tombstone(self.cube_shelf(study_id, row.number), now)
 
     def bury(self, before: float = math.inf, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of studies that were deleted before a time, in seconds since 1970.

@@ -15,6 +15,7 @@ from damperlab.studies.store.bucket import Bucket, open_bucket
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreAway, StoreFault
 from damperlab.studies.store.packed import parse_header
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
@@ -301,3 +302,21 @@ def test_a_killed_server_has_kept_what_it_acknowledged(server, opened, filled):
     server.stop()
     server.start()
     assert list(verify(store, record)) == []
+
+
+def test_a_catalogue_is_made_again_from_a_bucket(opened, filled, address, tmp_path, make_study, make_plan_of):
+    store = opened("lost")
+    record = filled(store)
+    whole = store.cube(record.id).load()
+    gone, _ = store.submit(make_study("gone", damping_ratio=0.3), make_plan_of(make_study()), {})
+    store.delete(gone.id)
+    for data in ("new", "new again"):
+        found = [rebuild(tmp_path / data, cubes=address) for _ in range(2)]
+        assert [(one.studies, one.known, one.deleted, one.trouble) for one in found] == [
+            (1, 0, 1, []),
+            (0, 1, 0, []),
+        ]
+        again = opened(data)
+        assert [one.id for one in again.page().records] == [record.id]
+        assert again.cube(record.id).load().identical(whole)
+        assert list(verify(again, again.find(record.id))) == []

@@ -17,6 +17,7 @@ from sqlalchemy import URL, create_engine, inspect, text
 import damperlab.studies.store.migrations
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import metadata
@@ -51,6 +52,31 @@ def store(tmp_path: Path, address: str) -> Iterator[Store]:
     opened = Store.open(tmp_path / "data", address)
     yield opened
     opened.close()
+
+
+def test_a_rebuilt_catalogue_takes_studies_with_new_numbers(tmp_path, server, make_study, make_plan_of):
+    """PostgreSQL's counter does not learn from numbers that were given."""
+    data = tmp_path / "data"
+    first = Store.open(data)
+    for ratio in (0.1, 0.2, 0.3):
+        first.submit(make_study(damping_ratio=ratio), make_plan_of(make_study()), {})
+    first.delete(first.page().records[0].id)
+    first.close()
+    (data / "catalogue.sqlite").unlink()
+    schema = "rebuilt"
+    engine = create_engine(server.replace("postgresql://", "postgresql+psycopg://"))
+    with engine.begin() as connection:
+        connection.execute(text(f"CREATE SCHEMA {schema}"))
+    engine.dispose()
+    address = f"{server}&options=-csearch_path%3D{schema}"
+    assert (rebuild(data, address).studies, rebuild(data, address).known) == (2, 2)
+    store = Store.open(data, address)
+    for ratio in (0.3, 0.4):
+        record, created = store.submit(make_study(damping_ratio=ratio), make_plan_of(make_study()), {})
+        assert created
+        assert store.cube(record.id).sizes
+    assert len(store.page().records) == 4
+    store.close()
 
 
 def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
@@ -94,6 +120,7 @@ from pathlib import Path
 import numpy as np
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio=[0.9, 1.0, 1.1])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
@@ -126,6 +126,48 @@ def test_a_rebuild_that_is_killed_and_run_again_ends_the_same(filled):
         again = Store.open(data)
         assert told(again) == before
         again.close()
+
+
+def test_a_deleted_study_stays_deleted_when_its_catalogue_is_lost_before_its_files(filled):
+    data = filled.data_dir
+    gone = filled.find("study 0").id
+    cube = Path(filled.cube_path(gone))
+    filled.delete(gone)
+    before = told(filled)
+    filled.close()
+    for _ in range(2):
+        for file in data.glob("catalogue.sqlite*"):
+            file.unlink()
+        assert (rebuild(data).deleted, cube.exists()) == (1, True)
+        again = Store.open(data)
+        assert told(again) == before
+        again.close()
+    again = Store.open(data)
+    with pytest.raises(StudyNotFound, match="deleted"):
+        again.find(gone)
+    again.bury()
+    assert not cube.exists()
+    again.close()
+
+
+def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(
+    filled, make_study, make_plan_of, values_of
+):
+    data = filled.data_dir
+    filled.delete(filled.find("study 0").id)
+    study = make_study("study 0", damping_ratio=0.01, metrics=METRICS)
+    fill(filled, study, make_plan_of(study), values_of, range(3))
+    before = told(filled)
+    filled.close()
+    for file in data.glob("catalogue.sqlite*"):
+        file.unlink()
+    found = rebuild(data)
+    assert (found.studies, found.deleted, found.trouble) == (4, 1, [])
+    again = Store.open(data)
+    assert told(again) == before
+    again.bury()
+    assert again.cube(again.find("study 0").id)["status"].load().sizes
+    again.close()
 
 
 def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
