@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 LINGER_SECONDS = 3.0
 """How long a connection that ends with an error still reads, so that the client gets to see the answer."""
+LEAVE_SECONDS = 1.0
+"""How long a client that has ended its half of the connection is still answered: most of those have left."""
 STUCK_SECONDS = 60.0
 """How long a client may leave an answer unread."""
 
@@ -69,6 +71,19 @@ class Connection(H11Protocol):
         else:
             self._head_since = None
         self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
+
+    def eof_received(self) -> bool | None:  # type: ignore[override]
+        """Answer a client that sends no more, for a moment: it may have left, or only have ended its half."""
+        if self._lingers_until is not None or self.scheme == "https":
+            return None  # under TLS there is no half of a connection
+        under_way = self.cycle is not None and not self.cycle.response_complete
+        if under_way and not self.cycle.more_body:
+            self.cycle.keep_alive = False
+            self.loop.call_later(LEAVE_SECONDS, self.transport.close)
+            return True
+        if self.conn.their_state is h11.SEND_BODY or self.conn.trailing_data[0].strip():
+            self._refuse(400, "malformed-request", "The request ended before it was complete.")
+        return None
 
     def pause_writing(self) -> None:
         """Note since when the client reads nothing."""
