@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo warm test lint docs bench faults kernels dist lock clean
+.PHONY: help install install-dev install-bench demo warm test lint docs bench faults kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -83,6 +83,10 @@ lock: ## renew the lock files (needs uv); names and hashes only
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
 	uv pip compile pyproject.toml --extra service --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock
+
+audit: ## known vulnerabilities of what the lock files name (needs pip-audit and the network)
+	pip-audit --disable-pip --require-hashes -r requirements.lock
+	pip-audit --disable-pip --require-hashes -r requirements-dev.lock
 
 clean: ## what the commands above made, and nothing else
 	rm -rf $(VENV) $(DEMO) site build dist worker/kernels node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

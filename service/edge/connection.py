@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LINGER_SECONDS = 3.0
 """How long a connection that ends with an error still reads, so that the client gets to see the answer."""
-LEAVE_SECONDS = 1.0
+LEAVE_SECONDS = 5.0
 """How long a client that has ended its half of the connection is still answered: most of those have left."""
 STUCK_SECONDS = 60.0
 """How long a client may leave an answer unread."""
