@@ -143,6 +143,11 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
     }
 
 
+def ranking_document(answer: xr.Dataset) -> dict[str, Any]:
+    """Put a ranking into a document: `designs_document`, or `worst_document` of a ground-motion suite."""
+    return worst_document(answer) if "metric" in answer.attrs else designs_document(answer)
+
+
 def worst_document(answer: xr.Dataset) -> dict[str, Any]:
     """Put a survey's ranked dampers into a document.
 

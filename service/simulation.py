@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,12 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
+from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
-from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
+from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE, Method
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.simulate import Design, Simulation, scenes_of, simulate
 from damperlab.worker.solver.state import Particle
@@ -24,7 +26,8 @@ from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 from damperlab.worker.warm import Scene
 
-KEYS = (*DIMENSIONS, "particle", "contact", "cycles", "history", "samples", "method", "starts", "seed")
+FIELDS = {each.name: each for each in fields_of(Simulated)}
+KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
 
 STEADY_CYCLES = 4000
 """Excitation cycles after which a response that is not steady is given as it is."""
@@ -32,9 +35,6 @@ HISTORY_PERIODS = 1000
 """Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
-STARTS_LIMIT = 256
-"""Starts of one request."""
-SEED_LIMIT = 2**32 - 1
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Asked:
     cycles: int | None
     history: int
     samples: int
-    method: Literal["event", "rk4"]
+    method: Method
     starts: int = 0
     seed: int = 0
 
@@ -112,7 +112,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     slowness = max(1.0, 1.0 / ratios.get("frequency_ratio", 1.0))
     most = max(1, int(cycles_limit / slowness))
     longest = max(1, int(HISTORY_PERIODS / slowness))
-    method = document.get("method", "event")
+    method = document.get("method", Simulated.method)
     if method not in ("event", "rk4"):
         faults.append(Fault("method", describe(method), "event, rk4", "choose one of these"))
     contact: Contact | None = None
@@ -132,8 +132,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
     elif method == "rk4":
         faults.append(Fault("cycles", "nothing", "a number of cycles with method rk4", "add it"))
-    starts = document.get("starts", 0)
-    starts = _caught(faults, lambda raw, field: read_count(raw, 0, STARTS_LIMIT, field), starts, "starts", 0)
+    starts = _caught(faults, _read_count, document.get("starts", Simulated.starts), "starts", 0)
     if starts and (cycles is not None or method == "rk4"):
         advice = "leave out `starts`, or `cycles` and `method`"
         faults.append(
@@ -141,8 +140,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
                 "starts", describe(starts), "`starts` only for steady responses of the event solver", advice
             )
         )
-    seed = document.get("seed", 0)
-    seed = _caught(faults, lambda raw, field: read_count(raw, 0, SEED_LIMIT, field), seed, "seed", 0)
+    seed = _caught(faults, _read_count, document.get("seed", Simulated.seed), "seed", 0)
     history = document.get("history", min(HISTORY_CYCLES, longest))
     history = _caught(faults, lambda raw, field: read_count(raw, 0, longest, field), history, "history", 0)
     samples = document.get("samples", min(SAMPLES, samples_limit))
@@ -268,6 +266,12 @@ def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[
         kept |= {first + int(stretch.argmin()), first + int(stretch.argmax())}
     index = np.array(sorted(kept))
     return {name: column[index] for name, column in history.items()}
+
+
+def _read_count(raw: object, name: str) -> int:
+    """Read a whole number within the limits of its field."""
+    limits = FIELDS[name]
+    return read_count(raw, int(limits.least or 0), int(limits.most or 0), name)
 
 
 def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:

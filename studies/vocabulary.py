@@ -15,12 +15,26 @@ Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
-OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-"""What designs are ranked by."""
+OBJECTIVES: dict[Objective, str] = {
+    "resonance": "amplitude ratio at the frequency nearest r = 1",
+    "peak": "largest amplitude ratio in the band",
+    "band_mean": "mean amplitude ratio over the band",
+    "band_rms": "rms of the amplitude ratio over the band",
+}
+"""What designs are ranked by, and what each is; the smaller, the better."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
-CRITERIA: tuple[Criterion, ...] = get_args(Criterion)
-"""How a tuned mass damper is tuned."""
+CRITERIA: dict[Criterion, str] = {
+    "den_hartog": "Den Hartog's fixed points for an undamped structure, (14) and (15), ζ = c/(2√(m k₁))",
+    "den_hartog_table4": (
+        "the number that Table 4 prints, √(3μ/(8(1+μ)³)), put into (13) as if it were c/(2√(m k₁)): a mix of two "
+        "conventions, kept to reproduce the paper's curve; read as c/(2 m ω_n) it is den_hartog itself"
+    ),
+    "hinf": "exact least peak for an undamped structure, closed form of Nishihara and Asami (2002)",
+    "h2": "least mean square under white noise for an undamped structure, closed form",
+    "minimax": "least peak for the structure with its own damping, found numerically",
+}
+"""How a tuned mass damper is tuned, and what each tuning is."""
 
 Excitation = Literal["base", "force"]
 EXCITATIONS: tuple[Excitation, ...] = get_args(Excitation)
@@ -37,6 +51,18 @@ EXPORT_SUFFIXES: dict[str, ExportFormat] = {
     ".parquet": "parquet",
 }
 """The format that the end of a file's name stands for."""
+
+Method = Literal["event", "rk4"]
+"""How a response is integrated: event-driven, or the paper's Runge–Kutta scheme with fixed steps."""
+
+CASES: dict[str, str] = {
+    "none": "no damper",
+    "tmd": "tuned mass damper",
+    "pid": "particle",
+    "fd": "friction",
+    "hybrid": "particle and friction",
+}
+"""The dampers of the paper's Table A1 in its order of effect."""
 
 AccelerationUnits = Literal["g", "m/s2", "cm/s2"]
 ACCELERATION_UNITS: tuple[AccelerationUnits, ...] = get_args(AccelerationUnits)

@@ -1,11 +1,12 @@
 """Commands on earthquakes: records, and dampers compared under one of them."""
 
+from math import isnan
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from damperlab.service.cli.dialect import merged
+from damperlab.service.cli.asked import Values, asks, names_a_design
 from damperlab.service.cli.options import (
     AsJson,
     DataDir,
@@ -18,6 +19,9 @@ from damperlab.service.cli.options import (
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
+from damperlab.studies.field import given
+from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.questions import Compared
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -42,6 +46,13 @@ Generate = Annotated[
 ]
 Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
 PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
+
+
+def _meaning(name: str) -> str:
+    """Say what a parameter is, and the prototype's value where it has one of its own."""
+    quantity, default = QUANTITIES[name]
+    meaning = quantity.meaning.replace(" [", ", in ").replace("]", "")
+    return meaning if isnan(default) else f"{meaning}; {default:g} by default"
 
 
 def records(
@@ -104,60 +115,21 @@ def records(
     )
 
 
+@names_a_design({name: _meaning(name) for name in QUANTITIES})
+@asks
 def earthquake(
+    design: Values,
+    compared: Compared,
     record: Annotated[
         str, typer.Argument(metavar="RECORD", help="Name of an earthquake, id of a record, or a file.")
-    ] = "loma-prieta",
-    scale: Annotated[float | None, typer.Option(help="Scale factor of the record.")] = None,
-    mass_kg: Annotated[float | None, typer.Option(help="Mass M of the structure, in kg.")] = None,
-    natural_frequency_hz: Annotated[
-        float | None, typer.Option(help="Natural frequency of the structure, in Hz.")
-    ] = None,
-    damping_ratio: Annotated[float | None, typer.Option(help="Damping ratio ζ of the structure.")] = None,
-    particle_mass_kg: Annotated[float | None, typer.Option(help="Mass m of the particle, in kg.")] = None,
-    clearance_m: Annotated[
-        float | None, typer.Option(help="Clearance d on either side of the particle, in metres.")
-    ] = None,
-    restitution: Annotated[float | None, typer.Option(help="Coefficient of restitution e.")] = None,
-    friction_force_n: Annotated[
-        float | None, typer.Option(help="Coulomb friction force F_f, in newtons.")
-    ] = None,
+    ] = Compared.record,
     contact: RecordContact = RecordContactModel.instant,
     contact_time: RecordContactTime = None,
-    tmd_mass_kg: Annotated[
-        float | None,
-        typer.Option(help="Mass of the tuned mass damper, in kg; that of the particle by default."),
-    ] = None,
-    tmd_criterion: Annotated[
-        str | None,
-        typer.Option(
-            help="How the tuned mass damper is tuned: den_hartog, den_hartog_table4, hinf, h2 or minimax."
-        ),
-    ] = None,
-    tail_s: Annotated[
-        float | None, typer.Option(help="Free vibration computed after the end of the record, in seconds.")
-    ] = None,
-    starts: Annotated[
-        int | None,
-        typer.Option(
-            help="Number of perturbed initial states that show how sensitive the response is; 0 for none."
-        ),
-    ] = None,
-    perturbation_m: Annotated[
-        float | None, typer.Option(help="Size of the perturbations, in metres.")
-    ] = None,
-    at: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Another spelling of the parameters above, as in --at clearance_m=0.01. May be repeated.",
-        ),
-    ] = None,
     units: Annotated[
         str | None,
         typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
     ] = None,
-    seed: Generate = None,
+    kanai_tajimi: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
     output: Annotated[
@@ -177,32 +149,19 @@ def earthquake(
     Parameters that are not given are those of the paper's prototype.
     """
     check_file(output)
-    _check_recipe(seed, duration_s, peak_g)
+    _check_recipe(kanai_tajimi, duration_s, peak_g)
     from damperlab.service.earthquakes import answer_comparison
     from damperlab.studies.ground.question import read_earthquake
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.worker.ground.comparison import scenes_of
 
     shelf = Shelf(data_folder(data_dir))
-    given = {
-        "scale": scale,
-        "mass_kg": mass_kg,
-        "natural_frequency_hz": natural_frequency_hz,
-        "damping_ratio": damping_ratio,
-        "particle_mass_kg": particle_mass_kg,
-        "clearance_m": clearance_m,
-        "restitution": restitution,
-        "friction_force_n": friction_force_n,
-        "tmd_mass_kg": tmd_mass_kg,
-        "tmd_criterion": tmd_criterion,
-        "tail_s": tail_s,
-        "starts": starts,
-        "perturbation_m": perturbation_m,
-    }
-    document: dict[str, Any] = {key: value for key, value in merged(at, given).items() if value is not None}
+    document: dict[str, Any] = {**design, **given(compared)}
+    if compared.cases is not None:
+        document["cases"] = list(compared.cases)
     document |= contact_document(contact, contact_time)
-    if seed is not None:
-        document["record"] = {"kanai_tajimi": _recipe(seed, duration_s, peak_g)}
+    if kanai_tajimi is not None:
+        document["record"] = {"kanai_tajimi": _recipe(kanai_tajimi, duration_s, peak_g)}
     elif Path(record).suffix.lower() in RECORD_SUFFIXES:
         document["record"], _ = shelf.put(read_file(Path(record), units, ""))
     else:

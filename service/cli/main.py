@@ -17,10 +17,11 @@ from damperlab.service.cli.precision import precision
 from damperlab.service.cli.queries import map_, optimum, response
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
+from damperlab.service.cli.searches import race, refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.studies import cancel, delete, show, studies
-from damperlab.service.cli.tmd import race, refine, robust, tmd
+from damperlab.service.cli.tmd import robust, tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute, retry
 from damperlab.service.cli.warm import warm

@@ -1,17 +1,14 @@
 """Arguments and options that several commands share, and how their values are read."""
 
+from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from damperlab.studies import vocabulary
 from damperlab.studies.faults import nearest
-from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.presets import CONTACT_TIMES
-from damperlab.studies.registry import EVERY_DIMENSION
-from damperlab.studies.variables import VARIABLES
 
 DataDir = Annotated[
     Path | None,
@@ -63,46 +60,12 @@ Scheduler = Annotated[
         help="Compute on this Dask scheduler (tcp://HOST:8786) in place of an embedded cluster.",
     ),
 ]
-At = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="DIMENSION=VALUE",
-        help="Fix a dimension at the grid point nearest to a value, as in --at clearance_ratio=3, or for short "
-        "--clearance-ratio 3. May be repeated.",
-    ),
-]
-
 Output = Annotated[
     Path | None,
     typer.Option(
         "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
     ),
 ]
-Objective = Annotated[
-    vocabulary.Objective | None,
-    typer.Option(
-        help="What designs are ranked by; peak by default, resonance where the study has one frequency."
-    ),
-]
-Band = Annotated[
-    str | None, typer.Option(metavar="LO,HI", help="Consider only frequency ratios in this band.")
-]
-ExcludeLocked = Annotated[
-    bool,
-    typer.Option("--exclude-locked", help="Exclude designs in which friction locks the mass to its base."),
-]
-MaxImpactSpeed = Annotated[
-    float | None, typer.Option(help="Exclude designs with impacts faster than this speed, in units of Z·ω_n.")
-]
-Within = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="NAME=LO,HI",
-        help="Keep only designs whose dimension, or whose result at every considered frequency (such as "
-        "stick_fraction), lies in this range. May be repeated.",
-    ),
-]
-Top = Annotated[int, typer.Option(min=1, max=10_000, help="Number of designs to list.")]
 
 
 class ContactModel(StrEnum):
@@ -172,31 +135,6 @@ def check_cluster(workers: int | None, scheduler: str | None) -> None:
         )
 
 
-def read_at(assignments: list[str] | None, names: tuple[str, ...] = EVERY_DIMENSION) -> dict[str, Any]:
-    """Read `--at dimension=value …` into a mapping; the value of a record is its name."""
-    pairs = _pairs("--at", assignments, names)
-    return {name: text if name == RECORD else read_number("--at", text) for name, text in pairs}
-
-
-def read_judging(
-    objective: str | None,
-    band: str | None,
-    exclude_locked: bool,
-    max_impact_speed: float | None,
-    within: list[str] | None,
-) -> dict[str, Any]:
-    """Read what every ranking is told into the arguments of `damperlab.studies.answers`."""
-    quantities = tuple(name for name, variable in VARIABLES.items() if variable.flags is None)
-    pairs = _pairs("--within", within, (*EVERY_DIMENSION, *quantities))
-    return {
-        "objective": objective,
-        "band": None if band is None else read_range("--band", band),
-        "exclude_locked": exclude_locked,
-        "max_impact_speed": max_impact_speed,
-        "ranges": {name: read_range("--within", text) for name, text in pairs},
-    }
-
-
 def read_range(option: str, text: str) -> tuple[float, float]:
     """Read `lo,hi`."""
     parts = text.split(",")
@@ -224,14 +162,18 @@ def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None
         )
 
 
-def _pairs(
-    option: str, assignments: list[str] | None, names: tuple[str, ...] = EVERY_DIMENSION
+def read_named(
+    option: str,
+    assignments: Iterable[str] | None,
+    names: tuple[str, ...],
+    form: str = "name=value",
 ) -> list[tuple[str, str]]:
+    """Read ``name=value`` of an option that may be repeated; a name that is not among `names` is refused."""
     pairs = []
-    for assignment in assignments or []:
+    for assignment in assignments or ():
         name, equals, text = assignment.partition("=")
         if not equals:
-            raise typer.BadParameter(f"found {assignment!r}, allowed: dimension=value", param_hint=option)
+            raise typer.BadParameter(f"found {assignment!r}, allowed: {form}", param_hint=option)
         check_name(option, name, names)
         pairs.append((name, text))
     return pairs

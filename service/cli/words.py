@@ -105,6 +105,13 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
     return " ".join(phrases)
 
 
+def ranking_sentences(answer: "xr.Dataset") -> tuple[str, ...]:
+    """Say what a ranking means: its verdict, of a ground-motion suite the best damper and its worst case."""
+    if "metric" in answer.attrs:
+        return tuple(filter(None, (worst_sentence(answer),)))
+    return tuple(answer.attrs.get("verdict", ()))
+
+
 def worst_sentence(answer: "xr.Dataset") -> str:
     """Say which of a survey's dampers is best, and where its worst case is; nothing where none is left."""
     if answer.sizes["rank"] == 0:

@@ -5,16 +5,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from damperlab.service.client.asked import explained
 from damperlab.service.client.faults import refused
 from damperlab.service.client.results import Accuracy, Estimate, Simulation
 from damperlab.service.client.study import Study
 from damperlab.service.client.transport import Transport, body
 from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.field import given
 from damperlab.studies.html import card
+from damperlab.studies.questions import Compared, Simulated
 from damperlab.studies.text import MOST_STUDIES, load_text
-from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, State
+from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criterion, Method, State
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
@@ -191,6 +194,7 @@ class Client:
             if cursor is None:
                 return
 
+    @explained(Simulated)
     def simulate(
         self,
         frequency_ratio: float = DESIGN_POINT["frequency_ratio"],
@@ -205,28 +209,20 @@ class Client:
         cycles: int | None = None,
         history: int | None = None,
         samples: int | None = None,
-        method: Literal["event", "rk4"] = "event",
-        starts: int | None = None,
-        seed: int | None = None,
+        method: Method = Simulated.method,
+        starts: int = Simulated.starts,
+        seed: int = Simulated.seed,
     ) -> Simulation:
         """Compute one design point now.
 
-        Parameters
-        ----------
-        frequency_ratio, clearance_ratio, friction_ratio, restitution, mass_ratio, damping_ratio : float
-            The design point; without a particle its clearance, restitution and mass do not matter.
-        particle : bool
-            False for a scene without one.
-        contact : mapping, optional
-            As in a study: ``{"model": "dwell", "contact_time": 0.1}``.
-        cycles : int, optional
-            Stop after exactly this many excitation cycles from rest; else at the steady response.
-        history, samples : int, optional
-            Cycles at the end whose time history is wanted, and most samples of it.
-        method : {"event", "rk4"}
-            The event-driven solver, or the paper's fixed steps.
-        starts, seed : int, optional
-            Start states whose steady responses are compared, rest the first, and the seed of their draw.
+        The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``, ``mass_ratio``
+        and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass do not matter. The ``contact`` is
+        written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
+
+        Returns
+        -------
+        Simulation
+            Its measures, its state at the end, and its time history.
 
         Raises
         ------
@@ -244,16 +240,10 @@ class Client:
                 "mass_ratio": mass_ratio,
                 "clearance_ratio": clearance_ratio,
             }
-        chosen: dict[str, Any] = {
-            "contact": contact,
-            "cycles": cycles,
-            "history": history,
-            "samples": samples,
-            "starts": starts,
-            "seed": seed,
-        }
-        document: dict[str, Any] = {**ratios, "particle": particle, "method": method}
-        document |= {name: value for name, value in chosen.items() if value is not None}
+        asked = given(Simulated(cycles, method, history, samples, starts, seed))
+        document: dict[str, Any] = {**ratios, **asked, "particle": particle}
+        if contact is not None:
+            document["contact"] = contact
         answer = self._transport.ask("POST", "/simulate", **body(document))
         from damperlab.service.client.answers import read_history
 
@@ -307,34 +297,23 @@ class Client:
 
         return read_ground_record(self._transport.ask("POST", "/records", **upload(Path(path), name, units)))
 
+    @explained(Compared)
     def earthquake_comparison(
         self,
-        record: "str | GroundRecord | Mapping[str, Any]" = "loma-prieta",
+        record: "str | GroundRecord | Mapping[str, Any]" = Compared.record,
         cases: Sequence[str] | None = None,
-        starts: int | None = None,
-        seed: int | None = None,
-        tmd_criterion: str | None = None,
+        starts: int = Compared.starts,
+        seed: int = Compared.seed,
+        tmd_criterion: Criterion = Compared.tmd_criterion,
         contact: Mapping[str, Any] | None = None,
         **values: float,
     ) -> "DamperComparison":
         """Compare dampers under a ground motion, as the paper's Table A1.
 
-        Parameters
-        ----------
-        record : GroundRecord, str or mapping
-            A record, its id, an earthquake's name, or ``{"kanai_tajimi": {"seed": 1}}`` for an artificial one.
-        cases : sequence of str, optional
-            Of none, tmd, fd (friction), pid (particle), hybrid; all if not given.
-        starts, seed : int, optional
-            Number of perturbed initial states that show how sensitive the response is, and the seed of their draw.
-        tmd_criterion : str, optional
-            How the tuned mass damper is tuned.
-        contact : mapping, optional
-            As in a study: ``{"model": "dwell", "contact_time": 0.1}``.
-        **values : float
-            What differs from the paper's prototype: ``scale`` of the record, ``mass_kg``, ``natural_frequency_hz``,
-            ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``, ``restitution``, ``friction_force_n``, ``tmd_mass_kg``,
-            ``tail_s``, ``perturbation_m``.
+        The record may be a `GroundRecord`, or ``{"kanai_tajimi": {"seed": 1}}`` for an artificial one. The ``contact`` is
+        written as in a study, ``{"model": "dwell", "contact_time": 0.1}``. Keywords say what differs from the paper's
+        prototype: ``scale`` of the record, ``mass_kg``, ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``,
+        ``clearance_m``, ``restitution``, ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
 
         Returns
         -------
@@ -343,16 +322,16 @@ class Client:
         """
         from damperlab.service.client.earthquake import GroundRecord, read_comparison
 
-        document: dict[str, Any] = dict(values)
+        compared = Compared(
+            tmd_criterion=tmd_criterion,
+            cases=None if cases is None else tuple(cases),
+            starts=starts,
+            seed=seed,
+        )
+        document: dict[str, Any] = {**values, **given(compared)}
         document["record"] = record.id if isinstance(record, GroundRecord) else record
-        chosen = {
-            "cases": None if cases is None else list(cases),
-            "starts": starts,
-            "seed": seed,
-            "tmd_criterion": tmd_criterion,
-            "contact": None if contact is None else dict(contact),
-        }
-        document |= {name: value for name, value in chosen.items() if value is not None}
+        if contact is not None:
+            document["contact"] = dict(contact)
         return read_comparison(self._transport.ask("POST", "/earthquake-comparisons", **body(document)))
 
 

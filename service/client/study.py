@@ -1,44 +1,29 @@
-"""One study of a service: followed, steered, and asked."""
+"""One study of a service: followed and steered; what it is asked stands in `questions` and `searches`."""
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.faults import ClientFault, Conflict, StillRunning, Stopped, refused
-from damperlab.service.client.results import Refinement, read_record
+from damperlab.service.client.questions import Questions
+from damperlab.service.client.results import read_record
+from damperlab.service.client.searches import Searches
 from damperlab.service.client.transport import Transport
-from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.html import card
 from damperlab.studies.store.record import Record
-from damperlab.studies.vocabulary import (
-    EXPORT_SUFFIXES,
-    Criterion,
-    Excitation,
-    ExportFormat,
-    Objective,
-    Reduction,
-)
+from damperlab.studies.vocabulary import EXPORT_SUFFIXES, ExportFormat
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from damperlab.service.client.answers import (
-        Designs,
-        FrequencyResponse,
-        ResonanceMap,
-        TmdComparison,
-        WorkPrecision,
-    )
-
-Range = tuple[float, float]
 PIECE_BYTES = 1 << 20
 DRAIN_SECONDS = 60.0
 """How long a cancelled study may take to let go of its blocks."""
 
 
-class Study:
+class Study(Questions, Searches):
     """A study that the service keeps.
 
     Made by `Client.submit`, `Client.study` and `Client.studies`. Every question is answered on a running study,
@@ -58,10 +43,9 @@ class Study:
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
-        self._transport = transport
-        self.id = str(document["id"])
+        sizes = dict(zip(document["dimensions"], document["shape"], strict=True))
+        super().__init__(transport, str(document["id"]), sizes)
         self.name = str(document["name"])
-        self._sizes = dict(zip(document["dimensions"], document["shape"], strict=True))
 
     def __repr__(self) -> str:
         """Say which study it is."""
@@ -235,343 +219,6 @@ class Study:
         )
         return with_units(cube, results=chunks is not None)
 
-    def resonance_map(
-        self,
-        x: str | None = None,
-        y: str | None = None,
-        metric: str | None = None,
-        over: str | None = None,
-        reduce: Reduction | None = None,
-        interpolate: bool = False,
-        **at: float | str,
-    ) -> "ResonanceMap":
-        """Show one metric over two dimensions.
-
-        Parameters
-        ----------
-        x, y : str, optional
-            The dimensions; those along which the study varies, clearance and friction first, if not given.
-        metric : str, optional
-            A variable that the study keeps; the amplitude ratio if not given, of a survey the peak displacement.
-        over, reduce : str, optional
-            A third dimension, and how it is reduced. Without a word on the frequency, in a survey on the record, the
-            largest value over all of them is shown.
-        interpolate : bool
-            Take values between grid points.
-        **at : float or str
-            Other dimensions by name, as in ``mass_ratio=0.1`` or ``record="el-centro"``; the nearest grid point is taken.
-
-        Returns
-        -------
-        ResonanceMap
-            See `damperlab.studies.answers.resonance_map`.
-        """
-        from damperlab.service.client.answers import read_map
-
-        x, y = shown_axes(self._sizes, x, y, {*at, over})
-        asked = {"x": x, "y": y, "metric": metric, "over": over, "reduce": reduce, "interpolate": interpolate}
-        return read_map(self._question("resonance-map", asked, at))
-
-    def frequency_response(
-        self,
-        metric: str = "amplitude_ratio",
-        interpolate: bool = False,
-        with_: "Study | str | None" = None,
-        **at: float,
-    ) -> "FrequencyResponse":
-        """Follow one design along the frequency ratio.
-
-        Parameters
-        ----------
-        metric : str
-            A variable that the study keeps.
-        interpolate : bool
-            Take values between grid points.
-        with_ : Study, optional
-            A second study on the same frequencies, as the way down of a hysteresis: ``other`` holds its values, ``differs``
-            and the attribute ``apart`` where the two are different responses.
-        **at : float
-            The design by its dimensions, as in ``clearance_ratio=10``; the nearest grid point is taken.
-
-        Returns
-        -------
-        FrequencyResponse
-            See `damperlab.studies.answers.frequency_response` and `damperlab.studies.answers.compared_response`.
-        """
-        from damperlab.service.client.answers import read_response
-
-        other = None if with_ is None else _ids([with_])
-        asked = {"metric": metric, "interpolate": interpolate, "with": other}
-        return read_response(self._question("frequency-response", asked, at))
-
-    def optimal_designs(
-        self,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        top: int | None = None,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        pareto: Sequence[str] | None = None,
-        with_: "Iterable[Study | str]" = (),
-        metric: str | None = None,
-        records: Sequence[str] | None = None,
-        **ranges: Range,
-    ) -> "Designs":
-        """Rank designs over the frequencies of the study, the best first; a survey's dampers by their worst case.
-
-        Parameters
-        ----------
-        objective : {"peak", "resonance", "band_mean", "band_rms"}, optional
-            What a design is judged by; peak, or resonance where one frequency was computed and no band is given.
-        band : (float, float), optional
-            Lowest and highest frequency ratio that count.
-        top : int, optional
-            How many; ten, of a front all.
-        exclude_locked : bool
-            Exclude designs in which friction locks the mass to its base.
-        max_impact_speed : float, optional
-            Leave out designs that impact faster, over Z·ω_n.
-        pareto : sequence of str, optional
-            Two or three of amplitude, mass, clearance, impact_speed and dissipation_viscous, …_friction, …_impact:
-            the designs that no other one beats in all of them. A minus in front means larger is better.
-        with_ : iterable of Study, optional
-            Follow-ups to rank together with this study.
-        metric : str, optional
-            Of a survey: what its dampers are ranked by; the peak displacement against the base if not given.
-        records : sequence of str, optional
-            Of a survey: the records that count; all if not given.
-        **ranges : (float, float)
-            Lowest and highest value of design dimensions, as in ``friction_ratio=(0, 0.4)``.
-
-        Returns
-        -------
-        Designs
-            See `optimal_designs`, `pareto`, `merged` and `survey` of `damperlab.studies.answers`.
-        """
-        from damperlab.service.client.answers import read_designs
-
-        most = {"top": top} if top is not None else {"top": 10_000} if pareto is not None else {}
-        asked = {
-            "objective": objective,
-            "band": band,
-            # what is left as it is goes unsaid: a survey has no such thing
-            "exclude_locked": exclude_locked or None,
-            "max_impact_speed": max_impact_speed,
-            "pareto": None if pareto is None else list(pareto),
-            "with": _ids(with_),
-            "metric": metric,
-            "record": None if records is None else list(records),
-            **most,
-        }
-        return read_designs(self._question("optimal-designs", asked, ranges))
-
-    def robust_designs(
-        self,
-        amplitudes: Range,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        top: int = 10,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        **ranges: Range,
-    ) -> "Designs":
-        """Rank dampers by their worst case while the base amplitude varies.
-
-        Parameters
-        ----------
-        amplitudes : (float, float)
-            Lowest and highest base amplitude, over the nominal one.
-        objective, band, top, exclude_locked, max_impact_speed, **ranges
-            As in `optimal_designs`.
-
-        Returns
-        -------
-        Designs
-            See `damperlab.studies.answers.robust`.
-        """
-        from damperlab.service.client.answers import read_designs
-
-        asked = {
-            "amplitudes": amplitudes,
-            "objective": objective,
-            "band": band,
-            "top": top,
-            "exclude_locked": exclude_locked,
-            "max_impact_speed": max_impact_speed,
-        }
-        return read_designs(self._question("robust-designs", asked, ranges))
-
-    def tmd_comparison(
-        self,
-        criterion: Criterion = "minimax",
-        mass_ratio: float | None = None,
-        detuning: float = 0.0,
-        damping_detuning: float = 0.0,
-        excitation: Excitation = "base",
-        **at: float,
-    ) -> "TmdComparison":
-        """Compare one design with a tuned mass damper.
-
-        Parameters
-        ----------
-        criterion : str
-            How the tuned mass damper is tuned.
-        mass_ratio : float, optional
-            Its μ; that of the design if not given.
-        detuning, damping_detuning : float
-            Shares by which its frequency and its damping are off: 0.05 is five per cent too high.
-        excitation : {"base", "force"}
-            What the tuned mass damper answers to: the shaken base, or a force on the structure, X then over its static
-            deflection. The hybrid is always shaken through its base.
-        **at : float
-            The design by its dimensions; the nearest grid point is taken.
-
-        Returns
-        -------
-        TmdComparison
-            See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
-        """
-        from damperlab.service.client.answers import read_tmd
-
-        asked = {
-            "criterion": criterion,
-            "mass_ratio": mass_ratio,
-            "detuning": detuning,
-            "damping_detuning": damping_detuning,
-            "excitation": excitation,
-        }
-        return read_tmd(self._question("tmd-comparison", asked, at))
-
-    def work_precision(self) -> "WorkPrecision":
-        """Sort the points by run time, and say how exact those of each time are.
-
-        Returns
-        -------
-        WorkPrecision
-            See `damperlab.studies.answers.work_precision`.
-        """
-        from damperlab.service.client.answers import read_precision
-
-        return read_precision(self._question("work-precision", {}, {}))
-
-    def refine(
-        self,
-        tolerance: float = 1e-3,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        with_: "Iterable[Study | str]" = (),
-        dry_run: bool = False,
-        value_tolerance: float = 0.01,
-        budget: int = 20_000,
-        **ranges: Range,
-    ) -> Refinement:
-        """Submit follow-up studies where a better design may lie, unless the best is known well enough.
-
-        Parameters
-        ----------
-        tolerance : float
-            Step to which every parameter shall be known.
-        value_tolerance : float
-            Share of the value by which a better design must be better to be looked for.
-        budget : int
-            Points that all follow-ups together may take.
-        with_ : iterable of Study
-            The follow-ups that are done.
-        dry_run : bool
-            Say what is known and what would be computed, and submit nothing.
-        objective, band, exclude_locked, max_impact_speed, **ranges
-            As in `optimal_designs`.
-
-        Returns
-        -------
-        Refinement
-            With the follow-up to wait for, then to give as ``with_``.
-        """
-        asked = {
-            "tolerance": tolerance,
-            "objective": objective,
-            "band": band,
-            "exclude_locked": exclude_locked,
-            "max_impact_speed": max_impact_speed,
-            "with": _ids(with_),
-            "dry_run": dry_run,
-            "value_tolerance": value_tolerance,
-            "budget": budget,
-        }
-        return self._refinement("/refine", asked, ranges)
-
-    def race(
-        self,
-        confidence: float = 0.95,
-        indifference: float = 0.02,
-        budget: float = 5e7,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        with_: "Iterable[Study | str]" = (),
-        dry_run: bool = False,
-        **ranges: Range,
-    ) -> Refinement:
-        """Submit follow-up studies that compute longer what may be the best, unless the best is known.
-
-        Parameters
-        ----------
-        confidence : float
-            Confidence with which the best design is to be known.
-        indifference : float
-            Relative difference below which two designs count as equally good.
-        budget : float
-            Largest total number of excitation cycles of all rounds.
-        with_ : iterable of Study
-            The follow-ups that are done.
-        dry_run : bool
-            Say what is known and what would be computed, and submit nothing.
-        objective, band, exclude_locked, max_impact_speed, **ranges
-            As in `optimal_designs`.
-
-        Returns
-        -------
-        Refinement
-            With the follow-ups of the next round to wait for, then to give as ``with_`` with those before.
-        """
-        asked = {
-            "confidence": confidence,
-            "indifference": indifference,
-            "budget": budget,
-            "objective": objective,
-            "band": band,
-            "exclude_locked": exclude_locked,
-            "max_impact_speed": max_impact_speed,
-            "with": _ids(with_),
-            "dry_run": dry_run,
-        }
-        return self._refinement("/race", asked, ranges)
-
-    def refine_boundary(
-        self,
-        along: str,
-        tolerance: float = 1e-3,
-        with_: "Iterable[Study | str]" = (),
-        dry_run: bool = False,
-        **at: float,
-    ) -> Refinement:
-        """Submit a follow-up study around a change of the response's class, unless that is known well enough.
-
-        Parameters
-        ----------
-        along : str
-            The dimension that is searched.
-        tolerance, with_, dry_run
-            As in `refine`.
-        **at : float
-            The other dimensions by name.
-        """
-        asked = {"along": along, "tolerance": tolerance, "with": _ids(with_), "dry_run": dry_run}
-        return self._refinement("/refine-boundary", asked, at)
-
     def export(self, path: str | Path, format: ExportFormat | None = None) -> Path:
         """Download the whole cube into a file.
 
@@ -609,28 +256,3 @@ class Study:
             return part.replace(path)
         finally:
             part.unlink(missing_ok=True)
-
-    def _ask(self, method: str, path: str = "", **how: Any) -> Any:
-        return self._transport.ask(method, f"/studies/{self.id}{path}", **how)
-
-    def _question(self, what: str, asked: Mapping[str, Any], named: Mapping[str, Any]) -> Mapping[str, Any]:
-        answer: Mapping[str, Any] = self._ask("GET", f"/{what}", params={**named, **asked})
-        return answer
-
-    def _refinement(self, path: str, asked: Mapping[str, Any], named: Mapping[str, Any]) -> Refinement:
-        answer = self._ask("POST", path, params={**named, **asked})
-        names = ("known", "found", "steps", "points", "fine_points", "note")
-        studies = tuple(Study(self._transport, each) for each in answer.get("follow_ups", ()))
-        more = {
-            "spent": answer["spent"],
-            "as_good": answer.get("as_good"),
-            "chance_of_another": answer.get("chance_of_another"),
-            "follow_ups": studies,
-            "follow_up": studies[0] if studies else None,
-        }
-        return Refinement(**{name: answer[name] for name in names}, **more)
-
-
-def _ids(studies: "Iterable[Study | str]") -> str | None:
-    studies = [studies] if isinstance(studies, Study | str) else studies
-    return ",".join(each.id if isinstance(each, Study) else each for each in studies) or None

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
 from damperlab.studies.ground.motion import STANDARD_GRAVITY
-from damperlab.studies.ground.paper import CASES
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.absorber import absorber_history
 from damperlab.worker.ground.comparison import absorber_of, damper_of, structure_of
 from damperlab.worker.ground.response import ground_history

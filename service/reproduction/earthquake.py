@@ -9,9 +9,11 @@ from damperlab.service.figures.earthquake import draw_earthquake, histories_of
 from damperlab.service.reproduction.section import Row, Section, Solve
 from damperlab.studies.choices import InstantContact
 from damperlab.studies.ground.builtin import builtin_record
-from damperlab.studies.ground.paper import CASES, SOURCE_NOTE
-from damperlab.studies.ground.question import QUANTITIES, Earthquake
+from damperlab.studies.ground.paper import SOURCE_NOTE
+from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.paper import PaperNumber, paper_numbers
+from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.comparison import paper_factor
 from damperlab.worker.ground.comparison import table_a1 as compute
 

@@ -23,6 +23,7 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.faults import listing
 from damperlab.studies.paper import paper_numbers
+from damperlab.studies.questions import Judging, Selection
 
 SHOWN_READINGS = 8
 BAND = {"start": 0.85, "stop": 1.15, "num": 61}
@@ -62,9 +63,9 @@ def figure_11(solve: Solve, quick: bool) -> Section:
     for name, (cube, where) in judged.items():
         answer = resonance_map(cube, "clearance_ratio", "friction_ratio")
         section.figures[name] = draw_map(answer, "amplitude_ratio")
-        best = optimal_designs(cube, top=1, exclude_locked=True)
+        best = optimal_designs(cube, Judging(exclude_locked=True), top=1)
         below = optimal_designs(
-            cube, top=1, exclude_locked=True, ranges={"friction_ratio": (0.0, math.pi / 4)}
+            cube, Judging(exclude_locked=True, ranges={"friction_ratio": (0.0, math.pi / 4)}), top=1
         )
         for found, what in ((best, "best"), (below, "best with γ_F below π/4")):
             design = found.isel(rank=0)
@@ -104,7 +105,9 @@ def figure_12(solve: Solve, quick: bool) -> Section:
         length = known[f"clearance_{k}_mm"].value
         for contact, cube in cubes.items():
             for g in FRICTION_RATIOS:
-                curve = frequency_response(cube, at={"clearance_ratio": ratio, "friction_ratio": g})
+                curve = frequency_response(
+                    cube, Selection(at={"clearance_ratio": ratio, "friction_ratio": g})
+                )
                 r, values = curve["frequency_ratio"].values, curve["amplitude_ratio"].values
                 error, place = curve["amplitude_error"].values, int(np.nanargmax(values))
                 if contact == INSTANT:

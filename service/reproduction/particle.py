@@ -17,6 +17,7 @@ from damperlab.service.reproduction.section import Row, Section, Solve, at, vari
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.faults import counted, listing
 from damperlab.studies.paper import paper_numbers
+from damperlab.studies.questions import Selection
 from damperlab.studies.tmd.transfer import without_absorber
 from damperlab.worker.simulate import Design, simulate
 from damperlab.worker.solver.state import Particle
@@ -36,7 +37,7 @@ def figure_7(solve: Solve, quick: bool) -> Section:
         cube = section.solve(solve, variant("figure-7", contact, quick, contact=model))
         peaks[contact] = []
         for k, ratio, panel in zip(CAVITIES, wanted, panels, strict=True):
-            curve = frequency_response(cube, at={"clearance_ratio": ratio, "friction_ratio": 0.0})
+            curve = frequency_response(cube, Selection(at={"clearance_ratio": ratio, "friction_ratio": 0.0}))
             values, error = curve["amplitude_ratio"].values, curve["amplitude_error"].values
             place = int(np.nanargmax(values))
             peaks[contact].append(float(values[place]))

@@ -8,6 +8,7 @@ from damperlab.service.reproduction.section import Row, Section, Solve, at, vari
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import listing
 from damperlab.studies.paper import paper_numbers
+from damperlab.studies.questions import Tuning
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
@@ -62,7 +63,7 @@ def figure_14(solve: Solve, quick: bool) -> Section:
         study = variant("figure-14", contact, quick, contact=model, friction_ratio=list(SHOWN_FRICTION))
         cube = section.solve(solve, study)
         for g in SHOWN_FRICTION:
-            answer = tmd_comparison(cube, "den_hartog_table4", at={"friction_ratio": g})
+            answer = tmd_comparison(cube, Tuning("den_hartog_table4"), at={"friction_ratio": g})
             said = answer.attrs
             if not section.rows:
                 section.rows.append(

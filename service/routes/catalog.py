@@ -5,7 +5,6 @@ from typing import Any
 from fastapi import APIRouter
 
 from damperlab.service.documents import Document
-from damperlab.studies.answers.design_question import OBJECTIVES
 from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SURVEY_VARIABLES
@@ -13,9 +12,8 @@ from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.reading import named_texts
 from damperlab.studies.text import load_text
-from damperlab.studies.tmd.tunings import CRITERIA
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
-from damperlab.studies.vocabulary import DEFAULTS
+from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES
 
 router = APIRouter(prefix="/api/v1", tags=["studies"])
 

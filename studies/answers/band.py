@@ -7,6 +7,7 @@ import xarray as xr
 
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.registry import is_survey
+from damperlab.studies.vocabulary import Objective
 
 FREQUENCY = "frequency_ratio"
 
@@ -20,7 +21,7 @@ def has_band(cube: xr.Dataset) -> bool:
     return cube.sizes[FREQUENCY] > 1
 
 
-def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> str:
+def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Objective:
     """Name what designs are judged by where nobody says: the peak, wherever there is a band or one is asked for.
 
     A design that is superb at r = 1 can be terrible a few per cent away.

@@ -7,8 +7,9 @@ import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
-from damperlab.studies.answers.selection import At, as_float, choose, coded, read, require_stored, say
+from damperlab.studies.answers.selection import as_float, choose, coded, read, require_stored, say
 from damperlab.studies.faults import Fault
+from damperlab.studies.field import At
 
 INTERPOLATED = {
     "units": "1",

@@ -1,6 +1,6 @@
 """Two curves of one design: hysteresis, and whatever else differs between two studies on the same frequencies."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
-from damperlab.studies.answers.selection import coded
+from damperlab.studies.answers.selection import coded, main_metric
 from damperlab.studies.faults import Fault, counted
+from damperlab.studies.questions import Selection
 
 ERRORS = 3.0
 """Of a value's stated errors; two values farther apart than both together are two responses."""
@@ -29,8 +30,7 @@ ROUNDING = 1e-6
 def compared_response(
     cube: xr.Dataset,
     other: xr.Dataset,
-    metric: str = "amplitude_ratio",
-    at: Mapping[str, float] | None = None,
+    selection: Selection = Selection(),
 ) -> xr.Dataset:
     """Follow one design along the frequency ratio in two studies, and say where they differ.
 
@@ -40,10 +40,8 @@ def compared_response(
     ----------
     cube, other : Dataset
         The cubes of two studies with the same frequencies.
-    metric : str
-        A quantity, not a code.
-    at : mapping of float, optional
-        The design, as in `frequency_response`; both studies must hold the same one.
+    selection : Selection
+        A quantity, not a code, and the design, as in `frequency_response`; both studies must hold the same one.
 
     Returns
     -------
@@ -59,7 +57,8 @@ def compared_response(
     QueryFault
         As `frequency_response`, or if the frequencies or the designs are not the same, or the metric has codes.
     """
-    first, second = frequency_response(cube, metric, at), frequency_response(other, metric, at)
+    metric = selection.metric or main_metric(cube)
+    first, second = frequency_response(cube, selection), frequency_response(other, selection)
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
         raise QueryFault(Fault("metric", metric, "a quantity where two studies are compared", advice))
@@ -69,7 +68,7 @@ def compared_response(
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, such as the way down for the way up"
             raise QueryFault(Fault("with", found, f"a study with the same {name}", advice))
-    errors = _errors(cube, metric, at) + _errors(other, metric, at)
+    errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
@@ -120,7 +119,7 @@ def compared_response(
     return answer
 
 
-def _errors(cube: xr.Dataset, metric: str, at: Mapping[str, float] | None) -> NDArray[np.float64]:
+def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
     """Stated errors of a quantity along a curve; NaN where none is known, which is not 0.
 
     A quantity without an error of its own is taken to be as well known, relatively, as the amplitude.
@@ -129,7 +128,7 @@ def _errors(cube: xr.Dataset, metric: str, at: Mapping[str, float] | None) -> ND
     needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")
     if any(name not in cube for name in needed):
         return np.full(cube.sizes[FREQUENCY], np.nan)
-    values = [frequency_response(cube, name, at)[name].values for name in needed]
+    values = [frequency_response(cube, replace(selection, metric=name))[name].values for name in needed]
     if own:
         return values[0]
     of_metric, error, amplitude = values

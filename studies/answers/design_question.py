@@ -1,7 +1,6 @@
 """The question for the best designs, checked against the cube it is put to."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,18 +12,9 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
-
-OBJECTIVES: dict[str, str] = {
-    "resonance": "amplitude ratio at the frequency nearest r = 1",
-    "peak": "largest amplitude ratio in the band",
-    "band_mean": "mean amplitude ratio over the band",
-    "band_rms": "rms of the amplitude ratio over the band",
-}
-"""What a design can be judged by; the smaller, the better."""
-
-MOST = 10_000
-"""Most designs in one answer."""
+from damperlab.studies.vocabulary import OBJECTIVES, Objective
 
 FREQUENCY = "frequency_ratio"
 DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY)
@@ -39,7 +29,7 @@ class DesignQuestion:
     within a range at every frequency that counts.
     """
 
-    objective: str
+    objective: Objective
     top: int
     axes: dict[str, np.ndarray]
     frequencies: np.ndarray
@@ -69,23 +59,20 @@ class DesignQuestion:
     def ask(
         cls,
         cube: xr.Dataset,
-        objective: str | None,
-        band: tuple[float, float] | None,
-        top: int,
-        exclude_locked: bool,
-        max_impact_speed: float | None,
-        ranges: Mapping[str, tuple[float, float]],
+        judging: Judging,
+        top: int = 1,
+        doubt: Doubt = DOUBT,
     ) -> "DesignQuestion":
-        """Check the arguments of `optimal_designs`; raise `QueryFault` for what cannot be answered."""
+        """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
-        if objective is None:
-            objective = default_objective(cube, band)
+        band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
+        objective: Objective = judging.objective or default_objective(cube, band)
         if objective not in OBJECTIVES:
             raise QueryFault(
                 Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
             )
-        if not 1 <= top <= MOST:
-            raise QueryFault(Fault("top", describe(top), f"1 to {MOST}", "ask for fewer designs"))
+        if not 1 <= top <= MOST_DESIGNS:
+            raise QueryFault(Fault("top", describe(top), f"1 to {MOST_DESIGNS}", "ask for fewer designs"))
         if band is not None and objective == "resonance":
             raise QueryFault(
                 Fault(
@@ -106,7 +93,7 @@ class DesignQuestion:
                     )
                 )
             require_stored(cube, "max_impact_speed", "impact_speed_max")
-        if exclude_locked:
+        if judging.exclude_locked:
             require_stored(cube, "exclude_locked", "response_class")
         limits = {name: limit for name, limit in ranges.items() if name in VARIABLES}
         for name, limit in limits.items():
@@ -145,9 +132,10 @@ class DesignQuestion:
             frequencies,
             _trapezoid(frequencies),
             int(np.abs(frequencies - 1.0).argmin()),
-            exclude_locked,
+            judging.exclude_locked,
             max_impact_speed,
             limits,
+            doubt,
         )
 
 

@@ -10,9 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.design_question import DESIGN
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
-from damperlab.studies.faults import Fault, describe
 from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import DIMENSIONS
 
@@ -177,9 +175,3 @@ def found_of(best: xr.Dataset) -> dict[str, Any]:
     """Give the coordinates, the value and the error of the first design."""
     names = (*DESIGN, "frequency_ratio", "value", "error")
     return {name: float(best[name].values[0]) for name in names}
-
-
-def check_share(field_name: str, value: float, low: float, high: float, advice: str) -> None:
-    """Raise `QueryFault` unless a share is within its bounds."""
-    if not low <= value <= high:
-        raise QueryFault(Fault(field_name, describe(value), f"{low:g} to {high:g}", advice))

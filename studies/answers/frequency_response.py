@@ -1,7 +1,5 @@
 """A curve: one metric over the frequency ratio at one design."""
 
-from collections.abc import Mapping
-
 import xarray as xr
 
 from damperlab.studies.answers.between import INTERPOLATED, Between
@@ -14,20 +12,20 @@ from damperlab.studies.answers.selection import (
     coded,
     completeness,
     count,
+    main_metric,
     read,
     say,
     scalars,
 )
 from damperlab.studies.faults import Fault, describe
+from damperlab.studies.questions import Selection
 
 FREQUENCY = "frequency_ratio"
 
 
 def frequency_response(
     cube: xr.Dataset,
-    metric: str = "amplitude_ratio",
-    at: Mapping[str, float] | None = None,
-    interpolate: bool = False,
+    selection: Selection = Selection(),
 ) -> xr.Dataset:
     """Follow one design along the frequency ratio.
 
@@ -35,13 +33,10 @@ def frequency_response(
     ----------
     cube : Dataset
         A study's cube; only the curve is read.
-    metric : str
-        The variable to show.
-    at : mapping of float, optional
-        Values of the other five dimensions; see `selection.choose`.
-    interpolate : bool
-        Take values between grid points linearly, frequency by frequency, where the class of response does not
-        change; the answer then has `interpolated`, which says where that was done.
+    selection : Selection
+        What is shown, and the values of the other five dimensions, see `selection.choose`. Values are interpolated linearly,
+        frequency by frequency, where the class of response does not change; the answer then has `interpolated`, which says
+        where that was done.
 
     Returns
     -------
@@ -54,7 +49,7 @@ def frequency_response(
     QueryFault
         If a dimension or the metric is not in the cube, or `at` names the frequency ratio.
     """
-    at = at or {}
+    at, metric = selection.at, selection.metric or main_metric(cube)
     check_metric(cube, metric)
     if FREQUENCY in at:
         raise QueryFault(
@@ -68,7 +63,7 @@ def frequency_response(
     index = choose(cube, at, (FREQUENCY,))
     names = [name for name in COMPANIONS if name in cube.data_vars and name != metric]
     chosen = scalars(cube, index)
-    if interpolate:
+    if selection.interpolate:
         between = Between(cube, metric, at, (FREQUENCY,))
         values = between.read(names)
         chosen = between.scalars(at)

@@ -7,24 +7,20 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.contenders import CONFIDENCE, Doubt
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import Fault, counted
+from damperlab.studies.questions import MOST_DESIGNS, Judging
 
 
 def merged_designs(
     cubes: Mapping[str, xr.Dataset],
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
+    judging: Judging = Judging(),
     top: int = 10,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
     confidence: float = CONFIDENCE,
 ) -> xr.Dataset:
     """Rank the designs of several studies together, each judged at the frequencies of its own study.
@@ -33,9 +29,9 @@ def merged_designs(
     ----------
     cubes : mapping of Dataset
         By the study's id; the first is the study that was refined. A follow-up that holds no design in
-        `ranges` adds nothing.
-    objective, band, top, exclude_locked, max_impact_speed, ranges
-        As in `optimal_designs`, resolved for the first study.
+        the ranges adds nothing.
+    judging, top : Judging, int
+        As in `optimal_designs`; the objective is resolved for the first study.
     confidence : float
         Of the limits of all designs of the first study at once.
 
@@ -52,17 +48,16 @@ def merged_designs(
         As `optimal_designs` on the first study, or where another one was judged at other frequencies.
     """
     ids = list(cubes)
-    objective = objective or default_objective(cubes[ids[0]], band)
-    rest = (objective, band, MOST, exclude_locked, max_impact_speed)
-    question = DesignQuestion.ask(cubes[ids[0]], *rest, ranges or {})
+    question = DesignQuestion.ask(cubes[ids[0]], judging)
+    judging = replace(judging, objective=question.objective)
     doubt = Doubt(confidence, question.comparisons)
-    answers = {ids[0]: optimal_designs(cubes[ids[0]], *rest, ranges, doubt)}
+    answers = {ids[0]: optimal_designs(cubes[ids[0]], judging, MOST_DESIGNS, doubt)}
     first = answers[ids[0]]
     for name in ids[1:]:
         try:
-            answers[name] = optimal_designs(cubes[name], *rest, ranges, doubt)
+            answers[name] = optimal_designs(cubes[name], judging, MOST_DESIGNS, doubt)
         except QueryFault as error:
-            if error.fault.field in set(ranges or {}).intersection(DESIGN):
+            if error.fault.field in set(judging.ranges).intersection(DESIGN):
                 continue
             raise
         same = ("band", "frequencies")

@@ -1,31 +1,27 @@
 """The best designs: every point of the five design dimensions judged by its response over the frequency."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import DOUBT, Doubt
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import counted
+from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
 
 
 def optimal_designs(
     cube: xr.Dataset,
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
+    judging: Judging = Judging(),
     top: int = 10,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
     doubt: Doubt = DOUBT,
 ) -> xr.Dataset:
     """Rank the designs of a cube.
@@ -37,20 +33,11 @@ def optimal_designs(
     ----------
     cube : Dataset
         A study's cube, read slab by slab.
-    objective : str, optional
-        One of `OBJECTIVES`; "peak" without it, or "resonance" where only one frequency was computed and no band is given.
-    band : (float, float), optional
-        Lowest and highest frequency ratio that count; every frequency without it.
+    judging : Judging
+        What designs are judged by, and which of them. Of locked designs those are excluded that friction locks to the base
+        at the judged frequency nearest r = 1: the trivial optimum.
     top : int
-        How many designs, 1 to `MOST`.
-    exclude_locked : bool
-        Leave out designs that friction locks to the base at the judged frequency nearest r = 1: the trivial
-        optimum.
-    max_impact_speed : float, optional
-        Leave out designs that impact faster than this anywhere in the band, over Z·ω_n.
-    ranges : mapping of (float, float), optional
-        Lowest and highest value of design dimensions, and of results such as stick_fraction: a design that leaves the
-        range of a result at a frequency that counts is left out.
+        How many designs, 1 to `MOST_DESIGNS`.
     doubt : Doubt
         How sure the limits shall be.
 
@@ -77,8 +64,7 @@ def optimal_designs(
         If an argument is not allowed, nothing of the grid is in a range, or the study keeps no variable that
         is needed.
     """
-    question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
-    question = replace(question, doubt=doubt)
+    question = DesignQuestion.ask(cube, judging, top, doubt)
     tally = new_tally()
     best = _Ranking()
     for found in judged(cube, question, tally, (), BUDGET):
@@ -115,7 +101,7 @@ class _Ranking:
         found["alike"] = np.zeros(found["value"].size, np.int64)
         strikes = found["impact_share"] > 0
         self.active = _first(self.active, {name: array[strikes] for name, array in found.items()}, 1)
-        self.found = _folded(_first(self.found, found, MOST))
+        self.found = _folded(_first(self.found, found, MOST_DESIGNS))
 
 
 def _first(known: dict[str, np.ndarray], more: dict[str, np.ndarray], number: int) -> dict[str, np.ndarray]:

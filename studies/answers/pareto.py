@@ -5,11 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import MOST, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
+from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.slabs import BUDGET
 
 RESPECTS: dict[str, tuple[str, str]] = {
@@ -27,12 +28,8 @@ RESPECTS: dict[str, tuple[str, str]] = {
 def pareto_front(
     cube: xr.Dataset,
     respects: Sequence[str],
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
-    top: int = MOST,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
+    judging: Judging = Judging(),
+    top: int = MOST_DESIGNS,
 ) -> xr.Dataset:
     """Find the designs that cannot be bettered in one respect without losing in another.
 
@@ -42,7 +39,7 @@ def pareto_front(
         A study's cube, read slab by slab.
     respects : sequence of str
         Two or three of `RESPECTS`; a minus in front, as in "-dissipation_impact", means larger is better.
-    objective, band, top, exclude_locked, max_impact_speed, ranges
+    judging, top : Judging, int
         As in `optimal_designs`; `top` bounds the front, which ends at the worst of the first respect.
 
     Returns
@@ -57,7 +54,7 @@ def pareto_front(
         As `optimal_designs`, or where a respect is unknown or its variable not in the cube.
     """
     columns, signs = _read(cube, respects)
-    question = DesignQuestion.ask(cube, objective, band, top, exclude_locked, max_impact_speed, ranges or {})
+    question = DesignQuestion.ask(cube, judging, top)
     tally = new_tally()
     stored = tuple(name for name in columns if name in cube.data_vars)
     front: dict[str, np.ndarray] = {}
@@ -143,8 +140,3 @@ def _note(respects: Sequence[str], question: DesignQuestion, tally: Mapping[str,
     if left_out:
         sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
     return " ".join(sentences)
-
-
-def read_respects(text: str) -> list[str]:
-    """Read `amplitude,mass`."""
-    return [part.strip() for part in text.split(",")]

@@ -13,12 +13,11 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import CONFIDENCE, LOOKS, contend
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, MOST, DesignQuestion
+from damperlab.studies.answers.contenders import LOOKS, contend
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
-    check_share,
     cover,
     follow_up,
     found_of,
@@ -26,34 +25,26 @@ from damperlab.studies.answers.follow_up import (
     spent_on,
     tolerance_of,
 )
+from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.choices import TOLERANCE
 from damperlab.studies.definition import Study
-from damperlab.studies.faults import Fault, counted, describe
+from damperlab.studies.faults import Fault, counted
+from damperlab.studies.questions import MOST_DESIGNS, Judging, Race
 
-INDIFFERENCE = 0.02
-"""A design that is better by no more than this share is not worth more cycles."""
 START = 0.02
 """Tolerance of the first round, where the study's is larger."""
 CYCLES = 2.0
 """Cycles of a chaotic response times its squared relative error, with a margin: 0.6² were measured on Figure 11."""
 MOST_CYCLES = 1_000_000
-BUDGET = 50_000_000
-"""Cycles that all rounds together may take, if every response should need them all."""
 
 
 def race_designs(
     study: Study,
     cubes: Mapping[str, xr.Dataset],
-    confidence: float = CONFIDENCE,
-    indifference: float = INDIFFERENCE,
-    budget: float = BUDGET,
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
+    race: Race = Race(),
+    judging: Judging = Judging(),
 ) -> Refinement:
     """Make the studies that compute longer what may still be the best.
 
@@ -63,13 +54,10 @@ def race_designs(
         The study whose best design is wanted.
     cubes : mapping of Dataset
         Its cube first, then those of the follow-ups that are done, by id.
-    confidence : float
-        Of all limits at once, 0.5 to 0.9999.
-    indifference : float
-        The race ends when no design can be better than the best by more than this share.
-    budget : float
-        Cycles that the race may take in all.
-    objective, band, exclude_locked, max_impact_speed, ranges
+    race : Race
+        When the race ends: confidence of all limits at once; the share by which no design may be better than the best; the
+        cycles that all rounds may take, if every response should need them all.
+    judging : Judging
         As in `optimal_designs`.
 
     Returns
@@ -83,14 +71,11 @@ def race_designs(
     QueryFault
         If an argument is not allowed, or no design qualifies.
     """
-    check_share("confidence", confidence, 0.5, 0.9999, "the default is 0.95")
-    check_share("indifference", indifference, 1e-4, 0.5, "the default is 0.02, two per cent")
-    if not budget >= 0:
-        raise QueryFault(Fault("budget", describe(budget), "0 cycles or more", f"the default is {BUDGET:,}"))
+    check(race)
+    confidence, indifference = race.confidence, race.indifference
     parent = next(iter(cubes.values()))
     require_stored(parent, "race", "amplitude_error", otherwise="")
-    asked = (objective, band, MOST, exclude_locked, max_impact_speed, ranges or {})
-    ranked = merged_designs(cubes, *asked, confidence)
+    ranked = merged_designs(cubes, judging, MOST_DESIGNS, confidence)
     if ranked.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or ask for less"
         raise QueryFault(Fault("race", "no design that qualifies", "a study with a best design", advice))
@@ -124,7 +109,7 @@ def race_designs(
     share = ranked["error"].values[left] / ranked["value"].values[left]
     tolerance = min(START, float(np.nanmax(share, initial=0.0)) / 2 or START)
     cycles = int(min(MOST_CYCLES, max(study.steady.max_cycles, CYCLES / tolerance**2)))
-    frequencies = DesignQuestion.ask(parent, *asked).frequencies
+    frequencies = DesignQuestion.ask(parent, judging).frequencies
     designs = np.stack([ranked[name].values[left] for name in DESIGN], axis=1)
     grids = cover(designs)
     points = frequencies.size * sum(int(np.prod([axis.size for axis in axes])) for axes in grids)
@@ -132,8 +117,8 @@ def race_designs(
     stopped = ""
     if tolerance < TOLERANCE.lowest or CYCLES / tolerance**2 > 4 * MOST_CYCLES:
         stopped = "their responses need more cycles than a point may take"
-    elif spent.get("cycles", 0.0) - _parent_cycles(parent) + points * cycles > budget:
-        stopped = f"the budget of {budget:,.0f} cycles does not reach for the next round"
+    elif spent.get("cycles", 0.0) - _parent_cycles(parent) + points * cycles > race.budget:
+        stopped = f"the budget of {race.budget:,.0f} cycles does not reach for the next round"
     elif rounds >= LOOKS:
         stopped = f"{LOOKS} rounds are done"
     if stopped:

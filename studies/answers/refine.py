@@ -13,29 +13,24 @@ from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQ
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
-    check_share,
     follow_up,
     found_of,
     say_spent,
     spent_on,
 )
+from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.selection import check_dimension, choose, require_stored
 from damperlab.studies.definition import Study
-from damperlab.studies.faults import Fault, counted, describe
+from damperlab.studies.faults import Fault, counted
+from damperlab.studies.field import At
+from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
 
-TOLERANCE = 1e-3
-"""Step at which a parameter counts as known."""
-VALUE_TOLERANCE = 0.01
-"""A design that is better by no more than this share is not looked for."""
-FINEST = 1e-9
 PARTS = {1: 8, 2: 4}
 """Into how many parts a cell next to the best is cut, by the number of parameters; 2 for more of them, and elsewhere."""
 AT_ONCE = 12
 """Most cells elsewhere that are looked into in one round."""
-BUDGET = 20_000
-"""Points that all follow-ups together may take."""
 BOUNDARY_PARTS = 16
 ROUNDING = 1e-9
 
@@ -43,14 +38,8 @@ ROUNDING = 1e-9
 def refine_optimum(
     study: Study,
     cubes: Mapping[str, xr.Dataset],
-    tolerance: float = TOLERANCE,
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    value_tolerance: float = VALUE_TOLERANCE,
-    budget: int = BUDGET,
+    search: Search = Search(),
+    judging: Judging = Judging(),
 ) -> Refinement:
     """Make the studies that look where a better design may lie.
 
@@ -64,31 +53,28 @@ def refine_optimum(
         The study that is refined.
     cubes : mapping of Dataset
         Its cube first, then those of the follow-ups that are done, by id.
-    tolerance : float
-        Step to which each parameter shall be known, in the parameter's own unit.
-    objective, band, exclude_locked, max_impact_speed, ranges
+    search : Search
+        How far to go: the step to which each parameter shall be known, in the parameter's own unit; the share of the value by
+        which a design must promise to be better to be looked for; the points that all follow-ups may take.
+    judging : Judging
         As in `optimal_designs`.
-    value_tolerance : float
-        Share of the value by which a design must promise to be better to be looked for.
-    budget : int
-        Points that all follow-ups may take.
 
     Raises
     ------
     QueryFault
         If an argument is not allowed, or no design qualifies.
     """
-    _check_tolerance(tolerance)
-    check_share("value_tolerance", value_tolerance, 1e-6, 0.5, f"the default is {VALUE_TOLERANCE:g}")
-    best = merged_designs(cubes, objective, band, 1, exclude_locked, max_impact_speed, ranges)
+    check(search)
+    tolerance, value_tolerance, budget = search.tolerance, search.value_tolerance, search.budget
+    best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or ask for less"
         raise QueryFault(Fault("refine", "no design that qualifies", "a study with a best design", advice))
     parent = next(iter(cubes.values()))
-    asked = DesignQuestion.ask(parent, objective, band, 1, exclude_locked, max_impact_speed, ranges or {})
+    asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
     varied = [name for name in DESIGN if parent[name].size > 1]
-    cells = Cells.of(cubes, asked, ranges or {}, varied)
+    cells = Cells.of(cubes, asked, judging.ranges, varied)
     wide = cells.widths > tolerance * (1 + ROUNDING)
     touching = cells.touch([found[name] for name in varied])
     steps = {name: float(cells.widths[touching, d].max(initial=0.0)) for d, name in enumerate(varied)}
@@ -169,15 +155,17 @@ def refine_boundary(
     study: Study,
     cubes: Mapping[str, xr.Dataset],
     along: str,
-    at: Mapping[str, float],
-    tolerance: float = TOLERANCE,
+    at: At,
+    tolerance: float = Step.tolerance,
 ) -> Refinement:
     """Make the study that searches where, along one dimension, the class of response changes.
 
     Parameters
     ----------
-    study, cubes, tolerance
+    study, cubes
         As in `refine_optimum`.
+    tolerance : float
+        Step to which the place of the change shall be known.
     along : str
         The dimension that is searched.
     at : mapping of float
@@ -189,7 +177,7 @@ def refine_boundary(
     QueryFault
         If an argument is not allowed, or the class does not change along the line.
     """
-    _check_tolerance(tolerance)
+    check(Step(tolerance))
     parent = next(iter(cubes.values()))
     check_dimension(parent, "along", along)
     require_stored(parent, "boundary", "response_class", otherwise="")
@@ -229,13 +217,6 @@ def refine_boundary(
     )
     note = f"The response along {where} {_cost(spent, fine, more.points)}"
     return Refinement((more,), False, found, {along: high - low}, more.points, fine, spent, note)
-
-
-def _check_tolerance(tolerance: float) -> None:
-    if not FINEST <= tolerance < math.inf:
-        raise QueryFault(
-            Fault("tolerance", describe(tolerance), f"{FINEST:g} or more", f"the default is {TOLERANCE:g}")
-        )
 
 
 def _line(

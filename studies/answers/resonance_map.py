@@ -1,6 +1,7 @@
 """A map: one metric over two dimensions, at a point of the others or reduced over one of them."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.selection import (
     COMPANIONS,
-    At,
     as_float,
     check_axis,
     check_dimension,
@@ -27,26 +27,24 @@ from damperlab.studies.answers.selection import (
     scalars,
 )
 from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.field import At
+from damperlab.studies.questions import Selection
 from damperlab.studies.registry import is_survey
 from damperlab.studies.units import InUnits, coordinates_in_units
 from damperlab.studies.variables import Status
+from damperlab.studies.vocabulary import REDUCTIONS
 
 BUDGET = 2**20
 """Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""
-
-REDUCTIONS: tuple[str, ...] = ("max", "min", "mean")
-"""What can be done over a further dimension."""
 
 
 def resonance_map(
     cube: xr.Dataset,
     x: str,
     y: str,
-    metric: str | None = None,
+    selection: Selection = Selection(),
     over: str | None = None,
     reduce: str | None = None,
-    at: At | None = None,
-    interpolate: bool = False,
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
@@ -61,16 +59,12 @@ def resonance_map(
     x, y : str
         The dimensions of the map; of a study in SI units also `clearance_m` and the like, and the answer's dimensions are
         named so.
-    metric : str, optional
-        The variable to show; the amplitude ratio if not given, of a survey the peak displacement against the base.
+    selection : Selection
+        What is shown, and where the other dimensions are fixed, see `selection.choose`. Values are interpolated linearly, where
+        the class of response does not change; not together with a reduction.
     over, reduce : str, optional
         A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
         that have a value. Its slabs are read one after the other.
-    at : mapping of float or str, optional
-        Values of the other dimensions; see `selection.choose`.
-    interpolate : bool
-        Take values between grid points linearly, where the class of response does not change; not together
-        with a reduction.
 
     Returns
     -------
@@ -88,11 +82,11 @@ def resonance_map(
     QueryFault
         If a dimension or the metric is not in the cube, or one is used twice.
     """
-    at = at or {}
+    at, interpolate = selection.at, selection.interpolate
     units = {each.name: each for each in coordinates_in_units(cube)}
     if units.keys() & {x, y, over, *at}:
-        return _in_units(cube, units, (x, y, over), at, (metric, reduce, interpolate))
-    metric = main_metric(cube) if metric is None else metric
+        return _in_units(cube, units, (x, y, over), selection, reduce)
+    metric = selection.metric or main_metric(cube)
     check_axis(cube, "x", x)
     check_axis(cube, "y", y, (x,))
     check_metric(cube, metric)
@@ -155,21 +149,19 @@ def _in_units(
     cube: xr.Dataset,
     units: Mapping[str, InUnits],
     named: tuple[str, str, str | None],
-    at: At,
-    rest: tuple[str | None, str | None, bool],
+    selection: Selection,
+    reduce: str | None,
 ) -> xr.Dataset:
     """Ask in ratios what was asked in units, and give the axes that were named in them."""
     x, y, over = named
     source = {name: each.source for name, each in units.items()}
     there = {
         source.get(name, name): _number(name, value) / units[name].factor if name in units else value
-        for name, value in at.items()
+        for name, value in selection.at.items()
     }
-    metric, reduce, interpolate = rest
     inner = None if over is None else source.get(over, over)
-    answer = resonance_map(
-        cube, source.get(x, x), source.get(y, y), metric, inner, reduce, there, interpolate
-    )
+    asked = replace(selection, at=there)
+    answer = resonance_map(cube, source.get(x, x), source.get(y, y), asked, inner, reduce)
     for each in (units[name] for name in (x, y) if name in units):
         scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
         answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})

@@ -6,19 +6,20 @@ by it. A ray is judged by its largest value over a range of amplitudes.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.contenders import CONFIDENCE, half_width, ties
-from damperlab.studies.answers.design_question import FREQUENCY, MOST, DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import attributes_of, judge, new_tally
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
+from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.slabs import BUDGET
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -39,12 +40,8 @@ class _Track:
 def robust_designs(
     cube: xr.Dataset,
     amplitudes: tuple[float, float],
-    objective: str | None = None,
-    band: tuple[float, float] | None = None,
+    judging: Judging = Judging(),
     top: int = 10,
-    exclude_locked: bool = False,
-    max_impact_speed: float | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> xr.Dataset:
     """Rank physical dampers by their worst case while the base amplitude varies.
 
@@ -60,14 +57,12 @@ def robust_designs(
         A study's cube; one plane of it is held at a time.
     amplitudes : (float, float)
         Lowest and highest base amplitude, over the nominal one; above 0.
-    objective, band, max_impact_speed
-        What one point is judged by, as in `optimal_designs`.
+    judging : Judging
+        What one point is judged by, as in `optimal_designs`. Of locked dampers those are excluded that friction locks to the
+        base over the whole range of amplitudes; ranges are limits of the nominal values of the design dimensions, and of
+        results at every amplitude.
     top : int
         How many dampers.
-    exclude_locked : bool
-        Leave out dampers that friction locks to the base over the whole range of amplitudes.
-    ranges : mapping of (float, float), optional
-        Limits of the nominal values of the design dimensions, and of results at every amplitude.
 
     Returns
     -------
@@ -95,12 +90,11 @@ def robust_designs(
                 "write 0.5,2 for half to twice",
             )
         )
-    if exclude_locked:
+    if judging.exclude_locked:
         require_stored(cube, "exclude_locked", "response_class")
-    ranges = ranges or {}
-    limits = {name: limit for name, limit in ranges.items() if name not in DIMENSIONS}
-    question = DesignQuestion.ask(cube, objective, band, top, False, max_impact_speed, limits)
-    nominal = DesignQuestion.ask(cube, objective, band, top, False, None, ranges).axes
+    limits = {name: limit for name, limit in judging.ranges.items() if name not in DIMENSIONS}
+    question = DesignQuestion.ask(cube, replace(judging, exclude_locked=False, ranges=limits), top)
+    nominal = DesignQuestion.ask(cube, judging, top).axes
     factors = _factors(cube, low, high)
     tracks = {name: _track(cube[name].values, factors) for name in RAY}
     tally = new_tally() | {"rays": 0, "left_grid": 0, "unknown": 0}
@@ -108,11 +102,13 @@ def robust_designs(
     for corner in product(*(nominal[name] for name in OTHERS)):
         place = dict(zip(OTHERS, corner, strict=True))
         plane = _plane(cube, question, place, tally)
-        found = _rays(cube, plane, tracks, {name: nominal[name] for name in RAY}, exclude_locked, tally)
+        found = _rays(
+            cube, plane, tracks, {name: nominal[name] for name in RAY}, judging.exclude_locked, tally
+        )
         found |= {name: np.full(found["value"].size, at) for name, at in place.items()}
         if best:
             found = {name: np.concatenate((best[name], found[name])) for name in found}
-        order = np.argsort(found["value"], kind="stable")[:MOST]
+        order = np.argsort(found["value"], kind="stable")[:MOST_DESIGNS]
         best = {name: array[order] for name, array in found.items()}
     if tally["left_grid"] == tally["rays"]:
         raise QueryFault(

@@ -11,12 +11,10 @@ import xarray as xr
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.registry import is_survey, variables_of
 from damperlab.studies.variables import STEPPED, Status
-
-At = Mapping[str, float | str]
-"""Values of dimensions by name; a record is a text."""
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
 """What is given beside a metric, so that nobody has to take a value on trust."""

@@ -1,8 +1,7 @@
 """The hybrid damper beside a tuned mass damper: both curves, their peaks, and where which one is better."""
 
 import math
-from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,24 +12,21 @@ from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.field import At
+from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
-from damperlab.studies.tmd.tunings import CRITERIA, tuned
-from damperlab.studies.vocabulary import Criterion, Excitation
+from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS
 
 METRIC = "amplitude_ratio"
-LEAST_MASS, MOST_MASS = 1e-12, 10.0
+LEAST_MASS = 1e-12
 """A lighter absorber is tuned so close to 1 that its tuning cannot be told from it."""
-MOST_DETUNING = 10.0
 
 
 def tmd_comparison(
     cube: xr.Dataset,
-    criterion: str = "minimax",
-    mass_ratio: float | None = None,
-    detuning: float = 0.0,
-    damping_detuning: float = 0.0,
-    at: Mapping[str, float] | None = None,
-    excitation: str = "base",
+    tuning: Tuning = Tuning(),
+    at: At | None = None,
 ) -> xr.Dataset:
     """Compare one design of a study with a tuned mass damper on the same shaken structure.
 
@@ -38,17 +34,12 @@ def tmd_comparison(
     ----------
     cube : Dataset
         A study's cube; only the curve of one design is read.
-    criterion : str
-        How the tuned mass damper is tuned: one of `CRITERIA`.
-    mass_ratio : float, optional
-        Its μ; the mass ratio of the design without it. Given, the design's own is the nearest on the grid.
-    detuning, damping_detuning : float
-        Shares by which its frequency and its damping are off: 0.05 is five per cent too high.
+    tuning : Tuning
+        The tuned mass damper. Where its mass ratio is given, the design's own is the nearest on the grid. It, and the structure
+        without a damper, answer to a shaken base like the study's damper, or to a force on the structure: X over its static
+        deflection.
     at : mapping of float, optional
         The design, as in `frequency_response`.
-    excitation : {"base", "force"}
-        What the tuned mass damper, and the structure without a damper, answer to: a shaken base like the study's
-        damper, or a force on the structure, X over its static deflection.
 
     Returns
     -------
@@ -71,41 +62,42 @@ def tmd_comparison(
     """
     at = dict(at or {})
     require_stored(cube, "study", METRIC, otherwise="")
-    if criterion not in CRITERIA or criterion not in get_args(Criterion):
+    criterion, excitation, mass_ratio = tuning.criterion, tuning.excitation, tuning.mass_ratio
+    if criterion not in CRITERIA:
         raise QueryFault(
             Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
         )
-    if excitation not in get_args(Excitation):
+    if excitation not in EXCITATIONS:
         advice = "write force for a force on the structure"
         raise QueryFault(Fault("excitation", describe(excitation), "base or force", advice))
-    shaken: Excitation = "force" if excitation == "force" else "base"
-    for name, share in (("detuning", detuning), ("damping_detuning", damping_detuning)):
+    for name in ("detuning", "damping_detuning"):
+        share = getattr(tuning, name)
         if not -1 < share <= MOST_DETUNING:
-            allowed = f"a share above -1, at most {MOST_DETUNING:g}"
+            allowed = f"a share above -1 and at most {MOST_DETUNING:g}"
             raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
     if mass_ratio is not None:
         _check_mass(mass_ratio, "correct it, or leave it out for that of the design")
         at.setdefault("mass_ratio", mass_ratio)
-    curve = frequency_response(cube, METRIC, at)
+    curve = frequency_response(cube, Selection(METRIC, at))
     mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
     structural = float(curve["damping_ratio"])
-    # the name is one of Criterion's, see above
-    absorber = tuned(criterion, mass, structural, shaken).detuned(detuning, damping_detuning)
+    absorber = tuned(criterion, mass, structural, excitation)
+    absorber = absorber.detuned(tuning.detuning, tuning.damping_detuning)
     order = np.argsort(curve[FREQUENCY].values)
     curve = curve.isel({FREQUENCY: order})
     r = curve[FREQUENCY].values
     hybrid = curve[METRIC].values
-    beside = amplitude_ratio(r, absorber, structural, shaken)
+    beside = amplitude_ratio(r, absorber, structural, excitation)
     answer = curve.rename({METRIC: "hybrid"})
     answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
     for name, values, long_name in (
         ("tmd", beside, "amplitude ratio X/Z, tuned mass damper"),
-        ("no_damper", without_absorber(r, structural, shaken), "amplitude ratio X/Z, no damper"),
+        ("no_damper", without_absorber(r, structural, excitation), "amplitude ratio X/Z, no damper"),
     ):
         answer[name] = (FREQUENCY, values, {"units": "1", "long_name": long_name})
     error = curve["amplitude_error"].values if "amplitude_error" in curve else np.full(r.size, np.nan)
-    top = highest(absorber, structural, shaken, (float(r[0]), float(r[-1])))
+    top = highest(absorber, structural, excitation, (float(r[0]), float(r[-1])))
     known = np.isfinite(hybrid)
     place = int(np.nanargmax(hybrid)) if known.any() else -1
     peak = float(hybrid[place]) if known.any() else math.nan
@@ -113,8 +105,8 @@ def tmd_comparison(
     answer.attrs |= {
         "criterion": criterion,
         "criterion_means": CRITERIA[criterion],
-        "detuning": detuning,
-        "damping_detuning": damping_detuning,
+        "detuning": tuning.detuning,
+        "damping_detuning": tuning.damping_detuning,
         "excitation": excitation,
         "tmd_mass_ratio": mass,
         "tmd_tuning": absorber.tuning,
@@ -126,7 +118,7 @@ def tmd_comparison(
         "hybrid_peak_at": float(r[place]) if known.any() else math.nan,
         "tmd_peak": top.value,
         "tmd_peak_at": top.frequency_ratio,
-        "tmd_peak_everywhere": highest(absorber, structural, shaken).value,
+        "tmd_peak_everywhere": highest(absorber, structural, excitation).value,
         "ratio": peak / top.value,
         "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
         "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
@@ -139,8 +131,8 @@ def tmd_comparison(
 
 
 def _check_mass(mass_ratio: float, advice: str) -> None:
-    if not LEAST_MASS <= mass_ratio <= MOST_MASS:
-        allowed = f"{LEAST_MASS:g} to {MOST_MASS:g}: a tuned mass damper has a mass"
+    if not LEAST_MASS <= mass_ratio <= MOST_ABSORBER_MASS:
+        allowed = f"{LEAST_MASS:g} to {MOST_ABSORBER_MASS:g}: a tuned mass damper has a mass"
         raise QueryFault(Fault("mass_ratio", describe(mass_ratio), allowed, advice))
 
 

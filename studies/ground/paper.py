@@ -3,24 +3,16 @@
 import math
 
 from damperlab.studies.paper import paper_numbers
+from damperlab.studies.vocabulary import CASES as CASES  # also by its place of before
 
 TABLE_A1: dict[str, tuple[float, float]] = {
     case: (
         paper_numbers()[f"earthquake_peak_{case}_m"].value,
         paper_numbers()[f"earthquake_rms_{case}_m"].value,
     )
-    for case in ("none", "tmd", "pid", "fd", "hybrid")
+    for case in CASES
 }
 """Maximum and rms amplitude of the primary structure [m] by damper."""
-
-CASES: dict[str, str] = {
-    "none": "no damper",
-    "tmd": "tuned mass damper",
-    "pid": "particle",
-    "fd": "friction",
-    "hybrid": "particle and friction",
-}
-"""The dampers of Table A1 in its order of effect."""
 
 CLEARANCES_M: tuple[float, ...] = tuple(paper_numbers()[f"clearance_{k}_mm"].value / 1e3 for k in (1, 2, 3))
 """The cavities of the prototype: half of their free length [m]. Table A1 does not say which was shaken."""

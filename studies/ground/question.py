@@ -6,47 +6,15 @@ from typing import Any
 from damperlab.studies.choices import CompliantContact, Contact, InstantContact
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from damperlab.studies.field import fields_of
 from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.paper import BASE_AMPLITUDES_M, CASES, friction_force_n
+from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import Quantity, read_count
-from damperlab.studies.tmd.tunings import CRITERIA
-from damperlab.studies.vocabulary import Criterion
-
-PAPER_STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038}
-_STIFFNESS = 1.605 * (2.0 * 3.141592653589793 * 2.5) ** 2
-
-QUANTITIES: dict[str, tuple[Quantity, float]] = {
-    name: (Quantity(name, meaning, low, high, advice, below), default)
-    for name, meaning, low, high, advice, below, default in (
-        ("mass_kg", "mass M of the primary structure [kg]", 1e-6, 1e12, "give it in kg", False, 1.605),
-        (
-            "natural_frequency_hz", "undamped natural frequency of the structure [Hz]", 1e-3, 1e3,
-            "give it in Hz", False, 2.5,
-        ),
-        ("damping_ratio", "damping ratio ζ of the structure", 0.0, 1.0, "below 1", True, 0.0038),
-        ("particle_mass_kg", "mass m of the particle [kg]", 0.0, 1e12, "give it in kg; 0 for none", False, 0.1605),
-        (
-            "clearance_m", "clearance d on either side of the particle, half the free cavity length [m]", 1e-9, 1e6,
-            "give it in m", False, 0.0075,
-        ),
-        ("restitution", "coefficient of restitution e", 0.0, 1.0, "from 0 to 1", False, 0.47),
-        (
-            "friction_force_n", "Coulomb friction force F_f [N]", 0.0, 1e12, "give it in N; 0 for none", False,
-            round(friction_force_n(BASE_AMPLITUDES_M[0], _STIFFNESS, 0.0038), 3),
-        ),
-        ("tmd_mass_kg", "mass of the tuned mass damper [kg]; that of the particle by default", 1e-9, 1e12, "give it in kg",
-            False, float("nan")),
-        ("scale", "factor on the record", 1e-6, 1e6, "1 leaves the record as it is", False, 1.0),
-        ("tail_s", "free vibration after the record [s]", 0.0, 1000.0, "0 stops with the record", False, 0.0),
-        ("perturbation_m", "size of the perturbed starts [m]", 0.0, 1e3, "a millionth of the motion is usual", False, 1e-7),
-    )
-}  # fmt: skip
-"""What a comparison takes, with the paper's prototype as defaults (Tables 2 and 4; for the force see `paper`)."""
-
-MOST_STARTS = 256
+from damperlab.studies.quantity import read_count
+from damperlab.studies.questions import MOST_SEED, MOST_STARTS, Compared
+from damperlab.studies.vocabulary import CASES, CRITERIA, Criterion
 
 
 @dataclass(frozen=True)
@@ -83,7 +51,7 @@ class Earthquake:
     contact: Contact
 
 
-KEYS = ("record", *QUANTITIES, "tmd_criterion", "cases", "starts", "seed", "contact")
+KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 
 def march_contact(contact: Contact) -> Contact:
@@ -130,12 +98,12 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             values[name] = default if raw is None else quantity.read(raw, name)
         except StudyFaults as caught:
             faults.extend(caught.faults)
-    criterion = held.get("tmd_criterion", "den_hartog")
+    criterion = held.get("tmd_criterion", Compared.tmd_criterion)
     if criterion not in tuple(CRITERIA):
         faults.append(Fault("tmd_criterion", describe(criterion), listing(CRITERIA), "choose one of these"))
     cases = _cases(held.get("cases", list(CASES)), faults)
-    counts = {"starts": 16, "seed": 0}
-    for name, most in (("starts", MOST_STARTS), ("seed", 2**63 - 1)):
+    counts = {"starts": Compared.starts, "seed": Compared.seed}
+    for name, most in (("starts", MOST_STARTS), ("seed", MOST_SEED)):
         try:
             counts[name] = read_count(held.get(name, counts[name]), 0, most, name)
         except StudyFaults as caught:
@@ -147,7 +115,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
         faults.extend(caught.faults)
     record_id, motion = "", None
     try:
-        record_id, motion = read_record_reference(held.get("record", "loma-prieta"), shelf)
+        record_id, motion = read_record_reference(held.get("record", Compared.record), shelf)
     except StudyFaults as caught:
         faults.extend(caught.faults)
     if faults or motion is None:

@@ -3,10 +3,11 @@
 from typing import Any
 
 from damperlab.studies.axes import axis_schema
-from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES
+from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.survey import AXES, NUMBERS
 from damperlab.studies.ground.survey_reading import MOST_NAME, MOST_RECORDS
 from damperlab.studies.ground.variables import VARIABLES
+from damperlab.studies.questions import MOST_STARTS
 
 
 def survey_json_schema() -> dict[str, Any]:

@@ -9,7 +9,8 @@ from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.question import MOST_STARTS, QUANTITIES, march_contact
+from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.question import march_contact
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import RecordSource, read_source
 from damperlab.studies.ground.survey import AXES, NUMBERS, Survey, windows_of
@@ -17,6 +18,7 @@ from damperlab.studies.ground.variables import available_variables
 from damperlab.studies.guard import guard
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.quantity import read_count
+from damperlab.studies.questions import MOST_STARTS
 
 T = TypeVar("T")
 

@@ -6,18 +6,6 @@ from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.vocabulary import Criterion, Excitation
 
-CRITERIA: dict[Criterion, str] = {
-    "den_hartog": "Den Hartog's fixed points for an undamped structure, (14) and (15), ζ = c/(2√(m k₁))",
-    "den_hartog_table4": (
-        "the number that Table 4 prints, √(3μ/(8(1+μ)³)), put into (13) as if it were c/(2√(m k₁)): a mix of two "
-        "conventions, kept to reproduce the paper's curve; read as c/(2 m ω_n) it is den_hartog itself"
-    ),
-    "hinf": "exact least peak for an undamped structure, closed form of Nishihara and Asami (2002)",
-    "h2": "least mean square under white noise for an undamped structure, closed form",
-    "minimax": "least peak for the structure with its own damping, found numerically",
-}
-"""Tunings by name, and what each is."""
-
 
 def den_hartog(mass_ratio: float) -> Absorber:
     """Den Hartog's optimum, (14) and (15): equal heights at the fixed points of an undamped structure.
@@ -68,7 +56,7 @@ def tuned(
     Parameters
     ----------
     criterion : str
-        One of `CRITERIA`; only "minimax" looks at the structure's damping and the excitation.
+        One of `vocabulary.CRITERIA`; only "minimax" looks at the structure's damping and the excitation.
     mass_ratio : float
         μ > 0.
     structural_damping, excitation

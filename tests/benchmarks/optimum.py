@@ -14,10 +14,11 @@ import xarray as xr
 
 from damperlab.studies.answers.follow_up import Refinement, spent_on
 from damperlab.studies.answers.optimal_designs import optimal_designs
-from damperlab.studies.answers.race import INDIFFERENCE, race_designs
+from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block
+from damperlab.studies.questions import Race, Search
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 
@@ -97,7 +98,7 @@ def compare(seed: int) -> dict[str, Any]:
         found[entry["dimension"]] = (entry["value"], value)
     step = min(float(np.diff(fine[name].values)[0]) for name in ("clearance_ratio", "friction_ratio"))
     cubes = {"0": cube}
-    refined = _pursue(cubes, lambda: refine_optimum(study, cubes, step))
+    refined = _pursue(cubes, lambda: refine_optimum(study, cubes, Search(step)))
     raced = _pursue(cubes, lambda: race_designs(study, cubes))
     theirs, ours = fine.isel(_place(fine, truth)), raced.found
     found |= {
@@ -112,7 +113,7 @@ def compare(seed: int) -> dict[str, Any]:
         "fine class": float(theirs["response_class"].values),
     }
     # the brute force's least of many noisy values is lucky; three of its errors are granted on top of the indifference
-    granted = INDIFFERENCE * ours["value"] + 3 * float(np.hypot(truth["error"].values[0], ours["error"]))
+    granted = Race.indifference * ours["value"] + 3 * float(np.hypot(truth["error"].values[0], ours["error"]))
     found["agrees"] = bool(ours["value"] <= found["fine"] + granted)
     for what, spent in (("searched", spent_on(cubes)), ("fine", spent_on({"0": fine}))):
         found |= {f"{what} {name}": value for name, value in spent.items()}

@@ -17,6 +17,7 @@ import numpy as np
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block, make_plan
+from damperlab.studies.questions import Selection
 from damperlab.studies.store.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
@@ -51,12 +52,16 @@ QUESTIONS: dict[str, dict[str, Any]] = {
     "clearance x friction at r = 1": {
         "x": "clearance_ratio",
         "y": "friction_ratio",
-        "at": {"frequency_ratio": 1.0},
+        "selection": Selection(at={"frequency_ratio": 1.0}),
     },
     "clearance x friction, worst over the band": {"x": "clearance_ratio", "y": "friction_ratio"},
     "frequency x friction": {"x": "frequency_ratio", "y": "friction_ratio"},
     "frequency x clearance": {"x": "frequency_ratio", "y": "clearance_ratio"},
-    "mass x restitution at r = 1": {"x": "mass_ratio", "y": "restitution", "at": {"frequency_ratio": 1.0}},
+    "mass x restitution at r = 1": {
+        "x": "mass_ratio",
+        "y": "restitution",
+        "selection": Selection(at={"frequency_ratio": 1.0}),
+    },
 }
 
 

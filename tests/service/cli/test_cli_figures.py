@@ -12,6 +12,7 @@ from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
@@ -47,7 +48,9 @@ def known_map() -> xr.Dataset:
         values[place], kinds[place] = value, kind
     values[0, 0], status[0, 0] = np.nan, Status.TOO_MANY_EVENTS
     values[11, 9], status[11, 9] = np.nan, Status.NOT_COMPUTED
-    return resonance_map(cube(values, kinds, status), "clearance_ratio", "friction_ratio", "amplitude_ratio")
+    return resonance_map(
+        cube(values, kinds, status), "clearance_ratio", "friction_ratio", Selection("amplitude_ratio")
+    )
 
 
 def labels(figure: Figure) -> list[str]:
@@ -78,7 +81,7 @@ def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
         cube(values, kinds, np.zeros(values.shape, np.int8)),
         "clearance_ratio",
         "friction_ratio",
-        "amplitude_ratio",
+        Selection("amplitude_ratio"),
     )
     assert labels(draw_map(answer, "amplitude_ratio")) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
 
@@ -116,7 +119,7 @@ def comparison() -> xr.Dataset:
     values = np.where(np.abs(r - 1) < 1e-9, 50.0, 0.5).reshape(shape)
     arrays = {"amplitude_ratio": values, "status": np.zeros(shape, np.int8)}
     return tmd_comparison(
-        xr.Dataset({name: (DIMENSIONS, array) for name, array in arrays.items()}, axes), detuning=0.05
+        xr.Dataset({name: (DIMENSIONS, array) for name, array in arrays.items()}, axes), Tuning(detuning=0.05)
     )
 
 

@@ -20,6 +20,7 @@ from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
+from damperlab.studies.questions import Judging, Search, Selection, Tuning
 from damperlab.studies.store.store import Store
 
 # Friction alone: one kernel, and classes from locked to sliding. With the particle there is a mass to compare.
@@ -74,16 +75,18 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
     ),
     "map at a frequency": (
         lambda study: study.resonance_map("friction_ratio", "clearance_ratio", frequency_ratio=1.0),
-        lambda cube: resonance_map(cube, "friction_ratio", "clearance_ratio", at={"frequency_ratio": 1.0}),
+        lambda cube: resonance_map(
+            cube, "friction_ratio", "clearance_ratio", Selection(at={"frequency_ratio": 1.0})
+        ),
     ),
     "map of codes": (
         lambda study: study.resonance_map(metric="response_class"),
-        lambda cube: resonance_map(cube, "clearance_ratio", "friction_ratio", "response_class"),
+        lambda cube: resonance_map(cube, "clearance_ratio", "friction_ratio", Selection("response_class")),
     ),
     "map of counts, which are floats": (
         lambda study: study.resonance_map(metric="period", frequency_ratio=1.0),
         lambda cube: resonance_map(
-            cube, "clearance_ratio", "friction_ratio", "period", at={"frequency_ratio": 1}
+            cube, "clearance_ratio", "friction_ratio", Selection("period", at={"frequency_ratio": 1})
         ),
     ),
     "map, mean over a dimension": (
@@ -96,19 +99,19 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
     ),
     "response": (
         lambda study: study.frequency_response(**AT),
-        lambda cube: frequency_response(cube, at=AT),
+        lambda cube: frequency_response(cube, Selection(at=AT)),
     ),
     "response with gaps": (
         lambda study: study.frequency_response("floquet_multiplier", **AT),
-        lambda cube: frequency_response(cube, "floquet_multiplier", AT),
+        lambda cube: frequency_response(cube, Selection("floquet_multiplier", at=AT)),
     ),
     "response between grid points": (
         lambda study: study.frequency_response(interpolate=True, **AT),
-        lambda cube: frequency_response(cube, at=AT, interpolate=True),
+        lambda cube: frequency_response(cube, Selection(at=AT, interpolate=True)),
     ),
     "response beside another": (
         lambda study: study.frequency_response(with_=study, **AT),
-        lambda cube: compared_response(cube, cube, at=AT).assign_attrs(
+        lambda cube: compared_response(cube, cube, Selection(at=AT)).assign_attrs(
             studies=[cube.attrs["digest"][:12]] * 2
         ),
     ),
@@ -117,12 +120,16 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
             "band_rms", band=(0.95, 1.0), top=4, exclude_locked=True, clearance_ratio=(5, 10)
         ),
         lambda cube: optimal_designs(
-            cube, "band_rms", (0.95, 1.0), 4, True, ranges={"clearance_ratio": (5, 10)}
+            cube,
+            Judging("band_rms", band=(0.95, 1.0), exclude_locked=True, ranges={"clearance_ratio": (5, 10)}),
+            top=4,
         ),
     ),
     "ranking of nothing": (
         lambda study: study.optimal_designs(max_impact_speed=0.0, friction_ratio=(0.1, 0.1)),
-        lambda cube: optimal_designs(cube, max_impact_speed=0.0, ranges={"friction_ratio": (0.1, 0.1)}),
+        lambda cube: optimal_designs(
+            cube, Judging(max_impact_speed=0.0, ranges={"friction_ratio": (0.1, 0.1)})
+        ),
     ),
     "front": (
         lambda study: study.optimal_designs(pareto=["amplitude", "-dissipation_impact"]),
@@ -134,11 +141,11 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
     ),
     "tuned mass damper": (
         lambda study: study.tmd_comparison("den_hartog", detuning=0.05, **AT),
-        lambda cube: tmd_comparison(cube, "den_hartog", detuning=0.05, at=AT),
+        lambda cube: tmd_comparison(cube, Tuning("den_hartog", detuning=0.05), at=AT),
     ),
     "tuned mass damper under a force": (
         lambda study: study.tmd_comparison("hinf", excitation="force", **AT),
-        lambda cube: tmd_comparison(cube, "hinf", at=AT, excitation="force"),
+        lambda cube: tmd_comparison(cube, Tuning("hinf", excitation="force"), at=AT),
     ),
     "work and precision": (lambda study: study.work_precision(), work_precision),
 }
@@ -169,13 +176,13 @@ def test_scene_without_a_particle_has_the_same_answers(friction: Study, store: S
     cube = store.cube(friction.id)
     assert_same(friction.resonance_map(), resonance_map(cube, "friction_ratio", "frequency_ratio"))
     designs = friction.optimal_designs(exclude_locked=True)
-    assert_same(designs, optimal_designs(cube, exclude_locked=True))
+    assert_same(designs, optimal_designs(cube, Judging(exclude_locked=True)))
     assert designs.attrs["locked"] > 0
 
 
 def test_refinement_leads_to_a_ranking_of_both_studies(hybrid: Study, store: Store) -> None:
     definition = parse_study(hybrid.record.definition)
-    local = refine_optimum(definition, {hybrid.id: store.cube(hybrid.id)}, 1.0)
+    local = refine_optimum(definition, {hybrid.id: store.cube(hybrid.id)}, Search(1.0))
     planned = hybrid.refine(1.0, dry_run=True)
     assert (planned.known, planned.follow_up) == (False, None)
     assert (planned.points, planned.fine_points, planned.note) == (

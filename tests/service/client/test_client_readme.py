@@ -12,11 +12,9 @@ import pytest
 
 import damperlab.service.client as package
 from damperlab.service.client import Client, Study
-from damperlab.studies.answers.design_question import OBJECTIVES
 from damperlab.studies.answers.pareto import RESPECTS
-from damperlab.studies.answers.resonance_map import REDUCTIONS
-from damperlab.studies.tmd.tunings import CRITERIA
 from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.vocabulary import CRITERIA, OBJECTIVES, REDUCTIONS
 
 ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text()

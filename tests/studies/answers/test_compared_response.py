@@ -8,6 +8,7 @@ from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
+from damperlab.studies.questions import Selection
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.worker.block import solve_block
 
@@ -52,18 +53,18 @@ def test_the_ways_up_and_down_differ_where_two_responses_are_stable() -> None:
 def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: xr.Dataset) -> None:
     at = {"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2}
     whole["amplitude_error"][:] = 0.0
-    answer = compared_response(whole, whole, at=at)
+    answer = compared_response(whole, whole, Selection(at=at))
     assert not answer["differs"].any()
     assert answer.attrs["apart"] == []
     assert "do not differ" in answer.attrs["note"]
     shifted = whole.copy(deep=True)
     shifted["amplitude_ratio"] += 0.1
     missing = whole["amplitude_ratio"].sel(at, method="nearest").values.ravel()
-    differs = compared_response(whole, shifted, at=at)["differs"].values
+    differs = compared_response(whole, shifted, Selection(at=at))["differs"].values
     np.testing.assert_array_equal(differs == 1, np.isfinite(missing))
     # within three errors of each other nothing is claimed
     shifted["amplitude_error"] += 0.05
-    assert not compared_response(whole, shifted, at=at)["differs"].any()
+    assert not compared_response(whole, shifted, Selection(at=at))["differs"].any()
 
 
 def test_what_cannot_be_compared_is_refused(whole: xr.Dataset) -> None:
@@ -72,9 +73,9 @@ def test_what_cannot_be_compared_is_refused(whole: xr.Dataset) -> None:
         (whole.assign_coords(mass_ratio=[0.2]), "amplitude_ratio", "with"),
     ):
         with pytest.raises(QueryFault) as caught:
-            compared_response(whole, other, metric)
+            compared_response(whole, other, Selection(metric))
         assert caught.value.fault.field == field
     coded = whole.copy()
     coded["response_class"].attrs["flag_values"] = [0]
     with pytest.raises(QueryFault, match="a quantity"):
-        compared_response(coded, coded, "response_class")
+        compared_response(coded, coded, Selection("response_class"))

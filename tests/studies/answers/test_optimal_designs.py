@@ -9,6 +9,7 @@ import damperlab.studies.answers.optimal_designs
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.questions import Judging
 
 
 def _by_hand(whole, objective, low=0.0, high=9.0, locked=True, speed=np.inf, ranges=None):
@@ -64,7 +65,7 @@ def test_the_ranking_is_that_of_the_whole_cube(cube, whole, monkeypatch, objecti
     asked, by_hand = QUESTIONS[question]
     band = {} if objective == "resonance" else {"band": (0.8, 1.0)}
     limits = {} if objective == "resonance" else {"low": 0.8, "high": 1.0}
-    answer = optimal_designs(cube, objective, top=7, **band, **asked)
+    answer = optimal_designs(cube, Judging(objective, **band, **asked), top=7)
     expected = _by_hand(whole, objective, **limits, **by_hand)
     assert len(expected) > 3  # else this compares nothing
     assert answer.sizes["rank"] == min(7, len(expected))
@@ -84,7 +85,7 @@ def test_the_ranking_is_that_of_the_whole_cube(cube, whole, monkeypatch, objecti
 
 
 def test_what_was_left_out_is_counted_and_said(cube, whole):
-    answer = optimal_designs(cube, "peak", top=100, exclude_locked=True)
+    answer = optimal_designs(cube, Judging("peak", exclude_locked=True), top=100)
     status = whole["status"].values.reshape(-1, whole.sizes["frequency_ratio"])
     missing = (status == -1).any(axis=1)
     failed = ~missing & (status > 1).any(axis=1)
@@ -101,34 +102,36 @@ def test_what_was_left_out_is_counted_and_said(cube, whole):
 def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(cube):
     alone = cube.isel(frequency_ratio=[3])
     for objective in ("resonance", "peak", "band_mean", "band_rms"):
-        answer = optimal_designs(alone, objective)
+        answer = optimal_designs(alone, Judging(objective))
         assert (
             "Only one frequency was computed, r = 1: the judgement holds at that frequency only"
             in (answer.attrs["note"])
         )
-        np.testing.assert_allclose(answer["value"], optimal_designs(cube, "resonance")["value"], rtol=1e-15)
-    assert "Only one frequency counts here" in optimal_designs(cube, "resonance").attrs["note"]
-    band = optimal_designs(alone, band=(0.9, 1.1))
+        np.testing.assert_allclose(
+            answer["value"], optimal_designs(cube, Judging("resonance"))["value"], rtol=1e-15
+        )
+    assert "Only one frequency counts here" in optimal_designs(cube, Judging("resonance")).attrs["note"]
+    band = optimal_designs(alone, Judging(band=(0.9, 1.1)))
     assert (band.attrs["objective"], band.attrs["band"]) == ("peak", [1.0, 1.0])
     np.testing.assert_array_equal(band["value"], optimal_designs(alone)["value"])
 
 
 def test_frequencies_in_any_order_give_the_same_band_mean(cube, whole):
     shuffled = whole.isel(frequency_ratio=[3, 0, 5, 1, 4, 2])
-    expected = optimal_designs(cube, "band_mean")
-    answer = optimal_designs(shuffled, "band_mean")
+    expected = optimal_designs(cube, Judging("band_mean"))
+    answer = optimal_designs(shuffled, Judging("band_mean"))
     np.testing.assert_allclose(answer["value"], expected["value"], rtol=1e-14)
     np.testing.assert_array_equal(answer["frequency_ratio"], expected["frequency_ratio"])
 
 
 def test_no_design_is_an_answer_too(cube):
-    answer = optimal_designs(cube, "peak", max_impact_speed=0.0)
+    answer = optimal_designs(cube, Judging("peak", max_impact_speed=0.0))
     assert answer.sizes["rank"] == 0
     assert "No design is left" in answer.attrs["note"]
 
 
 def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
-    answer = optimal_designs(cube[["amplitude_ratio", "status"]], "peak", top=3)
+    answer = optimal_designs(cube[["amplitude_ratio", "status"]], Judging("peak"), top=3)
     assert answer.sizes["rank"] == 3
     assert np.isnan(answer["error"]).all()
     assert (answer["response_class"] == -1).all()
@@ -139,7 +142,6 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
     ("question", "field", "words"),
     [
         ({"objective": "best"}, "objective", "resonance, peak"),
-        ({"top": 0}, "top", "1 to"),
         ({"objective": "resonance", "band": (0.8, 1.2)}, "band", "resonance"),
         ({"objective": "peak", "band": (1.2, 0.8)}, "band", "lower one first"),
         ({"objective": "peak", "band": (0.96, 0.99)}, "band", "holds no grid point"),
@@ -153,11 +155,18 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
 )
 def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, question, field, words):
     with pytest.raises(QueryFault, match=words) as caught:
-        optimal_designs(cube, **question)
+        optimal_designs(cube, Judging(**question))
     assert caught.value.fault.field == field
+
+
+@pytest.mark.parametrize("top", [0, 10_001])
+def test_a_number_of_designs_that_nobody_lists_is_refused(cube, top):
+    with pytest.raises(QueryFault, match="1 to") as caught:
+        optimal_designs(cube, top=top)
+    assert caught.value.fault.field == "top"
 
 
 def test_the_end_of_a_range_is_the_grid_point_that_a_person_means(whole):
     shifted = whole.assign_coords(friction_ratio=np.nextafter([0.0, 0.2, 0.4, 0.7], 1.0))
-    narrow = optimal_designs(shifted, "peak", top=1000, ranges={"friction_ratio": (0.2, 0.7)})
+    narrow = optimal_designs(shifted, Judging("peak", ranges={"friction_ratio": (0.2, 0.7)}), top=1000)
     assert set(narrow["friction_ratio"].values) == set(shifted["friction_ratio"].values[1:])

@@ -11,6 +11,7 @@ from damperlab.studies.answers.flatness import LOSS
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import parse_study
+from damperlab.studies.questions import Search
 from damperlab.studies.variables import DIMENSIONS
 
 PARAMETERS = ("clearance_ratio", "friction_ratio")
@@ -47,11 +48,11 @@ def test_refining_finds_what_brute_force_finds_nearby_with_far_fewer_points(
     study = parse_study(document)
     steps = {name: abs(float(fine[name].values[1] - fine[name].values[0])) for name in PARAMETERS}
     cubes = {"coarse": cube}
-    step = refine_optimum(study, cubes, min(steps.values()))
+    step = refine_optimum(study, cubes, Search(min(steps.values())))
     while step.studies and len(cubes) < 200:
         for follow_up in step.studies:
             cubes[str(len(cubes))] = solved(follow_up)
-        step = refine_optimum(study, cubes, min(steps.values()))
+        step = refine_optimum(study, cubes, Search(min(steps.values())))
     assert step.known
     computed: set[tuple[float, ...]] = set()  # a study takes over the points that earlier ones hold
     for other in cubes.values():

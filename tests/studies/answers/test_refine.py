@@ -13,6 +13,7 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import make_plan
+from damperlab.studies.questions import Judging, Search
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
@@ -152,7 +153,7 @@ def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():
         },
         study.coordinates,
     )
-    step = refine_optimum(study, {"a": cube}, band=(0.95, 1.2))
+    step = refine_optimum(study, {"a": cube}, judging=Judging(band=(0.95, 1.2)))
     (more,) = step.studies
     ours = more.coordinates
     np.testing.assert_allclose(ours["clearance_ratio"], [2, 2.75, 3.5, 4.25, 5, 6.25, 7.5, 8.75, 10])
@@ -168,7 +169,7 @@ def test_what_cannot_be_refined_is_refused(store):
     empty = cube.copy(deep=True).load()
     empty["status"][:] = -1
     for error_field, call in (
-        ("tolerance", lambda: refine_optimum(study, {name: cube}, 0.0)),
+        ("tolerance", lambda: refine_optimum(study, {name: cube}, Search(0.0))),
         ("refine", lambda: refine_optimum(study, {name: empty})),
         ("along", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
         ("boundary", lambda: refine_boundary(study, {name: cube}, "restitution", {})),

@@ -16,6 +16,7 @@ from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.questions import Judging, Race, Search
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 Landscape = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -91,7 +92,7 @@ def test_the_deeper_of_two_dips_is_found_though_the_grid_shows_the_other_one() -
     study = study_of(*GRID)
     coarse = merged_designs({"0": measured(study, two_dips, noisy=False)})
     assert coarse["clearance_ratio"].values[0] == 2.0
-    found, cubes = pursued(study, two_dips, False, lambda s, c: refine_optimum(s, c, 0.01))
+    found, cubes = pursued(study, two_dips, False, lambda s, c: refine_optimum(s, c, Search(0.01)))
     assert found.known
     assert found.found["clearance_ratio"] == pytest.approx(4.2, abs=0.01)
     assert found.found["friction_ratio"] == pytest.approx(0.23, abs=0.01)
@@ -111,7 +112,9 @@ def test_a_box_is_searched_up_to_the_end_that_a_person_writes() -> None:
         return 3.0 - 2.0 * g + 0.1 * (d - 3.1) ** 2
 
     box = {"friction_ratio": (0.0, 0.7)}
-    found, _ = pursued(study, falling, False, lambda s, c: refine_optimum(s, c, 0.02, ranges=box))
+    found, _ = pursued(
+        study, falling, False, lambda s, c: refine_optimum(s, c, Search(0.02), Judging(ranges=box))
+    )
     assert found.found["friction_ratio"] == friction[7]
     assert found.found["clearance_ratio"] == pytest.approx(3.1, abs=0.02)
 
@@ -123,7 +126,7 @@ def test_errors_are_not_taken_for_dips() -> None:
         return 1.0 + 0.3 * (d - 3.2) ** 2 + 4 * (g - 0.43) ** 2
 
     for seed in range(3):
-        found, _ = pursued(study, bowl, True, lambda s, c: refine_optimum(s, c, 1e-3), seed)
+        found, _ = pursued(study, bowl, True, lambda s, c: refine_optimum(s, c, Search(1e-3)), seed)
         assert found.known
         # the search ends where the errors of 2 % end it, far above steps of a thousandth
         assert found.spent["points"] < 3000
@@ -139,7 +142,7 @@ def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -
     def rugged(d: np.ndarray, g: np.ndarray) -> np.ndarray:
         return 1.5 + 0.4 * np.sin(1e4 * d) * np.cos(3e4 * g)
 
-    found, _ = pursued(study, rugged, False, lambda s, c: refine_optimum(s, c, 1e-6, budget=500))
+    found, _ = pursued(study, rugged, False, lambda s, c: refine_optimum(s, c, Search(1e-6, budget=500)))
     assert not found.known
     assert found.spent["points"] <= 81 + 500
     assert "may hold a design better" in found.note
@@ -182,14 +185,14 @@ def test_a_race_of_equals_ends_by_indifference_and_says_how_many_are_as_good() -
 def test_a_race_ends_with_its_budget_and_is_refused_where_errors_are_not_stored() -> None:
     study = study_of(*GRID)
     cube = measured(study, two_dips, True)
-    found = race_designs(study, {"0": cube}, budget=10)
+    found = race_designs(study, {"0": cube}, Race(budget=10))
     assert (found.known, found.studies) == (False, ())
     assert "budget of 10 cycles" in found.note
     for call, field in (
         (lambda: race_designs(study, {"0": cube.drop_vars("amplitude_error")}), "race"),
-        (lambda: race_designs(study, {"0": cube}, confidence=1.0), "confidence"),
-        (lambda: race_designs(study, {"0": cube}, indifference=0.0), "indifference"),
-        (lambda: refine_optimum(study, {"0": cube}, value_tolerance=2.0), "value_tolerance"),
+        (lambda: race_designs(study, {"0": cube}, Race(confidence=1.0)), "confidence"),
+        (lambda: race_designs(study, {"0": cube}, Race(indifference=0.0)), "indifference"),
+        (lambda: refine_optimum(study, {"0": cube}, Search(value_tolerance=2.0)), "value_tolerance"),
     ):
         with pytest.raises(QueryFault) as refused:
             call()

@@ -7,11 +7,21 @@ import damperlab.studies.answers.resonance_map
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.questions import Selection
+
+
+def split(question):
+    """Arguments of a map, those of its selection in one value."""
+    chosen = {name: question.pop(name) for name in ("metric", "at", "interpolate") if name in question}
+    return {**question, "selection": Selection(**chosen)}
 
 
 def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
     answer = resonance_map(
-        cube, "clearance_ratio", "friction_ratio", at={"restitution": 0.55, "frequency_ratio": 1.19}
+        cube,
+        "clearance_ratio",
+        "friction_ratio",
+        Selection(at={"restitution": 0.55, "frequency_ratio": 1.19}),
     )
     assert answer["amplitude_ratio"].dims == ("friction_ratio", "clearance_ratio")
     for name in ("amplitude_ratio", "amplitude_error", "response_class", "status"):
@@ -39,16 +49,16 @@ def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_sa
     for name in worst.data_vars:
         np.testing.assert_array_equal(answer[name], worst[name])
     assert "largest value over the study's 6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
-    alone = resonance_map(cube, "friction_ratio", "restitution", at={"frequency_ratio": 1.0})
+    alone = resonance_map(cube, "friction_ratio", "restitution", Selection(at={"frequency_ratio": 1.0}))
     assert "r = 1 alone; leave frequency_ratio out" in alone.attrs["note"]
     single = resonance_map(cube.isel(frequency_ratio=[3]), "friction_ratio", "restitution")
     assert "Only one frequency was computed, r = 1" in single.attrs["note"]
-    codes = resonance_map(cube, "friction_ratio", "restitution", "response_class")
+    codes = resonance_map(cube, "friction_ratio", "restitution", Selection("response_class"))
     assert codes["frequency_ratio"].item() == 1.0
 
 
 def test_a_partly_computed_band_says_how_much_of_each_point_is_there(cube, whole):
-    answer = resonance_map(cube, "clearance_ratio", "friction_ratio", at={"restitution": 0.5})
+    answer = resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at={"restitution": 0.5}))
     expected = (whole["status"].values[0, 1, 0] >= 0).mean(axis=-1).T
     np.testing.assert_allclose(answer["computed_share"], expected, rtol=1e-15)
     assert 0 < answer.attrs["complete"] < 1
@@ -62,7 +72,7 @@ def test_interpolation_is_linear_and_never_crosses_a_change_of_class(whole):
     plane = 3.0 * whole["clearance_ratio"] + 0.5 * whole["friction_ratio"]
     whole["amplitude_ratio"][:] = plane.broadcast_like(whole["status"]).transpose(*whole["status"].dims)
     at = {"clearance_ratio": 3.0, "friction_ratio": 0.1}
-    answer = frequency_response(whole, at=at, interpolate=True)
+    answer = frequency_response(whole, Selection(at=at, interpolate=True))
     # bilinear weights of a bilinear function
     np.testing.assert_allclose(answer["amplitude_ratio"], 9.05, rtol=1e-14)
     assert answer["interpolated"].values.all()
@@ -70,16 +80,20 @@ def test_interpolation_is_linear_and_never_crosses_a_change_of_class(whole):
     # the corners lie from 6 to 15.1; the error owns up to the farthest of them
     np.testing.assert_allclose(answer["amplitude_error"], 0.01 + 6.05, rtol=1e-12)
     whole["response_class"][{"clearance_ratio": 2, "friction_ratio": 1, "frequency_ratio": 3}] = 6
-    crossing = frequency_response(whole, at=at, interpolate=True)
+    crossing = frequency_response(whole, Selection(at=at, interpolate=True))
     assert crossing["interpolated"].values.tolist() == [1, 1, 1, 0, 1, 1]
-    nearest = frequency_response(whole, at=at)["amplitude_ratio"].values[3]
+    nearest = frequency_response(whole, Selection(at=at))["amplitude_ratio"].values[3]
     assert crossing["amplitude_ratio"].values[3] == nearest
-    on_grid = frequency_response(whole, at={"clearance_ratio": 5.0, "friction_ratio": 0.9}, interpolate=True)
+    on_grid = frequency_response(
+        whole, Selection(at={"clearance_ratio": 5.0, "friction_ratio": 0.9}, interpolate=True)
+    )
     assert not on_grid["interpolated"].values.any()
 
 
 def test_any_two_dimensions_make_a_map(cube, whole):
-    answer = resonance_map(cube, "frequency_ratio", "restitution", "period", at={"friction_ratio": 0.4})
+    answer = resonance_map(
+        cube, "frequency_ratio", "restitution", Selection("period", at={"friction_ratio": 0.4})
+    )
     expected = whole["period"].values[0, :, 0, 0, 2, :].astype(float)
     expected[expected < 0] = np.nan
     np.testing.assert_array_equal(answer["period"], expected)
@@ -95,9 +109,9 @@ def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch,
         cube,
         "clearance_ratio",
         "friction_ratio",
+        Selection(at={"restitution": 0.8}),
         over="frequency_ratio",
         reduce=reduce,
-        at={"restitution": 0.8},
     )
     values = whole["amplitude_ratio"].values[0, 2, 0].transpose(2, 1, 0)
     known = np.isfinite(values).any(axis=0)
@@ -123,9 +137,9 @@ def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, b
         cube,
         "clearance_ratio",
         "friction_ratio",
+        Selection(at={"frequency_ratio": 0.7}),
         over="restitution",
         reduce="mean",
-        at={"frequency_ratio": 0.7},
     )
     values = whole["amplitude_ratio"].values[0, :, 0, :, :, 0].transpose(0, 2, 1)
     known = np.isfinite(values)
@@ -194,12 +208,14 @@ def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
 )
 def test_a_map_that_cannot_be_drawn_is_refused_with_what_can(cube, question, field, words):
     with pytest.raises(QueryFault, match=words) as caught:
-        resonance_map(cube, **{"x": "clearance_ratio", "y": "friction_ratio", **question})
+        resonance_map(cube, **split({"x": "clearance_ratio", "y": "friction_ratio", **question}))
     assert caught.value.fault.field == field
 
 
 def test_a_curve_runs_along_the_frequency(cube, whole):
-    answer = frequency_response(cube, "amplitude_ratio_rms", {"clearance_ratio": 9.0, "friction_ratio": 0.2})
+    answer = frequency_response(
+        cube, Selection("amplitude_ratio_rms", at={"clearance_ratio": 9.0, "friction_ratio": 0.2})
+    )
     np.testing.assert_array_equal(
         answer["amplitude_ratio_rms"], whole["amplitude_ratio_rms"].values[0, 0, 0, 3, 1]
     )
@@ -226,7 +242,7 @@ def test_a_curve_of_one_frequency_says_so(cube):
 )
 def test_a_curve_that_cannot_be_drawn_is_refused(cube, metric, at, field):
     with pytest.raises(QueryFault) as caught:
-        frequency_response(cube, metric, at)
+        frequency_response(cube, Selection(metric, at=at))
     assert caught.value.fault.field == field
 
 
@@ -236,24 +252,25 @@ def test_what_was_asked_for_is_said_as_people_write_it(whole):
     third = np.arange(4) * 0.2
     third[3] = np.nextafter(0.6, 1)
     asked = whole.assign_coords(friction_ratio=third)
-    note = frequency_response(asked, at={"friction_ratio": 0.6, "clearance_ratio": 5.0}).attrs["note"]
+    note = frequency_response(asked, Selection(at={"friction_ratio": 0.6, "clearance_ratio": 5.0})).attrs[
+        "note"
+    ]
     assert "nearest" not in note
     assert "friction_ratio = 0.6" in note
     at = {"friction_ratio": 0.4, "clearance_ratio": 3.0}
-    note = frequency_response(asked, at=at, interpolate=True).attrs["note"]
+    note = frequency_response(asked, Selection(at=at, interpolate=True)).attrs["note"]
     assert "friction_ratio = 0.4" in note
     assert "0.4 (not asked for" not in note
     assert "to clearance_ratio = 3 between 2 and 5" in note
     assert "restitution = 0.2 (not asked for; one of 3 on the grid)" in note
     # a value a rounding off the grid is on it
-    on_it = frequency_response(asked, at={"friction_ratio": 0.6}, interpolate=True)
+    on_it = frequency_response(asked, Selection(at={"friction_ratio": 0.6}, interpolate=True))
     assert not on_it["interpolated"].values.any()
     by_map = resonance_map(
         asked,
         "restitution",
         "clearance_ratio",
-        at={"friction_ratio": 0.3, "frequency_ratio": 1.0},
-        interpolate=True,
+        Selection(at={"friction_ratio": 0.3, "frequency_ratio": 1.0}, interpolate=True),
     )
     assert "frequency_ratio = 1." in by_map.attrs["note"]
     assert "to friction_ratio = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]

@@ -15,6 +15,7 @@ from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
+from damperlab.studies.questions import Judging, Selection
 
 PLANE = ("clearance_ratio", "friction_ratio")
 
@@ -33,28 +34,48 @@ def little(cube):
 @pytest.mark.parametrize(
     ("ask", "field", "missing", "otherwise"),
     [
-        (lambda c, s: optimal_designs(c, exclude_locked=True), "exclude_locked", "response_class", True),
         (
-            lambda c, s: robust_designs(c, (1.0, 2.0), exclude_locked=True),
+            lambda c, s: optimal_designs(c, Judging(exclude_locked=True)),
             "exclude_locked",
             "response_class",
             True,
         ),
         (
-            lambda c, s: refine_optimum(s, {"a": c}, exclude_locked=True),
+            lambda c, s: robust_designs(c, (1.0, 2.0), Judging(exclude_locked=True)),
             "exclude_locked",
             "response_class",
             True,
         ),
-        (lambda c, s: optimal_designs(c, max_impact_speed=1.0), "max_impact_speed", "impact_speed_max", True),
         (
-            lambda c, s: optimal_designs(c, ranges={"stick_fraction": (0.0, 0.5)}),
+            lambda c, s: refine_optimum(s, {"a": c}, judging=Judging(exclude_locked=True)),
+            "exclude_locked",
+            "response_class",
+            True,
+        ),
+        (
+            lambda c, s: optimal_designs(c, Judging(max_impact_speed=1.0)),
+            "max_impact_speed",
+            "impact_speed_max",
+            True,
+        ),
+        (
+            lambda c, s: optimal_designs(c, Judging(ranges={"stick_fraction": (0.0, 0.5)})),
             "stick_fraction",
             "stick_fraction",
             True,
         ),
-        (lambda c, s: resonance_map(c, *PLANE, interpolate=True), "interpolate", "response_class", True),
-        (lambda c, s: frequency_response(c, interpolate=True), "interpolate", "response_class", True),
+        (
+            lambda c, s: resonance_map(c, *PLANE, Selection(interpolate=True)),
+            "interpolate",
+            "response_class",
+            True,
+        ),
+        (
+            lambda c, s: frequency_response(c, Selection(interpolate=True)),
+            "interpolate",
+            "response_class",
+            True,
+        ),
         (
             lambda c, s: refine_boundary(s, {"a": c}, "friction_ratio", {}),
             "boundary",
@@ -87,13 +108,13 @@ def test_a_respect_that_is_not_stored_can_be_left_out(little):
 
 def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
     with pytest.raises(QueryFault) as caught:
-        frequency_response(little, "amplitude_error")
+        frequency_response(little, Selection("amplitude_error"))
     fault = caught.value.fault
     assert (fault.field, fault.allowed) == ("metric", "one of amplitude_ratio, status")
     assert fault.found == "amplitude_error, which the study does not store"
     assert "did you mean" not in fault.advice
     with pytest.raises(QueryFault, match="did you mean amplitude_ratio"):
-        frequency_response(little, "amplitude_ration")
+        frequency_response(little, Selection("amplitude_ration"))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +129,7 @@ def test_the_advice_is_a_study_that_can_be_submitted(little, solver, metric, nee
     definition = json.loads(little.attrs["study"])
     asked = little.assign_attrs(study=json.dumps({**definition, "solver": {"method": solver}}))
     with pytest.raises(QueryFault) as caught:
-        frequency_response(asked, metric)
+        frequency_response(asked, Selection(metric))
     advice = caught.value.fault.advice
     assert needed in advice
     assert ("with `" in advice) == bool(needed)

@@ -8,11 +8,12 @@ from tests.oracles import transmissibility, tuned_mass
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.questions import Tuning
 
 
 def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
     at = {"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2}
-    answer = tmd_comparison(cube, "hinf", at=at)
+    answer = tmd_comparison(cube, Tuning("hinf"), at=at)
     r = whole["frequency_ratio"].values
     tuning, damping, _ = tuned_mass.exact_optimum(0.1)
     assert answer.attrs["tmd_tuning"] == pytest.approx(tuning, rel=1e-13)
@@ -38,12 +39,12 @@ def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
 
 def test_minimax_is_no_higher_than_any_other_tuning_and_detuning_is_worse(cube):
     peaks = {
-        name: tmd_comparison(cube, name).attrs["tmd_peak_everywhere"]
+        name: tmd_comparison(cube, Tuning(name)).attrs["tmd_peak_everywhere"]
         for name in ("minimax", "hinf", "den_hartog", "den_hartog_table4", "h2")
     }
     assert min(peaks, key=lambda name: peaks[name]) == "minimax"
-    assert tmd_comparison(cube, detuning=0.05).attrs["tmd_peak_everywhere"] > 1.2 * peaks["minimax"]
-    off = tmd_comparison(cube, "hinf", detuning=-0.1, damping_detuning=0.5).attrs
+    assert tmd_comparison(cube, Tuning(detuning=0.05)).attrs["tmd_peak_everywhere"] > 1.2 * peaks["minimax"]
+    off = tmd_comparison(cube, Tuning("hinf", detuning=-0.1, damping_detuning=0.5)).attrs
     tuning, damping, _ = tuned_mass.exact_optimum(0.1)
     assert (off["tmd_tuning"], off["tmd_damping_ratio"]) == pytest.approx(
         (0.9 * tuning, 1.5 * damping), rel=1e-11
@@ -51,19 +52,19 @@ def test_minimax_is_no_higher_than_any_other_tuning_and_detuning_is_worse(cube):
 
 
 def test_a_force_has_its_own_transfer_function_and_it_is_said(cube, whole):
-    answer = tmd_comparison(cube, "hinf", excitation="force")
+    answer = tmd_comparison(cube, Tuning("hinf", excitation="force"))
     r = whole["frequency_ratio"].values
     tuning, damping, _ = tuned_mass.exact_optimum(0.1)
     # a shaken base acts through the structure's spring and dashpot: |1 + 2iζr| times a force over the stiffness
     base = tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, 0.0038)
     np.testing.assert_allclose(answer["tmd"], base / np.hypot(1, 2 * 0.0038 * r), rtol=1e-11)
     assert "answer to a force" in answer.attrs["note"]
-    assert "force" not in tmd_comparison(cube, "hinf").attrs["note"]
+    assert "force" not in tmd_comparison(cube, Tuning("hinf")).attrs["note"]
 
 
 def test_masses_are_equal_unless_told_otherwise_and_then_it_is_said(cube):
     assert tmd_comparison(cube).attrs["tmd_mass_ratio"] == 0.1
-    other = tmd_comparison(cube, mass_ratio=0.05)
+    other = tmd_comparison(cube, Tuning(mass_ratio=0.05))
     assert other.attrs["tmd_mass_ratio"] == 0.05
     assert "The masses differ: the design's ratio is 0.1" in other.attrs["note"]
 
@@ -75,7 +76,7 @@ def test_one_frequency_is_said_to_be_one(cube):
 def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
     whole["amplitude_ratio"][:] = np.nan
     whole["status"][:] = -1
-    answer = tmd_comparison(whole, "hinf")
+    answer = tmd_comparison(whole, Tuning("hinf"))
     assert math.isnan(answer.attrs["ratio"])
     assert answer.attrs["complete"] == 0
     assert "Nothing of the design's curve is computed" in answer.attrs["note"]
@@ -100,7 +101,7 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
 )
 def test_what_cannot_be_compared_is_refused(cube, question, field, words):
     with pytest.raises(QueryFault, match=words) as caught:
-        tmd_comparison(cube, **question)
+        tmd_comparison(cube, Tuning(**{k: v for k, v in question.items() if k != "at"}), question.get("at"))
     assert caught.value.fault.field == field
 
 
@@ -109,7 +110,7 @@ def test_a_study_without_a_particle_must_be_given_a_mass(whole):
     with pytest.raises(QueryFault, match="name the mass") as caught:
         tmd_comparison(bare)
     assert caught.value.fault.field == "mass_ratio"
-    assert tmd_comparison(bare, mass_ratio=0.1).attrs["tmd_mass_ratio"] == 0.1
+    assert tmd_comparison(bare, Tuning(mass_ratio=0.1)).attrs["tmd_mass_ratio"] == 0.1
 
 
 def test_at_one_frequency_nothing_is_said_to_be_better(cube):

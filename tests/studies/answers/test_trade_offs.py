@@ -11,6 +11,7 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.questions import Judging
 from damperlab.studies.variables import DIMENSIONS
 
 
@@ -50,7 +51,7 @@ def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, res
     beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
     expected = {row[0] for row, lost in zip(rows, beaten, strict=True) if not lost}
     assert 2 < len(expected) < len(rows)
-    answer = pareto_front(cube, respects, "peak", (0.8, 1.2))
+    answer = pareto_front(cube, respects, Judging("peak", band=(0.8, 1.2)))
     found = {tuple(answer[name].values[i].item() for name in DESIGN) for i in range(answer.sizes["rank"])}
     assert found == expected
     assert (np.diff(answer["amplitude"]) >= 0).all()
@@ -146,7 +147,7 @@ def test_the_robust_ranking_is_the_worst_along_each_diagonal():
 def test_no_friction_stays_no_friction_and_a_coarse_grid_owns_up():
     cube = _logarithmic().isel(clearance_ratio=slice(0, None, 2))
     cube = cube.assign_coords(friction_ratio=[0.0, *cube["friction_ratio"].values[1:]])
-    answer = robust_designs(cube, (0.5, 2.0), ranges={"friction_ratio": (0.0, 0.0)}, top=9)
+    answer = robust_designs(cube, (0.5, 2.0), Judging(ranges={"friction_ratio": (0.0, 0.0)}), top=9)
     assert (answer["friction_ratio_used"] == 0).all()
     assert answer.sizes["rank"] == 3
     # amplitudes go in the half steps of the friction axis, so every other one lies between clearances: √2 off
@@ -162,7 +163,7 @@ def test_rays_that_leave_the_grid_everywhere_are_refused(amplitudes):
 
 def test_limits_on_results_leave_designs_out_and_say_so(cube, whole):
     limits = {"stick_fraction": (2.0, 8.8), "restitution": (0.4, 1.0)}
-    answer = optimal_designs(cube, "peak", (0.8, 1.2), top=1000, ranges=limits)
+    answer = optimal_designs(cube, Judging("peak", band=(0.8, 1.2), ranges=limits), top=1000)
     r = whole["frequency_ratio"].values
     counting = (r >= 0.8) & (r <= 1.2)
     expected, left_out = set(), 0
@@ -185,10 +186,10 @@ def test_limits_on_results_leave_designs_out_and_say_so(cube, whole):
     assert f"{left_out} outside a limit on a result" in answer.attrs["note"]
     for wrong, field in (({"response_class": (0, 1)}, "response_class"), ({"cycles": (2, 1)}, "cycles")):
         with pytest.raises(QueryFault) as caught:
-            optimal_designs(cube, ranges=wrong)
+            optimal_designs(cube, Judging(ranges=wrong))
         assert caught.value.fault.field == field
     with pytest.raises(QueryFault):
-        optimal_designs(cube[["amplitude_ratio", "status"]], ranges=limits)
+        optimal_designs(cube[["amplitude_ratio", "status"]], Judging(ranges=limits))
 
 
 def test_work_precision_counts_every_point_that_has_a_value(cube, whole):

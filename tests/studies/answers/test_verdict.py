@@ -9,6 +9,7 @@ import xarray as xr
 from damperlab.studies.answers.contenders import chance_of_another, half_width
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.questions import Judging
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 
@@ -109,7 +110,7 @@ def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_i
 def test_the_best_with_impacts_is_found_however_low_it_ranks(monkeypatch):
     import damperlab.studies.answers.optimal_designs as module
 
-    monkeypatch.setattr(module, "MOST", 3)
+    monkeypatch.setattr(module, "MOST_DESIGNS", 3)
     monkeypatch.setattr(module, "BUDGET", 1)
     kinds = [ResponseClass.NO_IMPACT] * 9 + [ResponseClass.CHAOTIC]
     answer = optimal_designs(made(np.arange(1.0, 11.0), kinds=kinds), top=2)
@@ -124,7 +125,7 @@ def test_one_frequency_recommends_nothing_but_what_to_compute_next():
     assert "Compute frequency_ratio from 0.8 to 1.25 in 19 steps next" in said(alone)
     band = optimal_designs(made([1.0, 2.0]))
     assert "next_frequencies" not in band.attrs
-    near = optimal_designs(made([1.0, 2.0]), "resonance")
+    near = optimal_designs(made([1.0, 2.0]), Judging("resonance"))
     assert "Judge by the peak over the band that was computed." in said(near)
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 import damperlab.studies.store.export
 from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.questions import Selection
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.export import csv_lines, write_netcdf
 from damperlab.studies.store.parquet import parquet_pieces
@@ -142,12 +143,12 @@ def test_a_study_in_units_is_exported_in_units_beside_its_ratios(in_units, tmp_p
 
 def test_a_map_in_units_is_the_map_in_ratios_with_other_axes(in_units):
     at = {"friction_ratio": 0.2}
-    ratios = resonance_map(in_units, "clearance_ratio", "frequency_ratio", at=at)
+    ratios = resonance_map(in_units, "clearance_ratio", "frequency_ratio", Selection(at=at))
     units = resonance_map(
         in_units,
         "clearance_m",
         "frequency_hz",
-        at={"friction_force_n": 0.2 * 2.0 * (2 * np.pi * 4.0) ** 2 * 0.003},
+        Selection(at={"friction_force_n": 0.2 * 2.0 * (2 * np.pi * 4.0) ** 2 * 0.003}),
     )
     assert units["amplitude_ratio"].dims == ("frequency_hz", "clearance_m")
     np.testing.assert_array_equal(units["amplitude_ratio"].values, ratios["amplitude_ratio"].values)

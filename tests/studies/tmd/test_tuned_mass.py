@@ -9,7 +9,8 @@ from tests.oracles import transmissibility, tuned_mass
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, peaks, without_absorber
-from damperlab.studies.tmd.tunings import CRITERIA, den_hartog, den_hartog_table4, exact_hinf, h2, tuned
+from damperlab.studies.tmd.tunings import den_hartog, den_hartog_table4, exact_hinf, h2, tuned
+from damperlab.studies.vocabulary import CRITERIA
 
 MASSES = [0.01, 0.05, 0.1, 0.2, 1.0]
 

@@ -1,0 +1,227 @@
+"""Questions on the command line: options made from the fields of the values that they are read into.
+
+A command has a parameter for each question; `asks` gives it the options of their fields in its place. A design is named
+the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import is_dataclass
+from functools import wraps
+from typing import Annotated, Any
+
+import typer
+
+from damperlab.service.cli.options import read_named, read_number, read_range
+from damperlab.studies.field import At, Field, Ranges, fields_of, option_of
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import VARIABLES
+
+Command = Callable[..., None]
+Values = dict[str, float]
+"""Numbers by name."""
+
+RANGED: tuple[str, ...] = (
+    *EVERY_DIMENSION,
+    *(name for name, variable in VARIABLES.items() if variable.flags is None),
+)
+"""What may be kept within a range: dimensions, and results that are quantities."""
+
+
+def asks(command: Command) -> Command:
+    """Give a command the options of its questions' fields.
+
+    A field that holds dimensions by name is ``--at``, and every dimension has a short option for it, which the help does
+    not list; a command that has an option of that name keeps it.
+    """
+    signature = inspect.signature(command, eval_str=True)
+    questions = {
+        name: each.annotation
+        for name, each in signature.parameters.items()
+        if isinstance(each.annotation, type) and is_dataclass(each.annotation)
+    }
+    offered = [each for kind in questions.values() for each in fields_of(kind) if "command" in each.doors]
+    kept = [each for name, each in signature.parameters.items() if name not in questions]
+    more = {each.name: (_option(each), _default(each)) for each in offered}
+    if any(each.is_named and each.core != Ranges for each in offered):
+        spelled = {spelling for each in offered for spelling in each.options}
+        for name in (each for each in EVERY_DIMENSION if option_of(each) not in spelled):
+            more[f"of_{name}"] = Annotated[str | None, typer.Option(option_of(name), hidden=True)], None
+
+    @wraps(command)
+    def asking(**given: Any) -> None:
+        short = {
+            name.removeprefix("of_"): value
+            for name in list(given)
+            if name.startswith("of_") and (value := given.pop(name)) is not None
+        }
+        asked = {name: _value(kind, given, short) for name, kind in questions.items()}
+        command(**{each.name: given[each.name] for each in kept}, **asked)
+
+    parameters: list[inspect.Parameter] = []
+    for name, each in signature.parameters.items():
+        if name in questions:  # its options stand in the help where it stands in the command
+            mine = [field.name for field in fields_of(questions[name]) if field.name in more]
+            parameters += [_parameter(field, *more.pop(field)) for field in mine]
+        else:
+            parameters.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+    parameters += [_parameter(name, *rest) for name, rest in more.items()]
+    return _as(asking, parameters)
+
+
+def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
+    """Give a command an option for each number of a design, and ``--at`` for all of them.
+
+    Parameters
+    ----------
+    meanings : mapping of str
+        What each is, with its default.
+
+    Returns
+    -------
+    callable
+        A decorator; the command's parameter `design` is a mapping of the numbers that were given.
+    """
+
+    def extend(command: Command) -> Command:
+        signature = inspect.signature(command, eval_str=True)
+        options = [
+            _parameter(
+                name,
+                Annotated[
+                    str | None,
+                    typer.Option(
+                        option_of(name), metavar="NUMBER", help=sentence(meaning), show_default=False
+                    ),
+                ],
+                None,
+            )
+            for name, meaning in meanings.items()
+        ]
+        spelled = Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="NAME=VALUE",
+                help="Another spelling of these numbers, as in --at restitution=0.5. May be repeated.",
+            ),
+        ]
+
+        @wraps(command)
+        def extended(**given: Any) -> None:
+            short = {name: given.pop(name) for name in meanings}
+            design = {
+                name: read_number(option_of(name), text) for name, text in short.items() if text is not None
+            }
+            for name, text in read_named("--at", given.pop("at"), tuple(meanings)):
+                if name in design:
+                    refuse_twice(name)
+                design[name] = read_number("--at", text)
+            command(**given, design=design)
+
+        kept = [
+            each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for name, each in signature.parameters.items()
+            if name != "design"
+        ]
+        first = 1 if _has_argument(kept) else 0
+        return _as(extended, [*kept[:first], *options, _parameter("at", spelled, None), *kept[first:]])
+
+    return extend
+
+
+def _has_argument(parameters: list[inspect.Parameter]) -> bool:
+    """Whether the first parameter is an argument, which stays the first."""
+    about = getattr(parameters[0].annotation, "__metadata__", ())
+    return any(isinstance(each, type(typer.Argument())) for each in about)
+
+
+def _as(command: Any, parameters: list[inspect.Parameter]) -> Command:
+    """Give a command the parameters that typer reads."""
+    command.__signature__ = inspect.Signature(parameters)
+    command.__annotations__ = {each.name: each.annotation for each in parameters}
+    del command.__wrapped__  # its signature is not this one
+    return command  # type: ignore[no-any-return]
+
+
+def sentence(text: str) -> str:
+    """Make a sentence of a meaning; not by str.capitalize, which would write Z small."""
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def _option(field: Field) -> Any:
+    """Make the option of a field."""
+    about: dict[str, Any] = {"help": field.help, "metavar": field.form or None}
+    kind: Any = field.core
+    if field.is_repeated or field.is_named:
+        kind = list[str]
+        spelled = (
+            " Write --at clearance_ratio=3, or for short --clearance-ratio 3." if field.core == At else ""
+        )
+        about["help"] = f"{field.help}{spelled} May be repeated."
+    elif field.is_range or field.is_list:
+        kind = str
+    elif kind is int:
+        about |= {"min": _whole(field.least), "max": _whole(field.most)}
+    optional = _default(field) is None
+    return Annotated[kind | None if optional else kind, typer.Option(*field.options, **about)]
+
+
+def _default(field: Field) -> Any:
+    if field.is_repeated or field.is_named:
+        return None
+    if field.is_range and field.default is not None:
+        return "{:g},{:g}".format(*field.default)
+    return field.default
+
+
+def _whole(limit: float | None) -> int | None:
+    return None if limit is None else int(limit)
+
+
+def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
+    """Read the options of one question into its value."""
+    values: dict[str, Any] = {}
+    for each in fields_of(question):
+        if "command" not in each.doors:
+            continue
+        raw, option = given.pop(each.name), each.options[0]
+        if each.is_named:
+            values[each.name] = _by_name(each, raw, short)
+        elif each.is_repeated:
+            values[each.name] = tuple(raw) if raw else each.default
+        elif raw is not None and each.is_range:
+            values[each.name] = read_range(option, raw)
+        elif raw is not None and each.is_list:
+            values[each.name] = tuple(part.strip() for part in raw.split(","))
+        else:
+            values[each.name] = raw
+    return question(**values)
+
+
+def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str]) -> dict[str, Any]:
+    """Read ``name=value``, and the short options, into values by name."""
+    option = field.options[0]
+    if field.core == Ranges:
+        return {
+            name: read_range(option, text) for name, text in read_named(option, written, RANGED, "name=lo,hi")
+        }
+    found: dict[str, Any] = {}
+    for name, text in read_named(option, written, EVERY_DIMENSION, "dimension=value"):
+        found[name] = text if name == RECORD else read_number(option, text)
+    for name, text in short.items():
+        if name in found:
+            refuse_twice(name)
+        found[name] = text if name == RECORD else read_number(option_of(name), text)
+    return found
+
+
+def refuse_twice(name: str) -> None:
+    """Refuse a value that ``--at`` and an option of its own both give."""
+    raise typer.BadParameter(
+        f"{name} is given twice, by --at and by {option_of(name)}. Leave one of them out.", param_hint="--at"
+    )

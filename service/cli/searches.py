@@ -1,0 +1,157 @@
+"""Commands that search further with follow-up studies: refine, race."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import typer
+
+from damperlab.service.cli.asked import asks
+from damperlab.service.cli.failures import FAILED
+from damperlab.service.cli.options import (
+    AsJson,
+    DataDir,
+    Scheduler,
+    StudyId,
+    Workers,
+    check_cluster,
+    check_name,
+)
+from damperlab.service.cli.output import note, number, print_json, say, working
+from damperlab.service.cli.queries import answered
+from damperlab.service.cli.store import open_store
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search
+from damperlab.studies.variables import DIMENSIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from damperlab.studies.answers.follow_up import Refinement
+    from damperlab.studies.definition import Study
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
+
+    Cubes = Mapping[str, xr.Dataset]
+    Judge = Callable[[Study, Cubes], Refinement]
+
+
+@asks
+def refine(
+    study: StudyId,
+    search: Search,
+    boundary: Boundary,
+    judging: Judging,
+    follow_ups: FollowUps,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute finer follow-up studies where better designs may lie, or at a class boundary, down to the tolerance."""
+    check_cluster(workers, scheduler)
+    along = boundary.along
+    check_name("--boundary", along, DIMENSIONS)
+    if along is None and boundary.at:
+        raise typer.BadParameter(
+            "--at applies to --boundary only. Restrict the designs with --within, or add --boundary.",
+            param_hint="--at",
+        )
+    from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+
+    def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
+        if along is not None:
+            return refine_boundary(asked, cubes, along, boundary.at, search.tolerance)
+        return refine_optimum(asked, cubes, search, judging)
+
+    Pursuit(open_store(data_dir), workers, scheduler).follow(
+        study, "refine", judge, follow_ups.dry_run, as_json
+    )
+
+
+@asks
+def race(
+    study: StudyId,
+    rules: Race,
+    judging: Judging,
+    follow_ups: FollowUps,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute the designs that may be the best for more and more cycles, until the best is known with the given confidence."""
+    check_cluster(workers, scheduler)
+    from damperlab.studies.answers.race import race_designs
+
+    def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
+        return race_designs(asked, cubes, rules, judging)
+
+    Pursuit(open_store(data_dir), workers, scheduler).follow(
+        study, "race", judge, follow_ups.dry_run, as_json
+    )
+
+
+@dataclass(frozen=True)
+class Pursuit:
+    """A search that is followed to its end.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study and its follow-ups are.
+    workers, scheduler : int or None, str or None
+        Of the cluster that computes the follow-ups.
+    """
+
+    store: "Store"
+    workers: int | None
+    scheduler: str | None
+
+    def follow(self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool) -> None:
+        """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
+        from damperlab.studies.answers.survey import require_harmonic
+        from damperlab.studies.definition import parse_harmonic
+
+        record = self.store.find(study)
+        require_harmonic(record.dimensions, question)
+        asked = parse_harmonic(record.definition)
+        ids = [record.id]
+        while True:
+            cubes = {name: self.store.cube(name) for name in ids}
+            with working("Judging"):
+                found = judge(asked, cubes)
+            note(found.note)
+            if not found.studies or dry_run:
+                break
+            for each in found.studies:
+                follow_up = self._compute(each, record)
+                if follow_up.id in ids:
+                    raise typer.Exit(FAILED)
+                ids.append(follow_up.id)
+        if as_json:
+            from damperlab.service.comparisons import refinement_document
+
+            print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
+            return
+        say(found.note)
+        say(", ".join(f"{name} = {_cell(value)}" for name, value in found.found.items()))
+        if ids[1:]:
+            say(f"Follow-up studies: {', '.join(ids[1:])}.")
+
+    def _compute(self, asked: "Study", parent: "Record") -> "Record":
+        """Run a follow-up to its end; what is done of it is kept if it stops."""
+        from damperlab.service.cli.run import compute, find_or_submit
+
+        record = find_or_submit(self.store, asked, True, {"refines": parent.id})
+        if record.state != "done":
+            record = compute(self.store, record, self.workers, self.scheduler)
+        if record.state != "done":
+            note(
+                f"damperlab: the follow-up {record.id} is {record.state}. Run the same command again to continue."
+            )
+            raise typer.Exit(FAILED)
+        return record
+
+
+def _cell(value: object) -> str:
+    return number(value) if isinstance(value, float) else str(value)

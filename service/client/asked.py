@@ -1,0 +1,92 @@
+"""What the client's questions share: their values as parameters of a request, and their documentation."""
+
+from collections.abc import Callable, Iterable, Mapping
+from inspect import cleandoc
+from typing import Any, Literal, TypeVar, get_args, get_origin
+
+from damperlab.service.client.transport import Transport
+from damperlab.studies.field import Field, Ranges, fields_of, given
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Asked:
+    """A study that can be asked.
+
+    Parameters
+    ----------
+    transport : Transport
+        The way to the service.
+    id : str
+        Of the study.
+    sizes : mapping of int
+        Points along each of its dimensions.
+    """
+
+    def __init__(self, transport: Transport, id: str, sizes: Mapping[str, int]) -> None:
+        self._transport = transport
+        self.id = id
+        self._sizes = dict(sizes)
+
+    def _ask(self, method: str, path: str = "", **how: Any) -> Any:
+        return self._transport.ask(method, f"/studies/{self.id}{path}", **how)
+
+    def _question(self, what: str, *questions: object) -> Mapping[str, Any]:
+        answer: Mapping[str, Any] = self._ask("GET", f"/{what}", params=parameters(*questions))
+        return answer
+
+
+def parameters(*questions: object) -> dict[str, Any]:
+    """Give the parameters of a query that asks for these values; what is left as it is goes unsaid."""
+    found: dict[str, Any] = {}
+    for question in questions:
+        kind: Any = type(question)
+        fields = {each.name: each for each in fields_of(kind)}
+        for name, value in given(question).items():
+            found |= value if fields[name].is_named else {fields[name].key: value}
+    return found
+
+
+def ids(studies: "Asked | str | Iterable[Asked | str]") -> tuple[str, ...]:
+    """Give the ids of studies, of one or of several."""
+    several = [studies] if isinstance(studies, Asked | str) else studies
+    return tuple(each.id if isinstance(each, Asked) else each for each in several)
+
+
+def explained(*questions: type) -> Callable[[Function], Function]:
+    """Write the parameters of questions into the documentation of the function that asks them.
+
+    Parameters
+    ----------
+    *questions : type
+        Values whose fields the function takes; what the function documents itself stays.
+    """
+    fields = [each for question in questions for each in fields_of(question) if "client" in each.doors]
+    entries = [entry(each) for each in sorted(fields, key=lambda each: each.is_named)]
+
+    def explain(function: Function) -> Function:
+        summary, heading, rest = cleandoc(function.__doc__ or "").partition("Returns\n---")
+        section = "\n".join(["Parameters", "----------", *entries])
+        function.__doc__ = f"{summary}{section}\n\n{heading}{rest}"
+        return function
+
+    return explain
+
+
+def entry(field: Field) -> str:
+    """Write one field as an entry of a docstring."""
+    name = f"**{field.name}" if field.is_named else field.name
+    optional = ", optional" if field.default is None else ""
+    return f"{name} : {_type(field)}{optional}\n    {field.help}"
+
+
+def _type(field: Field) -> str:
+    if field.is_named:
+        return "(float, float)" if field.core == Ranges else "float or str"
+    if field.is_range:
+        return "(float, float)"
+    if field.is_list:
+        return "iterable of str"
+    if get_origin(field.core) is Literal:
+        return "{" + ", ".join(f'"{name}"' for name in get_args(field.core)) + "}"
+    return str(field.core.__name__)

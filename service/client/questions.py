@@ -1,0 +1,178 @@
+"""Questions to a study of a service: maps, curves, rankings and comparisons, each answered with a Dataset."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from damperlab.service.client.asked import Asked, explained, ids
+from damperlab.studies.answers.shown import shown_axes
+from damperlab.studies.field import Range
+from damperlab.studies.questions import (
+    MOST_DESIGNS,
+    Amplitudes,
+    Design,
+    Judging,
+    Plane,
+    Ranking,
+    Second,
+    Selection,
+    Tuning,
+)
+from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduction
+
+if TYPE_CHECKING:
+    from damperlab.service.client.answers import (
+        Designs,
+        FrequencyResponse,
+        ResonanceMap,
+        TmdComparison,
+        WorkPrecision,
+    )
+
+
+class Questions(Asked):
+    """What a study is asked; a running one, too, with what is there."""
+
+    @explained(Plane, Selection)
+    def resonance_map(
+        self,
+        x: str | None = None,
+        y: str | None = None,
+        metric: str | None = None,
+        over: str | None = None,
+        reduce: Reduction | None = None,
+        interpolate: bool = False,
+        **at: float | str,
+    ) -> "ResonanceMap":
+        """Show one metric over two dimensions.
+
+        The dimensions are those along which the study varies, clearance and friction first, if not given. Unless the
+        frequency is given, or the record of a ground-motion suite, the largest value over all of them is shown.
+
+        Returns
+        -------
+        ResonanceMap
+            See `damperlab.studies.answers.resonance_map`.
+        """
+        from damperlab.service.client.answers import read_map
+
+        x, y = shown_axes(self._sizes, x, y, {*at, over})
+        plane, selection = Plane(x, y, over, reduce), Selection(metric, at, interpolate)
+        return read_map(self._question("resonance-map", plane, selection))
+
+    @explained(Selection, Second)
+    def frequency_response(
+        self,
+        metric: str | None = None,
+        interpolate: bool = False,
+        with_: Asked | str | None = None,
+        **at: float,
+    ) -> "FrequencyResponse":
+        """Follow one design along the frequency ratio.
+
+        With a second study on the same frequencies, as the way down of a hysteresis, ``other`` holds its values,
+        ``differs`` and the attribute ``apart`` where the two are different responses.
+
+        Returns
+        -------
+        FrequencyResponse
+            See `damperlab.studies.answers.frequency_response` and `damperlab.studies.answers.compared_response`.
+        """
+        from damperlab.service.client.answers import read_response
+
+        second = Second(None if with_ is None else ids(with_)[0])
+        return read_response(self._question("frequency-response", Selection(metric, at, interpolate), second))
+
+    @explained(Judging, Ranking)
+    def optimal_designs(
+        self,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        top: int | None = None,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        pareto: Sequence[str] | None = None,
+        with_: Iterable[Asked | str] = (),
+        metric: str | None = None,
+        records: Sequence[str] | None = None,
+        **ranges: Range,
+    ) -> "Designs":
+        """Rank designs over the frequencies of the study, the best first; dampers of a ground-motion suite by their worst case.
+
+        Ten designs are listed by default, of a Pareto front all.
+
+        Returns
+        -------
+        Designs
+            See `optimal_designs`, `pareto`, `merged` and `survey` of `damperlab.studies.answers`.
+        """
+        from damperlab.service.client.answers import read_designs
+
+        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
+        ranking = Ranking(
+            Ranking.top if pareto is None else MOST_DESIGNS,
+            None if pareto is None else tuple(pareto),
+            ids(with_),
+            metric,
+            None if records is None else tuple(records),
+        )
+        if top is not None:
+            ranking = replace(ranking, top=top)
+        return read_designs(self._question("optimal-designs", judging, ranking))
+
+    @explained(Amplitudes, Judging)
+    def robust_designs(
+        self,
+        amplitudes: Range = Amplitudes.amplitudes,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        top: int = Amplitudes.top,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        **ranges: Range,
+    ) -> "Designs":
+        """Rank dampers by their worst case while the base amplitude varies.
+
+        Returns
+        -------
+        Designs
+            See `damperlab.studies.answers.robust`.
+        """
+        from damperlab.service.client.answers import read_designs
+
+        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
+        return read_designs(self._question("robust-designs", Amplitudes(top, amplitudes), judging))
+
+    @explained(Tuning, Design)
+    def tmd_comparison(
+        self,
+        criterion: Criterion = Tuning.criterion,
+        mass_ratio: float | None = None,
+        detuning: float = Tuning.detuning,
+        damping_detuning: float = Tuning.damping_detuning,
+        excitation: Excitation = Tuning.excitation,
+        **at: float,
+    ) -> "TmdComparison":
+        """Compare one design with a tuned mass damper.
+
+        Returns
+        -------
+        TmdComparison
+            See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
+        """
+        from damperlab.service.client.answers import read_tmd
+
+        tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation)
+        return read_tmd(self._question("tmd-comparison", tuning, Design(at)))
+
+    def work_precision(self) -> "WorkPrecision":
+        """Sort the points by run time, and say how exact those of each time are.
+
+        Returns
+        -------
+        WorkPrecision
+            See `damperlab.studies.answers.work_precision`.
+        """
+        from damperlab.service.client.answers import read_precision
+
+        return read_precision(self._question("work-precision"))

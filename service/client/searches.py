@@ -1,0 +1,97 @@
+"""Searches that a service goes on with: follow-up studies around the best design, or around a class boundary."""
+
+from collections.abc import Iterable
+
+from damperlab.service.client.asked import Asked, explained, ids, parameters
+from damperlab.service.client.results import Refinement
+from damperlab.studies.field import Range
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search, Step
+from damperlab.studies.vocabulary import Objective
+
+
+class Searches(Asked):
+    """What computes further."""
+
+    @explained(Search, Judging, FollowUps)
+    def refine(
+        self,
+        tolerance: float = Search.tolerance,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        with_: Iterable[Asked | str] = (),
+        dry_run: bool = False,
+        value_tolerance: float = Search.value_tolerance,
+        budget: int = Search.budget,
+        **ranges: Range,
+    ) -> Refinement:
+        """Submit follow-up studies where a better design may lie, unless the best is known well enough.
+
+        Returns
+        -------
+        Refinement
+            With the follow-up to wait for, then to give as ``with_``.
+        """
+        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
+        search = Search(tolerance, value_tolerance, budget)
+        return self._search("/refine", search, judging, FollowUps(ids(with_), dry_run))
+
+    @explained(Race, Judging, FollowUps)
+    def race(
+        self,
+        confidence: float = Race.confidence,
+        indifference: float = Race.indifference,
+        budget: float = Race.budget,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        with_: Iterable[Asked | str] = (),
+        dry_run: bool = False,
+        **ranges: Range,
+    ) -> Refinement:
+        """Submit follow-up studies that compute longer what may be the best, unless the best is known.
+
+        Returns
+        -------
+        Refinement
+            With the follow-ups of the next round to wait for, then to give as ``with_`` with those before.
+        """
+        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
+        rules = Race(confidence, indifference, budget)
+        return self._search("/race", rules, judging, FollowUps(ids(with_), dry_run))
+
+    @explained(Boundary, Step, FollowUps)
+    def refine_boundary(
+        self,
+        along: str,
+        tolerance: float = Step.tolerance,
+        with_: Iterable[Asked | str] = (),
+        dry_run: bool = False,
+        **at: float,
+    ) -> Refinement:
+        """Submit a follow-up study around a change of the response class, unless that is known well enough.
+
+        Returns
+        -------
+        Refinement
+            With the follow-up to wait for, then to give as ``with_``.
+        """
+        questions = (Boundary(along, at), Step(tolerance), FollowUps(ids(with_), dry_run))
+        return self._search("/refine-boundary", *questions)
+
+    def _search(self, path: str, *questions: object) -> Refinement:
+        from damperlab.service.client.study import Study
+
+        answer = self._ask("POST", path, params=parameters(*questions))
+        names = ("known", "found", "steps", "points", "fine_points", "note")
+        studies = tuple(Study(self._transport, each) for each in answer.get("follow_ups", ()))
+        more = {
+            "spent": answer["spent"],
+            "as_good": answer.get("as_good"),
+            "chance_of_another": answer.get("chance_of_another"),
+            "follow_ups": studies,
+            "follow_up": studies[0] if studies else None,
+        }
+        return Refinement(**{name: answer[name] for name in names}, **more)

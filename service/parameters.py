@@ -1,0 +1,166 @@
+"""Questions over HTTP: the parameters of a query, made from the fields of the values that they are read into."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from inspect import Parameter, Signature
+from typing import Annotated, Any
+
+from fastapi import Depends, Query
+from pydantic import AfterValidator, BaseModel, ConfigDict, WithJsonSchema, create_model
+from pydantic import Field as Described
+
+from damperlab.studies.field import Field, Ranges, fields_of
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
+
+FREQUENCY = "frequency_ratio"
+LONGEST = 2000
+"""Most characters of a text."""
+
+RANGED: tuple[str, ...] = (
+    *(name for name in EVERY_DIMENSION if name != RECORD),
+    *(name for name, variable in VARIABLES.items() if variable.flags is None),
+)
+"""What may be kept within a range: dimensions, and results that are quantities."""
+
+
+def asks(*questions: type, dimensions: Sequence[str] = EVERY_DIMENSION) -> Any:
+    """Make the dependency that reads the parameters of a route into frozen values.
+
+    Parameters
+    ----------
+    *questions : type
+        Dataclasses whose fields `damperlab.studies.field.asked` defines; no two have a field of one name, except that a
+        dimension gives way to a field of its name.
+    dimensions : sequence of str
+        Those that may be named; of every kind of study, if not given.
+
+    Returns
+    -------
+    Depends
+        Of a tuple with one value of each. Unknown parameters are refused.
+    """
+    own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
+    taken = {each.key for each in own}.union(set(EVERY_DIMENSION).difference(dimensions))
+    definitions: dict[str, Any] = {}
+    for each in own:
+        definitions |= _named(each, taken) if each.is_named else {each.name: _single(each)}
+    name = "".join(question.__name__ for question in questions) + "Query"
+    model: type[BaseModel] = create_model(name, __config__=ConfigDict(extra="forbid"), **definitions)
+
+    def read(query: Any) -> tuple[Any, ...]:
+        return tuple(_value(question, query, taken) for question in questions)
+
+    parameter = Parameter("query", Parameter.POSITIONAL_OR_KEYWORD, annotation=Annotated[model, Query()])
+    read.__signature__ = Signature([parameter])  # type: ignore[attr-defined]
+    return Depends(read)
+
+
+def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
+    """Read one value out of the parameters."""
+    values: dict[str, Any] = {}
+    for each in fields_of(question):
+        if "http" not in each.doors:
+            continue
+        if each.is_named:
+            found = ((name, getattr(query, name)) for name in _names(each, taken))
+            named = {name: text for name, text in found if text is not None}
+            values[each.name] = (
+                {name: pair(text) for name, text in named.items()} if each.core == Ranges else named
+            )
+            continue
+        value = getattr(query, each.name)
+        if isinstance(value, str) and each.is_range:
+            value = pair(value)
+        elif isinstance(value, str) and each.is_list:
+            value = tuple(part for text in value.split(",") if (part := text.strip()))
+        values[each.name] = value
+    return question(**values)
+
+
+def read_range(text: str) -> str:
+    """Check `lower,higher`, the text of a range."""
+    low, comma, high = text.partition(",")
+    try:
+        if comma and float(low) <= float(high):
+            return text
+    except ValueError:
+        pass
+    raise ValueError("two numbers, lower,higher")
+
+
+def pair(text: str) -> tuple[float, float]:
+    """Read `lower,higher`, which was checked."""
+    low, _, high = text.partition(",")
+    return float(low), float(high)
+
+
+def described(field: Field) -> str:
+    """Give the help of a field, with how a parameter is written where that is not plain from its type."""
+    sentences = [field.help]
+    if field.is_range:
+        sentences.append("Two numbers, `lower,higher`.")
+    if field.is_list:
+        sentences.append("Several are separated by commas.")
+    if field.meanings:
+        sentences.append("; ".join(f"{name}: {meaning}" for name, meaning in field.meanings.items()) + ".")
+    return " ".join(sentences)
+
+
+def _single(field: Field) -> Any:
+    """Define the parameter of one field."""
+    text: Any = Annotated[str, WithJsonSchema({"type": "string", "enum": list(field.allowed)})]
+    kind: Any = field.core if not field.allowed else text
+    limits: dict[str, Any] = {"ge": field.least, "gt": field.above, "le": field.most}
+    default = field.default
+    if field.is_range:
+        kind = Annotated[str, AfterValidator(read_range)]
+        default = default and "{:g},{:g}".format(*default)
+    elif field.is_list:
+        kind, default = str, None
+    if kind is float:
+        limits["allow_inf_nan"] = False
+    elif not field.allowed and (kind is str or field.is_range):
+        limits["max_length"] = LONGEST
+    more = {name: limit for name, limit in limits.items() if limit is not None}
+    if field.example:
+        more["examples"] = [field.example]
+    # a list that is not given is told from one without a name in it
+    optional = default is None
+    return kind | None if optional else kind, Described(
+        default, alias=field.key, description=described(field), **more
+    )
+
+
+def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
+    """Give the names that a field has values for, without those that are parameters of their own."""
+    names = RANGED if field.core == Ranges else EVERY_DIMENSION
+    return (name for name in names if name not in taken)
+
+
+def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
+    """Define a parameter for each name that a field has values for."""
+    ranged = field.core == Ranges
+    found: dict[str, Any] = {}
+    for name in _names(field, taken):
+        words = _long_name(name)
+        if ranged:
+            meaning = f"`lower,higher` of the {words}: designs outside this range"
+            meaning += " at any considered frequency are excluded." if name in VARIABLES else " are excluded."
+            if name == FREQUENCY:
+                meaning = "Refused: `band` is the range of frequency ratios."
+            kind: Any = Annotated[str, AfterValidator(read_range)] | None
+            found[name] = kind, Described(None, max_length=100, description=meaning)
+        elif name == RECORD:
+            found[name] = str | None, Described(None, max_length=100, description=f"{words}, by its id.")
+        else:
+            meaning = f"{words}; the grid point nearest to it is taken."
+            found[name] = float | None, Described(None, allow_inf_nan=False, description=meaning)
+    return found
+
+
+def _long_name(name: str) -> str:
+    if name in DIMENSION_LONG_NAMES:
+        return DIMENSION_LONG_NAMES[name]
+    return SUITE_DIMENSIONS[name][1] if name in SUITE_DIMENSIONS else VARIABLES[name].long_name

@@ -1,0 +1,31 @@
+"""What a comparison of dampers under a record is told in physical units, with the paper's prototype as defaults."""
+
+from damperlab.studies.quantity import Quantity
+
+QUANTITIES: dict[str, tuple[Quantity, float]] = {
+    name: (Quantity(name, meaning, low, high, advice, below), default)
+    for name, meaning, low, high, advice, below, default in (
+        ("mass_kg", "mass M of the primary structure [kg]", 1e-6, 1e12, "give it in kg", False, 1.605),
+        (
+            "natural_frequency_hz", "undamped natural frequency of the structure [Hz]", 1e-3, 1e3,
+            "give it in Hz", False, 2.5,
+        ),
+        ("damping_ratio", "damping ratio ζ of the structure", 0.0, 1.0, "below 1", True, 0.0038),
+        ("particle_mass_kg", "mass m of the particle [kg]", 0.0, 1e12, "give it in kg; 0 for none", False, 0.1605),
+        (
+            "clearance_m", "clearance d on either side of the particle, half the free cavity length [m]", 1e-9, 1e6,
+            "give it in m", False, 0.0075,
+        ),
+        ("restitution", "coefficient of restitution e", 0.0, 1.0, "from 0 to 1", False, 0.47),
+        (
+            "friction_force_n", "Coulomb friction force F_f [N]", 0.0, 1e12, "give it in N; 0 for none", False,
+            0.409,
+        ),
+        ("tmd_mass_kg", "mass of the tuned mass damper [kg]; that of the particle by default", 1e-9, 1e12, "give it in kg",
+            False, float("nan")),
+        ("scale", "factor on the record", 1e-6, 1e6, "1 leaves the record as it is", False, 1.0),
+        ("tail_s", "free vibration after the record [s]", 0.0, 1000.0, "0 stops with the record", False, 0.0),
+        ("perturbation_m", "size of the perturbed starts [m]", 0.0, 1e3, "a millionth of the motion is usual", False, 1e-7),
+    )
+}  # fmt: skip
+"""Bounds and default of each (Tables 2 and 4; the force is `paper.friction_force_n` at the smallest clearance)."""

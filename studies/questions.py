@@ -1,0 +1,310 @@
+"""What is asked of a study's results, as frozen values; their fields are what every door offers."""
+
+from dataclasses import dataclass
+
+from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
+from damperlab.studies.registry import EVERY_DIMENSION, EVERY_VARIABLE
+from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.vocabulary import (
+    CASES,
+    CRITERIA,
+    OBJECTIVES,
+    Criterion,
+    Excitation,
+    Method,
+    Objective,
+    Reduction,
+)
+
+MOST_DESIGNS = 10_000
+"""Most designs in one answer."""
+FINEST = 1e-9
+"""Smallest step to which a parameter may be searched."""
+MOST_ABSORBER_MASS = 10.0
+"""Largest mass ratio of a tuned mass damper."""
+MOST_DETUNING = 10.0
+MOST_STARTS = 256
+"""Most initial states of one request."""
+MOST_SEED = 2**63 - 1
+
+_WITH = ("--with",)
+
+
+@dataclass(frozen=True)
+class Judging:
+    """What designs are judged by, and which of them.
+
+    The same in every ranking: of one study, of several, over base amplitudes, in a refinement, in a race.
+    """
+
+    objective: Objective | None = asked(
+        None,
+        "What designs are ranked by; peak by default, resonance where the study has one frequency.",
+        meanings=OBJECTIVES,
+    )
+    band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
+    exclude_locked: bool = asked(False, "Exclude designs in which friction locks the mass to its base.")
+    max_impact_speed: float | None = asked(
+        None, "Exclude designs with impacts faster than this speed, in units of Z·ω_n.", least=0
+    )
+    ranges: Ranges = asked(
+        NONE,
+        "Keep only designs whose dimension, or whose result at every considered frequency (such as stick_fraction), lies "
+        "in this range.",
+        form="NAME=LO,HI",
+        options=("--within",),
+    )
+
+
+@dataclass(frozen=True)
+class Listed:
+    """How much of a ranking is listed."""
+
+    top: int = asked(10, "Number of designs to list.", least=1, most=MOST_DESIGNS)
+
+
+@dataclass(frozen=True)
+class Ranking(Listed):
+    """What a ranking lists besides, and over which studies."""
+
+    pareto: tuple[str, ...] | None = asked(
+        None,
+        "List the Pareto-optimal designs in these two or three objectives, as in amplitude,mass. A minus in front of a name "
+        "means that larger is better.",
+        form="A,B[,C]",
+        example="amplitude,mass",
+    )
+    with_: tuple[str, ...] = asked(
+        (), "Rank the designs of this follow-up study as well.", form="ID", options=_WITH
+    )
+    metric: str | None = asked(
+        None,
+        "Result that dampers of a ground-motion suite are ranked by; peak_relative_displacement_m by default.",
+        allowed=EVERY_VARIABLE,
+    )
+    records: tuple[str, ...] | None = asked(
+        None,
+        "Consider only this record of a ground-motion suite; all records by default.",
+        form="ID",
+        key="record",
+        options=("--record",),
+    )
+
+
+@dataclass(frozen=True)
+class Amplitudes(Listed):
+    """Over which base amplitudes the worst case is taken."""
+
+    amplitudes: Range = asked(
+        (0.5, 2.0), "Range of the base amplitude, relative to the nominal one.", form="LO,HI", example="0.5,2"
+    )
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is shown of a study, and where."""
+
+    metric: str | None = asked(
+        None,
+        "Result variable to show; amplitude_ratio by default, peak_relative_displacement_m for a ground-motion suite.",
+        allowed=EVERY_VARIABLE,
+    )
+    at: At = asked_at()
+    interpolate: bool = asked(
+        False, "Interpolate between grid points where the response class does not change."
+    )
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The two dimensions of a map, and what becomes of a third one."""
+
+    x: str | None = asked(
+        None, "Dimension on the horizontal axis.", allowed=EVERY_DIMENSION, example="friction_ratio"
+    )
+    y: str | None = asked(
+        None, "Dimension on the vertical axis.", allowed=EVERY_DIMENSION, example="frequency_ratio"
+    )
+    over: str | None = asked(
+        None, "A third dimension, over which the result is reduced.", allowed=EVERY_DIMENSION
+    )
+    reduce: Reduction | None = asked(None, "How the third dimension is reduced; max by default.")
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of a map that a screen shows."""
+
+    x_range: Range | None = asked(None, "Show only this range of the horizontal axis.", doors=("http",))
+    y_range: Range | None = asked(None, "Show only this range of the vertical axis.", doors=("http",))
+    most: int | None = asked(
+        None,
+        "Most values along x and along y: evenly spaced ones stay.",
+        least=2,
+        most=2000,
+        doors=("http",),
+    )
+
+
+@dataclass(frozen=True)
+class Second:
+    """A second study beside the first."""
+
+    with_: str | None = asked(
+        None,
+        "A second study to compare with, such as the downward sweep of a hysteresis.",
+        form="ID",
+        options=_WITH,
+    )
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """The tuned mass damper that a design is compared with."""
+
+    criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
+    mass_ratio: float | None = asked(
+        None,
+        "Mass ratio μ of the tuned mass damper; that of the design by default.",
+        above=0,
+        most=MOST_ABSORBER_MASS,
+        options=("--tmd-mass-ratio", "--mass-ratio"),
+    )
+    detuning: float = asked(
+        0.0,
+        "Relative error of the tuned mass damper's frequency, 0.05 for 5 %.",
+        above=-1,
+        most=MOST_DETUNING,
+    )
+    damping_detuning: float = asked(
+        0.0, "Relative error of the tuned mass damper's damping.", above=-1, most=MOST_DETUNING
+    )
+    excitation: Excitation = asked(
+        "base", "Excitation: base motion, or a force on the structure (X over its static deflection)."
+    )
+
+
+@dataclass(frozen=True)
+class FollowUps:
+    """Follow-up studies that are there, and whether more are submitted."""
+
+    with_: tuple[str, ...] = asked(
+        (),
+        "Id of a follow-up study that is done.",
+        form="ID",
+        options=_WITH,
+        # the command computes its follow-ups itself, and finds them again
+        doors=("http", "client"),
+    )
+    dry_run: bool = asked(False, "Say what is known and what would be computed; compute nothing.")
+
+
+@dataclass(frozen=True)
+class Step:
+    """How finely a parameter is searched."""
+
+    tolerance: float = asked(1e-3, "Grid step down to which each parameter is refined.", least=FINEST)
+
+
+@dataclass(frozen=True)
+class Search(Step):
+    """How far a refinement goes."""
+
+    value_tolerance: float = asked(
+        0.01, "Relative improvement below which a design is not searched for.", least=1e-6, most=0.5
+    )
+    budget: int = asked(
+        20_000, "Largest total number of points of all follow-up studies.", least=0, most=10**9
+    )
+
+
+@dataclass(frozen=True)
+class Race:
+    """When a race between designs ends."""
+
+    confidence: float = asked(
+        0.95, "Confidence with which the best design is to be known.", least=0.5, most=0.9999
+    )
+    indifference: float = asked(
+        0.02, "Relative difference below which two designs count as equally good.", least=1e-4, most=0.5
+    )
+    budget: float = asked(5e7, "Largest total number of excitation cycles of all rounds.", least=0)
+
+
+@dataclass(frozen=True)
+class Design:
+    """The design of a study that is compared, or another point of it."""
+
+    at: At = asked_at()
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Along which dimension a change of the response class is located, and where the others are."""
+
+    along: str | None = asked(
+        None,
+        "Locate where the response class changes along this dimension, in place of the optimum.",
+        allowed=DIMENSIONS,
+        form="DIMENSION",
+        options=("--boundary",),
+    )
+    at: At = asked_at()
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Under which record dampers are compared, and how; their parameters are `ground.quantities.QUANTITIES`."""
+
+    record: str = asked(
+        "loma-prieta",
+        "Ground-motion record: the name of an earthquake, or the id of a record.",
+        # an argument of the command, which takes a file too
+        doors=("http", "client"),
+    )
+    tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
+    cases: tuple[str, ...] | None = asked(
+        None,
+        "Compare only this damper: none, tmd, fd (friction), pid (particle) or hybrid; all by default.",
+        allowed=tuple(CASES),
+        options=("--case",),
+        form="NAME",
+    )
+    starts: int = asked(
+        16,
+        "Number of perturbed initial states that show how sensitive the response is; 0 for none.",
+        least=0,
+        most=MOST_STARTS,
+    )
+    seed: int = asked(0, "Seed of the perturbed initial states.", least=0, most=MOST_SEED)
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """How one design point is computed."""
+
+    cycles: int | None = asked(
+        None,
+        "Integrate from rest for exactly this many excitation cycles; the steady response by default.",
+        least=1,
+    )
+    method: Method = asked(
+        "event", "Integration method: event-driven, or the paper's Runge–Kutta scheme with fixed steps."
+    )
+    history: int | None = asked(
+        None, "Length of the time history, in excitation cycles before the end.", least=0, form="CYCLES"
+    )
+    samples: int | None = asked(
+        None,
+        "Largest number of samples of the time history.",
+        least=2,
+        # a file has them all
+        doors=("http", "client"),
+    )
+    starts: int = asked(
+        0,
+        "Number of initial states whose steady responses are compared; the first is rest.",
+        least=0,
+        most=MOST_STARTS,
+    )
+    seed: int = asked(0, "Seed of the random initial states.", least=0, most=2**32 - 1)
