@@ -73,8 +73,9 @@ def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
         value = getattr(query, each.name)
         if isinstance(value, str) and each.is_range:
             value = pair(value)
-        elif isinstance(value, str) and each.is_list:
-            value = tuple(part for text in value.split(",") if (part := text.strip()))
+        elif each.is_list:
+            parts = (part.strip() for part in (value or "").split(","))
+            value = each.default if value is None else tuple(filter(None, parts))
         values[each.name] = value
     return question(**values)
 

@@ -74,6 +74,10 @@ def refine_optimum(
     asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
     varied = [name for name in DESIGN if parent[name].size > 1]
+    if not varied:
+        allowed = "a study that varies at least one design dimension"
+        advice = "submit one with an axis of several values"
+        raise QueryFault(Fault("refine", "a study of one design", allowed, advice))
     cells = Cells.of(cubes, asked, judging.ranges, varied)
     wide = cells.widths > tolerance * (1 + ROUNDING)
     touching = cells.touch([found[name] for name in varied])

@@ -171,6 +171,7 @@ def test_what_cannot_be_refined_is_refused(store):
     for error_field, call in (
         ("tolerance", lambda: refine_optimum(study, {name: cube}, Search(0.0))),
         ("refine", lambda: refine_optimum(study, {name: empty})),
+        ("refine", lambda: refine_optimum(study, {name: cube.isel(friction_ratio=[3])})),
         ("along", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
         ("boundary", lambda: refine_boundary(study, {name: cube}, "restitution", {})),
         ("boundary", lambda: refine_boundary(study, {name: empty}, "friction_ratio", {})),
