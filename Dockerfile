@@ -9,8 +9,8 @@ ENV PYTHONUNBUFFERED=1 \
 WORKDIR /app
 
 # Dependencies first: they change seldom, and the layer is kept while the code changes.
-COPY requirements.lock ./
-RUN python -m pip install --require-hashes -r requirements.lock
+COPY requirements-image.lock ./
+RUN python -m pip install --require-hashes -r requirements-image.lock
 
 COPY pyproject.toml README.md LICENSE ./
 COPY src src
@@ -23,7 +23,8 @@ RUN python -m pip install --no-deps --no-build-isolation . \
     && rm -rf /app/* \
     && python -m damperlab.worker.shipping \
     && useradd --create-home --uid 1000 damperlab \
-    && install --directory --owner damperlab --group damperlab /data
+    && install --directory --owner damperlab --group damperlab /data \
+    && install --directory --owner damperlab --group damperlab --mode 0700 /certificates
 
 USER damperlab
 WORKDIR /home/damperlab

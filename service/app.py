@@ -1,6 +1,5 @@
 """The HTTP service: its parts, put together and started."""
 
-import logging
 import os
 import signal
 import socket
@@ -29,6 +28,7 @@ from damperlab.service.edge.policy import Policy
 from damperlab.service.ending import end_by
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
+from damperlab.service.logs import start_logging
 from damperlab.service.routes import (
     accuracy,
     axes,
@@ -220,11 +220,7 @@ def serve(settings: Settings) -> None:
     SystemExit
         With status 1 where the port or the data directory cannot be used, and 0 after SIGTERM.
     """
-    logging.basicConfig(
-        level=settings.log_level.upper(),
-        format="%(asctime)s %(levelname)s %(name)s: %(message)s",
-        stream=sys.stderr,
-    )
+    start_logging(settings.log_level, settings.log_format)
     if threading.current_thread() is threading.main_thread():
         # uvicorn shuts down on SIGTERM and then raises it anew; a service that stopped as asked did not fail.
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))

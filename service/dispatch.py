@@ -11,13 +11,17 @@ from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
+from damperlab.worker.crew import STANDINGS
 from damperlab.worker.handful import MOST, run_handful
 from damperlab.worker.lease import owner_is_dead
 from damperlab.worker.outcomes import ClusterUnusable
+from damperlab.worker.progress import Progress
 from damperlab.worker.runner import run_study
 
 LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""
+WAIT_SECONDS = 20.0
+"""How long a study waits for workers before it makes room for another; it is queued then, and its record says for what."""
 CLEAN_SECONDS = 3600.0
 """Between two looks for files that nobody needs."""
 AGAIN_SECONDS = 5.0
@@ -63,6 +67,8 @@ class Dispatcher:
         self._at_once = at_once
         self._lock = threading.Lock()
         self._runs: dict[str, _Run] = {}
+        self._progress: dict[str, Progress] = {}
+        self._retries = 0
         self._not_before: dict[str, float] = {}
         # small studies that could not be run with others
         self._alone: set[str] = set()
@@ -79,6 +85,21 @@ class Dispatcher:
         """Ids of the studies that run here now."""
         with self._lock:
             return sorted(self._runs)
+
+    def workload(self) -> tuple[dict[str, int], int, int]:
+        """Give workers by standing (of the study that sees most), blocks at workers, and blocks begun again so far."""
+        with self._lock:
+            now = list(self._progress.values())
+            retries = self._retries + sum(each.retries for each in now)
+        counts = dict.fromkeys(map(str, STANDINGS), 0)
+        for each in now:
+            for standing, count in each.workers:
+                counts[standing] = max(counts[standing], count)
+        return counts, sum(each.blocks_in_flight for each in now), retries
+
+    def _follow(self, study_id: str, progress: Progress) -> None:
+        with self._lock:
+            self._progress[study_id] = progress
 
     def start(self) -> None:
         """Begin to look for work."""
@@ -249,11 +270,12 @@ class Dispatcher:
                 self._runners_store,
                 study_id,
                 self.cluster.borrow,
-                lambda progress: None,
+                lambda progress: self._follow(study_id, progress),
                 stop,
                 # Stopped by a shutdown and not by a user: the next start goes on with it.
                 stopped_as=lambda: "queued" if self._closing.is_set() else "cancelled",
                 outage_as="queued",
+                wait_seconds=WAIT_SECONDS,
             )
             _log.info(
                 "study %s is %s: %d of %d points",
@@ -281,6 +303,8 @@ class Dispatcher:
             with self._lock:
                 del self._runs[study_id]
                 self._alone.discard(study_id)
+                last = self._progress.pop(study_id, None)
+                self._retries += 0 if last is None else last.retries
             self.wake()
 
     def _put_off(self, study_id: str, reason: str) -> None:

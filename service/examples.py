@@ -173,7 +173,16 @@ RECORD: dict[str, Any] = {
                     "name": {"type": "string"},
                     "state": {"enum": list(STATES)},
                     "phase": {
-                        "enum": ["queued", "starting", "compiling", "running", "done", "cancelled", "failed"],
+                        "enum": [
+                            "queued",
+                            "starting",
+                            "compiling",
+                            "waiting",
+                            "running",
+                            "done",
+                            "cancelled",
+                            "failed",
+                        ],
                         "description": "the state, or what a running study does before its blocks",
                     },
                     "phase_done": {"type": ["integer", "null"], "description": "kernels compiled"},

@@ -100,6 +100,9 @@ class Settings(BaseSettings):
     log_level: Literal["critical", "error", "warning", "info", "debug"] = Field(
         "info", description="What is logged."
     )
+    log_format: Literal["text", "json"] = Field(
+        "text", description="How it is logged: lines for people, or a JSON object a line."
+    )
 
     @field_validator("data_dir")
     @classmethod

@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated
 
 from anyio import CapacityLimiter
@@ -10,6 +11,7 @@ from starlette.requests import Request
 
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.kernels import Kernels
+from damperlab.service.readiness import Readiness
 from damperlab.service.security.caller import TheCaller, require_own
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
@@ -51,6 +53,11 @@ class Service:
     submissions: CapacityLimiter
     kernels: Kernels
     closing: threading.Event = field(default_factory=threading.Event)
+
+    @cached_property
+    def readiness(self) -> Readiness:
+        """Whether the store answers."""
+        return Readiness(self.store)
 
 
 def _service(request: Request) -> Service:

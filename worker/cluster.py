@@ -7,22 +7,25 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from importlib.util import find_spec
 
 import dask
-from distributed import Client, LocalCluster, rpc
+from distributed import Client, Nanny, Security, SpecCluster, rpc
 from distributed.system import MEMORY_LIMIT
 
 from damperlab.studies.faults import Fault
+from damperlab.worker.certificates import security
 from damperlab.worker.outcomes import ClusterUnusable
-from damperlab.worker.provenance import identity
+from damperlab.worker.scheduler import SchedulerProcess
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
 """How long a scheduler, and the first of its workers, may take to answer."""
 START_TIMEOUT_SECONDS = 120.0
 """How long worker processes of our own may take to start; a loaded machine imports numba slowly."""
 
-_ONE_THREAD = dict.fromkeys(
+_log = logging.getLogger(__name__)
+
+ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",
         "MKL_NUM_THREADS",
@@ -33,13 +36,16 @@ _ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
+"""Environment of a worker: a kernel keeps one core busy, and no library shall start threads beside it."""
 
-_LOCAL_CONFIG = {
+_SCHEDULER_CONFIG = {
     # One death makes a block suspect: the runner, not the scheduler, decides how often to try again.
     "distributed.scheduler.allowed-failures": 0,
+}
+_LOCAL_CONFIG = {
     # The profiler samples every worker thread 100 times a second for a dashboard that is off.
     "distributed.worker.profile.enabled": False,
-    "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **_ONE_THREAD},
+    "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **ONE_THREAD},
 }
 
 
@@ -59,7 +65,7 @@ def core_count() -> int:
 
 @contextmanager
 def connect(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
-    """Client of a cluster in which every worker holds this code.
+    """Client of a cluster; which of its workers can compute each study finds out for itself.
 
     Parameters
     ----------
@@ -77,7 +83,7 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
     Raises
     ------
     ClusterUnusable
-        Both or an impossible number were given, no scheduler or worker answers, or a worker holds other code.
+        Both or an impossible number were given, or no scheduler answers.
     """
     if scheduler is not None:
         if workers is not None:
@@ -96,46 +102,24 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
             raise ClusterUnusable(Fault("workers", str(count), "1 or more", "leave it out to use every core"))
         opened = _local(count)
     with opened as client:
-        check_workers(client)
         yield client
 
 
-def check_workers(client: Client) -> None:
-    """Refuse a cluster in which a worker holds other code than this process.
+def secret() -> Security:
+    """Certificates for one cluster of one run, in memory: who has them not can neither ask it nor join it.
 
-    Parameters
-    ----------
-    client : Client
-        Connected.
-
-    Raises
-    ------
-    ClusterUnusable
-        Naming the first odd worker, what it holds and what is expected.
+    Returns
+    -------
+    Security
+        Without the package cryptography it encrypts nothing, and a warning is logged.
     """
-    mine = identity()
-    try:
-        answers: dict[str, Any] = client.run(identity, on_error="return")
-    except (OSError, TimeoutError) as error:
-        raise _lost(error) from error
-    for address, answer in sorted(answers.items()):
-        if isinstance(answer, BaseException):
-            found = f"worker {address} cannot import it ({type(answer).__name__}: {answer})"
-        elif (answer["version"], answer["sources"]) != (mine["version"], mine["sources"]):
-            found = (
-                f"worker {address} on {answer['host']} holds version {answer['version']} "
-                f"with sources {answer['sources'][:12]}"
-            )
-        else:
-            continue
-        raise ClusterUnusable(
-            Fault(
-                "scheduler",
-                found,
-                f"version {mine['version']} with sources {mine['sources'][:12]} on every worker",
-                "install the same damperlab there and restart the worker",
-            )
+    if find_spec("cryptography") is None:
+        _log.warning(
+            "The package cryptography is missing, so that the embedded cluster has no secret: any process of this "
+            "machine can reach it. Install damperlab[service] again."
         )
+        return Security()
+    return Security.temporary()
 
 
 def dask_setup(worker: object) -> None:
@@ -149,20 +133,31 @@ def dask_setup(worker: object) -> None:
 
 @contextmanager
 def _local(count: int) -> Iterator[Client]:
+    shown = secret()
+    worker = {
+        "nthreads": 1,
+        "host": "127.0.0.1",
+        "protocol": "tls" if shown.require_encryption else "tcp",
+        "security": shown,
+        "memory_limit": MEMORY_LIMIT // count,
+        "silence_logs": logging.CRITICAL,
+        "dashboard": False,
+        "preload": ["damperlab.worker.cluster"],
+    }
     with (
         dask.config.set(_LOCAL_CONFIG),
         # Empty at first: an interrupt while the processes start then meets a cluster that the context closes.
-        LocalCluster(
-            n_workers=0,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            memory_limit=MEMORY_LIMIT // count,
+        SpecCluster(
+            workers={},
+            worker={"cls": Nanny, "options": worker},
+            scheduler={
+                "cls": SchedulerProcess,
+                "options": {"security": shown, "config": _SCHEDULER_CONFIG},
+            },
+            security=shown,
             silence_logs=logging.CRITICAL,
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            preload=["damperlab.worker.cluster"],
         ) as cluster,
-        Client(cluster, set_as_default=False) as client,
+        Client(cluster, security=shown, set_as_default=False) as client,
     ):
         cluster.scale(count)
         client.wait_for_workers(count, timeout=START_TIMEOUT_SECONDS)
@@ -173,33 +168,26 @@ def _local(count: int) -> Iterator[Client]:
 def _remote(address: str) -> Iterator[Client]:
     allowed = "the address of a running Dask scheduler, as in tcp://host:8786"
     try:
-        asyncio.run(_probe(address))
+        shown = security()
+        asyncio.run(_probe(address, shown))
     # Dask raises all kinds for an address that is none and for a server that is no scheduler.
+    except ClusterUnusable:
+        raise
     except Exception as error:
         raise ClusterUnusable(
             Fault(
                 "scheduler",
                 f"{address!r} ({str(error) or f'no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s'})",
                 allowed,
-                "start one with `dask scheduler`, or leave `scheduler` out to compute on this machine",
+                "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS where it asks for certificates; or"
+                " leave `scheduler` out to compute on this machine",
             )
         ) from error
     try:
-        opened = Client(address, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
+        opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
     except (OSError, TimeoutError) as error:
         raise _lost(error) from error
     with opened as client:
-        try:
-            client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_SECONDS)
-        except TimeoutError as error:
-            raise ClusterUnusable(
-                Fault(
-                    "scheduler",
-                    f"{address!r}, which has no workers",
-                    allowed,
-                    f"start one with `dask worker {address}` where damperlab is installed",
-                )
-            ) from error
         yield client
 
 
@@ -214,9 +202,10 @@ def _lost(error: Exception) -> ClusterUnusable:
     )
 
 
-async def _probe(address: str) -> None:
+async def _probe(address: str, shown: Security) -> None:
     # A Client that finds no scheduler leaves its threads behind; this asks first and leaves nothing.
-    async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS) as remote:
+    arguments = shown.get_connection_args("client")
+    async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS, connection_args=arguments) as remote:
         answer = await asyncio.wait_for(remote.identity(), SCHEDULER_TIMEOUT_SECONDS)
     if answer["type"] != "Scheduler":
         raise ValueError(f"it is a Dask {answer['type'].lower()}")

@@ -44,6 +44,14 @@ class ClusterUnusable(RuntimeError):
         self.fault = fault
 
 
+class Crashed(RuntimeError):
+    """A block ended the process that computed it alone, whose parent lives: the block's doing, or want of memory."""
+
+
+class Leaving(RuntimeError):
+    """A worker was told to leave while it computed a block: nobody's fault, and the block is given to another."""
+
+
 @dataclass(frozen=True)
 class Failure:
     """A block that failed as often as it may.

@@ -1,7 +1,7 @@
 """Kernels that a cluster's workers lack, compiled there before the blocks of a study: side by side, each once a machine."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from distributed import Client
 
@@ -18,6 +18,7 @@ def compile_at_workers(
     wanted: Sequence[Scene],
     on_progress: Callable[[int, int], None],
     stopping: Callable[[], bool],
+    workers: Collection[str],
 ) -> None:
     """Have every kernel of some scenes compiled at each machine of a cluster.
 
@@ -33,17 +34,23 @@ def compile_at_workers(
         Told how many scenes are compiled, and of how many; not called where none is missing.
     stopping : callable
         Says whether to stop waiting; what has begun goes on at its worker.
+    workers : collection of str
+        Addresses of the workers to ask.
     """
     if not wanted:
         return
     places: dict[tuple[str, str], tuple[list[Scene], list[str]]] = {}
-    for address, answer in client.run(_lacking, list(wanted), on_error="ignore").items():
+    asked = client.run(_lacking, list(wanted), workers=list(workers), on_error="ignore")
+    for address, answer in asked.items():
+        # one that has left meanwhile
+        if answer is None:
+            continue
         host, folder, lacking = answer
         places.setdefault((host, folder), (lacking, []))[1].append(address)
     tasks = [
         # another worker may take over from one that dies: machines differ less than that costs
-        client.submit(_warm, scene, pure=False, workers=[workers[i % len(workers)]], allow_other_workers=True)
-        for lacking, workers in places.values()
+        client.submit(_warm, scene, pure=False, workers=[there[i % len(there)]], allow_other_workers=True)
+        for lacking, there in places.values()
         for i, scene in enumerate(lacking)
     ]
     while tasks:

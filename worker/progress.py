@@ -26,6 +26,10 @@ class Progress:
         As in `Record`: starting or compiling before the blocks.
     phase_done, phase_total : int, optional
         Kernels compiled, of how many, while the phase is compiling.
+    workers : tuple of (str, int)
+        How many workers of the cluster have which standing for this study.
+    blocks_in_flight, retries : int
+        Blocks at workers, and blocks of this run that were begun again.
     """
 
     points_total: int
@@ -38,6 +42,9 @@ class Progress:
     phase: str = "running"
     phase_done: int | None = None
     phase_total: int | None = None
+    workers: tuple[tuple[str, int], ...] = ()
+    blocks_in_flight: int = 0
+    retries: int = 0
 
 
 class Meter:

@@ -1,23 +1,31 @@
 """One study from claimed to done: its pending blocks through a cluster into the store."""
 
+import logging
 import time
 import uuid
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, closing, suppress
 from dataclasses import replace
+from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import write_region
+import numpy as np
+
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import sweep
+from damperlab.studies.variables import Status
+from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.examination import canary_of, stored_bits
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
 from damperlab.worker.outcomes import (
@@ -41,9 +49,12 @@ from damperlab.worker.tasks import failed_values, run_block
 from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
+    from damperlab.worker.crew import Crew, Member
     from damperlab.worker.window import Window
+
+_log = logging.getLogger(__name__)
 
 GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
@@ -63,6 +74,7 @@ def run_study(
     stopped_as: Callable[[], str] = lambda: "cancelled",
     outage_as: str = "failed",
     here_seconds: float = 0.0,
+    wait_seconds: float = 120.0,
 ) -> Record:
     """Compute what a study lacks, and no more.
 
@@ -90,6 +102,8 @@ def run_study(
         The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
     here_seconds : float
         Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
+    wait_seconds : float
+        How long to wait while no worker of the cluster can compute; the record says for what.
 
     Returns
     -------
@@ -109,7 +123,7 @@ def run_study(
     with hold(store, study_id) as lease:
         run = _Run(store, lease, on_progress, stop)
         try:
-            run.compute(client_factory, here_seconds)
+            run.compute(client_factory, here_seconds, wait_seconds)
             run.end(stopped_as)
         # One step each: a process that is killed between two would leave the first one's state for good.
         except Outage as error:
@@ -160,6 +174,9 @@ class _Run:
         self._stop = stop
         self._failures: list[str] = []
         self._phase: tuple[str | None, int | None, int | None] = None, None, None
+        self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
+        self._left_out = ""
+        self._crew: Crew | None = None
         self._reported = 0.0
         record = store.find(self._study_id)
         # why it was put down before holds no more; what is said of blocks that failed does
@@ -167,7 +184,10 @@ class _Run:
         self._record = store.set_state(self._study_id, "running", told, owner=lease.owner)
 
     def compute(
-        self, client_factory: "Callable[[], AbstractContextManager[Client]]", here_seconds: float
+        self,
+        client_factory: "Callable[[], AbstractContextManager[Client]]",
+        here_seconds: float,
+        wait_seconds: float,
     ) -> None:
         """Compute every pending block, or as many as there is leave for."""
         study = parse_stored(self._record.definition, self._record.digest)
@@ -184,38 +204,82 @@ class _Run:
             # known before a cluster is started; whether the processors are alike its workers say
             require_solver(self._study_id, self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
-        order = (int(index) for index in self._plan.order(pending))
         self._require_room()
         if self._plan.block_seconds[pending].sum() <= here_seconds:
             self._agree({"this process": computing()})
             tasks = self._tasks(cube_path)
             self._compile_here(missing(scenes(study)))
             self._begin_blocks(work_left)
+            order = map(int, self._plan.order(pending))
             self._pump(Here(lambda index, key: run_block(*tasks(index, key)), order), cube_path)
             return
+        try:
+            description_of(open_shelf(cube_path))
+        except (OSError, ValueError) as error:
+            # nobody could read it; else who cannot is left out
+            kind = Outage if isinstance(error, ShelfAway) else Interrupted
+            raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
         self._enter("starting")
         with client_factory() as client:
             # known here alone: what is computed in this process needs no cluster's library
             from damperlab.worker.preparation import compile_at_workers
             from damperlab.worker.window import Window
 
-            answers = self._who_computes(client)
-            if answers is None:
-                return
-            self._agree(answers)
-            tasks = self._tasks(cube_path)
-            with asking_the_cluster():
-                compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping)
-            self._begin_blocks(work_left)
+            def task(index: int, key: str) -> tuple[Any, ...]:
+                return run_block, *tasks(index, key)
 
-            def submit(index: int, key: str) -> "Future":
-                return client.submit(run_block, *tasks(index, key), key=key, pure=False)
-
-            window = Window(client, submit, order)
+            window = Window(client, task, Backlog(self._plan.order(pending)), wait_seconds=wait_seconds)
+            self._crew = window.crew
             try:
+                first = partial(window.assemble, cube_path, self._record.digest, code_hash())
+                begun = self._record.provenance.get("identity", "") if self._record.blocks_done else ""
+                facts = first(begun, None, "", lambda: self._look_on(window))
+                if facts is None:
+                    return
+                self._agree({"the workers": facts})
+                tasks = self._tasks(cube_path)
+                usable = [member.address for member in window.crew.usable]
+                with asking_the_cluster():
+                    compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping, usable)
+                canary, truth = self._canary(pending)
+                if first(facts["identity"], canary, truth, lambda: self._look_on(window)) is None:
+                    return
+                self._begin_blocks(work_left)
                 self._pump(window, cube_path)
             finally:
+                self._tell(window)
                 window.close()
+
+    def _canary(self, pending: "np.ndarray") -> tuple[Block, str]:
+        """Choose points that every worker computes first, and give their bits where they are stored."""
+        study = self._plan.study
+        done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
+        with suppress(StoreFault, OSError):
+            for index in done[:1]:
+                canary = canary_of(self._plan, int(index))
+                cube = self._store.cube(self._study_id)
+                names = [variable.name for variable in stored_variables(study)]
+                # a block that was given up, or taken from elsewhere in part, is what it is; no worker is measured by it
+                if not (cube["status"].values[canary.slices] >= Status.BLOCK_FAILED).any():
+                    return canary, stored_bits(cube, study, canary, names)
+        return canary_of(self._plan, int(pending[0])), ""
+
+    def _look_on(self, window: "Window") -> bool:
+        """Let everybody see what is waited for; False where the study shall stop."""
+        self._tell(window)
+        return not self._stopping
+
+    def _tell(self, window: "Window") -> None:
+        """Record what has happened to workers, and what the study waits for."""
+        for sentence in window.crew.take_news():
+            _log.warning("study %s: %s", self._study_id, sentence)
+            self._store.note(self._study_id, sentence)
+        stranded, out = window.stranded, _words(window.crew.left_out())
+        if stranded is not None:
+            self._enter("waiting", message=stranded)
+        elif self._phase[0] == "waiting" or (out != self._left_out and self._phase[0] is None):
+            self._enter(None, message=out)
+        self._left_out = out
 
     def _compile_here(self, lacking: list[Scene]) -> None:
         """Compile what a study lacks that this process computes, in processes that leave it free."""
@@ -239,33 +303,17 @@ class _Run:
     def _compiling(self, done: int, total: int) -> None:
         self._enter("compiling", done, total)
 
-    def _enter(self, phase: str | None, done: int | None = None, total: int | None = None) -> None:
+    def _enter(
+        self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
+    ) -> None:
         """Let everybody see what the study is at."""
-        if (phase, done, total) != self._phase:
+        if (phase, done, total, message) != self._entered:
+            self._entered = phase, done, total, message
             self._phase = phase, done, total
-            self._store.set_phase(self._study_id, phase, done, total, owner=self._lease.owner)
+            self._store.set_phase(
+                self._study_id, phase, done, total, owner=self._lease.owner, message=message
+            )
         self._report(at_once=True)
-
-    def _who_computes(self, client: "Client") -> dict[str, dict[str, str]] | None:
-        """Ask the workers what they compute with; None where the study is stopped before there is one.
-
-        Raises
-        ------
-        Outage
-            There is no worker for long.
-        """
-        from damperlab.worker.window import WORKERLESS_SECONDS
-
-        since = time.monotonic()
-        while True:
-            with asking_the_cluster():
-                answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
-            if answers:
-                return answers
-            if self._stop.wait(POLL_SECONDS) or self._stopping:
-                return None
-            if time.monotonic() - since > WORKERLESS_SECONDS:
-                raise Outage(f"the cluster has had no worker for {WORKERLESS_SECONDS:g} s")
 
     def _agree(self, answers: dict[str, dict[str, str]]) -> None:
         """Record what the study is computed with.
@@ -302,11 +350,11 @@ class _Run:
         if record.blocks_done < record.blocks_total:
             self.put_down(stopped_as(), None)
             return
-        message = None
+        message = f"computed without workers that were left out: {self._left_out}" if self._left_out else None
         if self._failures:
             count, total = len(self._failures), record.blocks_total
             message = f"{count} of {total} blocks failed; the first: {self._failures[0]}"
-        elif record.message and not record.points_failed:
+        elif message is None and record.message and not record.points_failed:
             message = ""  # of an earlier run that was interrupted; there is nothing to say any more
         # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
@@ -336,6 +384,8 @@ class _Run:
             window.fill()
             if window.empty:
                 return
+            if not isinstance(window, Here):
+                self._tell(window)
             self._keep(window.collect(POLL_SECONDS), cube_path)
             self._report()
         for ended in window.drain(GRACE_SECONDS):
@@ -394,7 +444,19 @@ class _Run:
             now_at = self._meter.progress()
             if phase is not None:
                 now_at = replace(now_at, phase=phase, phase_done=done, phase_total=total)
+            if self._crew is not None:
+                crew = self._crew
+                now_at = replace(
+                    now_at, workers=crew.standings(), blocks_in_flight=crew.in_flight, retries=crew.retries
+                )
             self._on_progress(now_at)
+
+
+def _words(members: "Iterable[Member]") -> str:
+    """Name workers that are left out, each with its reason; a few stand for many."""
+    told = [f"{member.address}: {member.reason}" for member in members]
+    more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
+    return "; ".join(told[:3]) + more
 
 
 def _progress(record: Record) -> Progress:

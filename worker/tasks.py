@@ -132,6 +132,25 @@ def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
         ) from error
 
 
+def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, np.ndarray] | None:
+    """Compute some points of a study as it is described at its place, and store nothing.
+
+    Parameters
+    ----------
+    cube_path, digest : str
+        As for `run_block`.
+    block : Block, optional
+        Which points; none are computed without it, but the study is read.
+
+    Raises
+    ------
+    OSError
+        If the cube cannot be read.
+    """
+    study = _study(cube_path, digest)
+    return None if block is None else _computed(cube_path, study, block, None)
+
+
 def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     """Values of a block that could not be computed.
 

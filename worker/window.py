@@ -1,91 +1,157 @@
-"""A bounded number of blocks at a cluster at any time; what fails is tried again."""
+"""A bounded number of blocks at the workers of a cluster, each examined before its first block."""
 
 import queue
 import time
 import uuid
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import Any
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
+from damperlab.studies.plan import Block
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.worker.outcomes import RETRIES, Failure, Outage, judged
-from damperlab.worker.tasks import executing_keys
+from damperlab.worker.apart import call_apart
+from damperlab.worker.backlog import Backlog
+from damperlab.worker.crew import AGAIN_SECONDS, Crew
+from damperlab.worker.examination import Answer, examine, majority
+from damperlab.worker.outcomes import Failure, Outage
+from damperlab.worker.provenance import WrongCode
 
-BLOCKS_PER_THREAD = 3
-"""Blocks at the cluster per worker thread: one runs, one waits at the worker, one at the scheduler.
-
-Fewer would let a worker idle while its answer travels; with all of a large study's blocks a scheduler crawls.
-"""
-LOOK_SECONDS = 2.0
-"""Between two looks at how many threads the cluster has."""
-WORKERLESS_SECONDS = 120.0
-"""How long a cluster may be without a single worker before its study is put down."""
+LOOK_SECONDS = 1.0
+"""Between two looks at who is there."""
+WAIT_SECONDS = 120.0
+"""How long a study waits, unless told otherwise, while no worker can compute."""
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
+LATE_SECONDS = 10.0
+"""How long the first workers are waited for once one of them has answered; the others join later."""
 
-
-@dataclass(frozen=True)
-class _Attempt:
-    index: int
-    failures: int = 0
-    suspect: bool = False
+Call = tuple[Any, ...]
+"""A function and its arguments."""
 
 
 class Window:
-    """Sends blocks to a cluster as it has room for them, and hands back what became of them.
+    """Sends blocks to the workers of a cluster as they have room for them, and hands back what became of them.
 
     Parameters
     ----------
     client : Client
         Of the cluster.
-    submit : callable
-        Submits the block of the given index under the given task key.
-    indices : iterator of int
-        The blocks, in the order in which they shall run; drawn only as there is room.
+    task : callable
+        Gives the call that computes the block of the given index under the given task key.
+    backlog : Backlog
+        The blocks.
+    wait_seconds : float
+        How long the study waits while no worker can compute [s].
     """
 
-    def __init__(self, client: Client, submit: Callable[[int, str], Future], indices: Iterator[int]) -> None:
+    def __init__(
+        self,
+        client: Client,
+        task: Callable[[int, str], Call],
+        backlog: Backlog,
+        *,
+        wait_seconds: float = WAIT_SECONDS,
+    ) -> None:
+        self.crew = Crew(backlog)
         self._client = client
-        self._submit = submit
-        self._fresh = indices
-        self._again: deque[_Attempt] = deque()
-        # A worker's death puts every block that it held under suspicion. Suspects run one at a time, so that
-        # only the one that kills workers is tried too often, and not its innocent neighbours.
-        self._suspects: deque[_Attempt] = deque()
-        self._flying: dict[str, tuple[Future, _Attempt]] = {}
+        self._task = task
+        self._wait_seconds = wait_seconds
+        self._examination: Call | None = None
+        self._truth = ""
+        self._identity = ""
+        self._flying: dict[str, Future] = {}
+        self._examined: dict[str, tuple[Future, str]] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._run = uuid.uuid4().hex[:8]
         self._sent = 0
-        self.threads = self._count_threads()
-        self._looked = self._peopled = time.monotonic()
+        self._looked = -LOOK_SECONDS
+        self._able = time.monotonic()
 
     @property
     def empty(self) -> bool:
+        """Whether no block is at the cluster, and none waits."""
+        return not self._flying and not self.crew.waiting
+
+    @property
+    def idle(self) -> bool:
         """Whether no block is at the cluster."""
         return not self._flying
+
+    @property
+    def stranded(self) -> str | None:
+        """Why nothing is computed, where that is for want of workers; None while something is."""
+        return None if self._flying or self.crew.usable else self.crew.words()
+
+    def assemble(
+        self,
+        cube_path: str,
+        digest: str,
+        code: str,
+        identity: str,
+        canary: Block | None,
+        truth: str,
+        look_on: Callable[[], bool],
+    ) -> dict[str, str] | None:
+        """Examine who is there, and let those compute who agree; who comes later is examined alike.
+
+        Parameters
+        ----------
+        cube_path, digest, code : str
+            As for `damperlab.worker.tasks.run_block`.
+        identity : str
+            What the study is computed with; empty where it has not begun, for what most workers have.
+        canary : Block, optional
+            Points that every worker computes; none the first time, when kernels are yet to be compiled.
+        truth : str
+            Their bits, as they are stored; empty where they are not, for what most workers answer.
+        look_on : callable
+            Called between two looks; False ends the wait.
+
+        Returns
+        -------
+        dict of str or None
+            `computing()` of the workers; None where `look_on` ended the wait.
+
+        Raises
+        ------
+        Outage
+            No worker can compute for long.
+        """
+        self._examination = examine, cube_path, digest, code, canary
+        while True:
+            answers = self._answers(look_on)
+            if answers is None:
+                return None
+            self._identity = identity or _commonest({a: one.facts["identity"] for a, one in answers.items()})
+            alike = {a: one for a, one in answers.items() if one.facts["identity"] == self._identity}
+            self._truth = truth or majority({a: one.bits for a, one in alike.items()}) or ""
+            for address, answer in answers.items():
+                if canary is None or self._truth or address not in alike:
+                    self._judge(address, answer)
+                else:
+                    reason = "the workers disagree on the bits of the same points, and nobody knows which are right"
+                    self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+            if self.crew.usable:
+                return next(one.facts for address, one in alike.items())
 
     def fill(self) -> None:
         """Send blocks until every thread has enough.
 
         Raises
         ------
-        Interrupted
-            The scheduler does not answer, or there has been no worker for long.
+        Outage
+            The scheduler does not answer, or no worker has been able to compute for long.
         """
         self._look()
-        while len(self._flying) < BLOCKS_PER_THREAD * max(1, self.threads):
-            attempt = self._next()
-            if attempt is None:
-                return
+        for address, attempt in self.crew.assignments():
             # No key is ever used twice: the scheduler would answer with what it remembers of the first use.
             key = f"block-{self._run}-{self._sent}"
             self._sent += 1
-            future = self._submit(attempt.index, key)
-            self._flying[key] = future, attempt
-            future.add_done_callback(lambda future: self._ended.put(future.key))
+            call = self._task(attempt.index, key)
+            self._flying[key] = self._send(key, address, (call_apart, *call) if attempt.apart else call)
+            self.crew.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[BlockOutcome | Failure]:
         """Hand back the blocks that have ended since the last call.
@@ -103,22 +169,19 @@ class Window:
 
         Raises
         ------
-        Interrupted
-            The scheduler is lost, a worker holds other code, or the data cannot be read or written.
+        Outage
+            The scheduler is lost, or there is no room for the study's data.
         """
-        block = True
-        deadline = time.monotonic() + wait_seconds
-        while block or time.monotonic() < deadline:
-            try:
-                key = self._ended.get(block, wait_seconds)
-            except queue.Empty:
-                return
-            block = False
+        for key in self._news(wait_seconds):
             if key in self._flying:
-                future, attempt = self._flying.pop(key)
-                ended = self._judge(future, attempt)
+                ended = self._end(key, self._flying.pop(key))
                 if ended is not None:
                     yield ended
+            elif key in self._examined:
+                future, address = self._examined.pop(key)
+                answer = self._examination_of(future, address)
+                if answer is not None:
+                    self._judge(address, answer)
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
         """Send nothing more, drop what has not begun, and hand back what ends within a grace.
@@ -134,70 +197,176 @@ class Window:
             As `collect` does.
         """
         deadline = time.monotonic() + grace_seconds
-        running: set[str] = set()
-        for keys in self._client.run(executing_keys, on_error="ignore").values():
-            running.update(keys)
-        self._drop(set(self._flying) - running)
+        waiting = [key for one in self.crew.members.values() for key in list(one.held)[one.threads :]]
+        self._drop(waiting)
         while self._flying and (left := deadline - time.monotonic()) > 0.0:
             yield from self.collect(min(left, 1.0))
+            with suppress(Outage):
+                self._look(examine=False)
         self.close()
 
     def close(self) -> None:
         """Drop every block that is still at the cluster."""
         with suppress(OSError, TimeoutError):
-            self._drop(set(self._flying))
+            self._drop(list(self._flying))
+        examined, self._examined = self._examined, {}
+        with suppress(OSError, TimeoutError):
+            self._client.cancel([future for future, _ in examined.values()], reason="the study was stopped")
 
-    def _drop(self, keys: set[str]) -> None:
-        futures = [self._flying.pop(key)[0] for key in keys]
+    def _send(self, key: str, address: str, call: Call) -> Future:
+        future = self._client.submit(
+            *call, key=key, pure=False, workers=[address], allow_other_workers=False, retries=0
+        )
+        future.add_done_callback(lambda future: self._ended.put(future.key))
+        return future
+
+    def _drop(self, keys: list[str]) -> None:
+        futures = []
+        for key in keys:
+            if key in self._flying:
+                futures.append(self._flying.pop(key))
+                if self.crew.at(key) is not None:
+                    self.crew.give_back(key)
         if futures:
-            self._client.cancel(futures, reason="the study was stopped")
+            self._client.cancel(futures, reason="the block is not wanted there")
 
-    def _next(self) -> _Attempt | None:
-        if self._suspects and not any(attempt.suspect for _, attempt in self._flying.values()):
-            return self._suspects.popleft()
-        if self._again:
-            return self._again.popleft()
-        index = next(self._fresh, None)
-        return None if index is None else _Attempt(index)
+    def _news(self, wait_seconds: float) -> Iterator[str]:
+        block = True
+        deadline = time.monotonic() + wait_seconds
+        while block or time.monotonic() < deadline:
+            try:
+                yield self._ended.get(block, wait_seconds)
+            except queue.Empty:
+                return
+            block = False
 
-    def _judge(self, future: Future, attempt: _Attempt) -> BlockOutcome | Failure | None:
-        if future.cancelled():
-            raise Outage("the connection to the Dask scheduler was lost")
+    def _end(self, key: str, future: Future) -> BlockOutcome | Failure | None:
+        address = self.crew.at(key)
+        if address is None:
+            return None
+        if future.status == "error":
+            error = future.exception(timeout=ANSWER_SECONDS)
+            if isinstance(error, KilledWorker):
+                self._drop_lost(self.crew.vanish(address))
+                return None
+            return self.crew.failed(key, error, time.monotonic())
         try:
             outcome: BlockOutcome = future.result(timeout=ANSWER_SECONDS)
-        except CancelledError as error:
-            raise Outage("the connection to the Dask scheduler was lost") from error
-        except KilledWorker:
-            failures = attempt.failures + 1
-            if failures > RETRIES:
-                return Failure(
-                    attempt.index,
-                    f"its worker died {failures} times (crashed, was killed, or ran out of memory)",
-                )
-            self._suspects.append(_Attempt(attempt.index, failures, suspect=True))
-        except Exception as error:
-            failure = judged(error, attempt.index, attempt.failures)
-            if failure is not None:
-                return failure
-            self._again.append(_Attempt(attempt.index, attempt.failures + 1, attempt.suspect))
-        else:
-            return outcome
-        return None
+        # lost with its worker before it was fetched, or never begun; whatever the library says of that
+        except (Exception, CancelledError):
+            self._require_scheduler()
+            self.crew.give_back(key)
+            return None
+        self.crew.ended(key)
+        return outcome
 
-    def _look(self) -> None:
+    def _drop_lost(self, keys: list[str]) -> None:
+        """Forget tasks that the crew has given to others."""
+        futures = [self._flying.pop(key) for key in keys if key in self._flying]
+        if futures:
+            with suppress(OSError, TimeoutError):
+                self._client.cancel(futures, reason="the worker has left")
+
+    def _look(self, examine: bool = True) -> None:
         now = time.monotonic()
         if now - self._looked < LOOK_SECONDS:
             return
         self._looked = now
-        self.threads = self._count_threads()
-        if self.threads:
-            self._peopled = now
-        elif now - self._peopled > WORKERLESS_SECONDS:
-            raise Outage(f"the cluster has had no worker for {WORKERLESS_SECONDS:g} s")
-
-    def _count_threads(self) -> int:
+        self._require_scheduler()
         try:
-            threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_SECONDS)
+            ask = self._client.scheduler
+            threads = self._client.sync(ask.ncores, callback_timeout=ANSWER_SECONDS)
+            running = self._client.sync(ask.ncores_running, callback_timeout=ANSWER_SECONDS)
         except (OSError, TimeoutError) as error:
             raise Outage("the connection to the Dask scheduler was lost") from error
-        return sum(threads.values())
+        self._drop_lost(self.crew.see(threads, running))
+        gone = [key for key, (_, address) in self._examined.items() if address not in threads]
+        for key in gone:
+            self._examined.pop(key)[0].cancel()
+        if examine:
+            self._examine(now)
+        # a worker that compiles before it answers is no want of workers
+        compiles = self._examination is not None and self._examination[-1] is not None and self._examined
+        if self._flying or self.crew.usable or compiles:
+            self._able = now
+        elif now - self._able > self._wait_seconds:
+            raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.crew.words()}")
+
+    def _examine(self, now: float) -> None:
+        """Ask those who are due, and are not being asked; without an examination everybody is believed."""
+        asked = {address for _, address in self._examined.values()}
+        for member in list(self.crew.due(now)):
+            if self._examination is None:
+                self.crew.admit(member.address)
+            elif member.address not in asked:
+                key = f"examination-{self._run}-{self._sent}"
+                self._sent += 1
+                self._examined[key] = self._send(key, member.address, self._examination), member.address
+
+    def _examination_of(self, future: Future, address: str) -> Answer | None:
+        """Give what a worker has answered; one that could not is left out."""
+        try:
+            answer: Answer = future.result(timeout=ANSWER_SECONDS)
+        except WrongCode as error:
+            self.crew.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
+        # a worker that does not hold this package, cannot reach the data, is lost, …
+        except (Exception, CancelledError) as error:
+            self._require_scheduler()
+            reason = f"it cannot begin ({type(error).__name__}: {error})"
+            self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+        else:
+            return answer
+        return None
+
+    def _judge(self, address: str, answer: Answer) -> None:
+        now = time.monotonic()
+        if self._identity and answer.facts["identity"] != self._identity:
+            self.crew.leave_out(
+                address,
+                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, identity "
+                f"{answer.facts['identity']}, and the study {self._identity}",
+                now + AGAIN_SECONDS,
+            )
+        elif self._truth and answer.bits and answer.bits != self._truth:
+            self.crew.leave_out(
+                address,
+                f"points whose values are known have other bits there ({answer.bits} in place of {self._truth})",
+            )
+        else:
+            self.crew.admit(address)
+
+    def _answers(self, look_on: Callable[[], bool]) -> Mapping[str, Answer] | None:
+        """Examine everybody; wait for all of those who are there, but not for long once one has answered."""
+        for member in self.crew.members.values():
+            if member.standing == "usable":
+                member.standing, member.again_at = "joining", 0.0
+        answers: dict[str, Answer] = {}
+        first: float | None = None
+        while look_on():
+            self._look()
+            for key in self._news(0.2):
+                if key in self._examined:
+                    future, address = self._examined.pop(key)
+                    answer = self._examination_of(future, address)
+                    if answer is not None:
+                        answers[address] = answer
+                        self.crew.members[address].again_at = float("inf")
+            answers = {address: one for address, one in answers.items() if address in self.crew.members}
+            first = (first or time.monotonic()) if answers else None
+            if first is not None and (not self._examined or time.monotonic() - first > LATE_SECONDS):
+                return answers
+        return None
+
+    def _require_scheduler(self) -> None:
+        if self._client.status != "running":
+            raise Outage("the connection to the Dask scheduler was lost")
+
+
+def _commonest(identities: Mapping[str, str]) -> str:
+    """Give what most have; of equally many what the first address has."""
+    values = [identities[address] for address in sorted(identities)]
+    return max(values, key=values.count)
+
+
+def _words(facts: Mapping[str, str]) -> str:
+    return f"solver {facts.get('solver', 'unknown')} on {facts.get('target', 'an unknown processor')}"

@@ -12,6 +12,7 @@ from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
+from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
 from damperlab.service.cli.queries import map_, optimum, response
@@ -84,6 +85,8 @@ for name, command, panel in (
     ("rebuild", rebuild, "Keep"),
     ("gc", gc, "Keep"),
     ("serve", serve, "Serve"),
+    ("worker", worker, "Serve"),
+    ("certificates", certificates, "Serve"),
     ("accuracy", accuracy, "Serve"),
     ("doctor", doctor, "Serve"),
     ("warm", warm, "Serve"),

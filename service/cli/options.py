@@ -60,6 +60,16 @@ Scheduler = Annotated[
         help="Compute on this Dask scheduler (tcp://HOST:8786) in place of an embedded cluster.",
     ),
 ]
+WAIT_SECONDS = 60.0
+Wait = Annotated[
+    float,
+    typer.Option(
+        "--wait",
+        metavar="SECONDS",
+        min=0.0,
+        help="How long to wait while no worker of the scheduler can compute, as in the queue of a batch system.",
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(

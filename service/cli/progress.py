@@ -25,6 +25,8 @@ def preparation(phase: str, done: int | None, total: int | None) -> str | None:
         return "starting workers"
     if phase == "compiling":
         return f"compiling kernels, {done} of {total} done"
+    if phase == "waiting":
+        return "waiting for workers"
     return None
 
 

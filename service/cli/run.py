@@ -11,12 +11,14 @@ import typer
 
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
+    WAIT_SECONDS,
     AsJson,
     DataDir,
     QuotaBytes,
     Scheduler,
     StoreAddress,
     StudyId,
+    Wait,
     Workers,
     check_cluster,
 )
@@ -50,6 +52,7 @@ def run(
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    wait: Wait = WAIT_SECONDS,
     place: StoreAddress = None,
     quota: QuotaBytes = None,
     dry_run: Annotated[
@@ -74,7 +77,7 @@ def run(
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
     record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
-    finish(store, record, workers, scheduler, as_json)
+    finish(store, record, workers, scheduler, as_json, wait)
 
 
 def resume(
@@ -82,12 +85,13 @@ def resume(
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    wait: Wait = WAIT_SECONDS,
     as_json: AsJson = False,
 ) -> None:
     """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
-    finish(store, store.find(study), workers, scheduler, as_json)
+    finish(store, store.find(study), workers, scheduler, as_json, wait)
 
 
 def find_or_submit(
@@ -121,7 +125,12 @@ def find_or_submit(
 
 
 def finish(
-    store: "Store", record: "Record", workers: int | None, scheduler: str | None, as_json: bool
+    store: "Store",
+    record: "Record",
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    wait_seconds: float = WAIT_SECONDS,
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
@@ -131,7 +140,7 @@ def finish(
                 f"It was computed by another solver than today's. Beside it: damperlab recompute {record.id}"
             )
     else:
-        record = compute(store, record, workers, scheduler)
+        record = compute(store, record, workers, scheduler, wait_seconds=wait_seconds)
     if as_json:
         print_json(record.document())
     else:
@@ -151,6 +160,7 @@ def compute(
     workers: int | None,
     scheduler: str | None,
     client: "Callable[[], AbstractContextManager[Client]] | None" = None,
+    wait_seconds: float = WAIT_SECONDS,
 ) -> "Record":
     """Run a study here or, while another process does, watch it.
 
@@ -164,6 +174,8 @@ def compute(
         As in `damperlab.worker.cluster.connect`.
     client : callable, optional
         Gives a client that several studies share, in place of one made for this study.
+    wait_seconds : float
+        How long to wait while no worker can compute.
 
     Returns
     -------
@@ -196,6 +208,7 @@ def compute(
                     ),
                     stop,
                     here_seconds=HERE_SECONDS if no_cluster_named else 0.0,
+                    wait_seconds=wait_seconds,
                 )
             except StudyBusy as error:
                 note(f"{error} Watching it until it ends.")

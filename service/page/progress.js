@@ -36,6 +36,7 @@ export function badge(state) {
 /** What a study does before its first block; empty where it is beyond that. @param {any} record */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
+  if (record.phase === "waiting") return "Waiting for workers …";
   return record.phase === "compiling" ? compiling(record) : "";
 }
 

@@ -4,8 +4,8 @@ from fastapi import APIRouter
 
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem
+from damperlab.service.readiness import ANSWER_SECONDS
 from damperlab.service.state import TheService
-from damperlab.studies.store.faults import StoreFault
 
 router = APIRouter(prefix="/health", tags=["health"])
 
@@ -17,14 +17,18 @@ async def live() -> Document:
 
 
 @router.get("/ready", response_class=Document, summary="Studies can be taken, queried and run")
-def ready(service: TheService) -> Document:
-    """Ask the store one question, and say how the cluster is."""
+async def ready(service: TheService) -> Document:
+    """Ask the store one question, and say how the cluster is; within two seconds, also while the store hangs."""
     if service.closing.is_set():
         raise Problem(503, "closing", "The service is shutting down.")
     try:
-        service.store.page(limit=1)
-    except StoreFault as error:
-        raise Problem(503, "store-unavailable", "The service cannot use its data.", (error.fault,)) from error
+        fault = await service.readiness.fault()
+    except TimeoutError:
+        raise Problem(
+            503, "store-unavailable", f"The service's data has not answered within {ANSWER_SECONDS:g} s."
+        ) from None
+    if fault is not None:
+        raise Problem(503, "store-unavailable", "The service cannot use its data.", (fault.fault,))
     dispatcher = service.dispatcher
     return Document(
         {

@@ -52,6 +52,16 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         "Studies that this process runs.",
         [({}, len(service.dispatcher.running))],
     )
+    workers, in_flight, retries = service.dispatcher.workload()
+    _tell(
+        lines,
+        "workers",
+        "gauge",
+        "Workers of the cluster, by their standing with the studies that run here.",
+        [({"standing": standing}, count) for standing, count in workers.items()],
+    )
+    _tell(lines, "blocks_in_flight", "gauge", "Blocks at workers.", [({}, in_flight)])
+    _tell(lines, "block_retries_total", "counter", "Blocks that were begun again.", [({}, retries)])
     trouble = service.dispatcher.trouble is not None
     _tell(
         lines,

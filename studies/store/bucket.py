@@ -26,6 +26,15 @@ RETRY_SECONDS = 10
 """No request is tried again when this much time has gone by since the first try [s]."""
 _BACKOFF_SECONDS = (0.1, 5.0)
 
+_KEYS = (
+    {"AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"},
+    {"AWS_WEB_IDENTITY_TOKEN_FILE", "AWS_ROLE_ARN"},
+    {"AWS_CONTAINER_CREDENTIALS_RELATIVE_URI"},
+    {"AWS_CONTAINER_CREDENTIALS_FULL_URI"},
+    {"AWS_METADATA_ENDPOINT"},
+)
+"""Variables that name keys, or where to get some; each set is enough."""
+
 _ALLOWED = "s3://bucket or s3://bucket/prefix"
 
 
@@ -190,6 +199,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
     except ImportError:
         found = "an address of an object store, for which the library is not installed"
         raise StoreFault(Fault("store", found, _ALLOWED, "install damperlab[s3]")) from None
+    _require_keys()
     shortest, longest = _BACKOFF_SECONDS
     try:
         return S3Store(
@@ -213,6 +223,24 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
         raise StoreFault(
             Fault("AWS_…", _first_line(error), "variables that describe an S3 server", "correct them")
         ) from error
+
+
+def _require_keys() -> None:
+    """Refuse to go without keys, unless asked to: the library would ask the cloud's metadata address for some."""
+    given = {name for name, value in os.environ.items() if value}
+    unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")
+    asked = os.environ.get("AWS_EC2_METADATA_DISABLED", "").lower() == "false"
+    if unsigned or asked or any(way <= given for way in _KEYS):
+        return
+    raise StoreFault(
+        Fault(
+            "AWS_ACCESS_KEY_ID",
+            "no keys for the object store",
+            "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
+            "set both; AWS_EC2_METADATA_DISABLED=false asks the cloud's metadata address for keys, and "
+            "AWS_SKIP_SIGNATURE=true goes without",
+        )
+    )
 
 
 def _plain_http_allowed() -> bool:

@@ -38,6 +38,23 @@ _WRITER = "-writer"
 _IDLE_SECONDS = 60
 """PostgreSQL ends a writer that stood still for so long in a transaction, and with it its turn."""
 
+_STATEMENT_SECONDS = 30
+"""PostgreSQL ends a statement that takes longer."""
+
+_POOL_SECONDS = 10
+"""How long a thread waits for one of the connections."""
+
+_PATIENCE = {
+    "connect_timeout": 5,
+    # a server that a cut link hides is given up within seconds, also in the middle of an answer
+    "keepalives": 1,
+    "keepalives_idle": 5,
+    "keepalives_interval": 3,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 10_000,
+}
+"""How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
+
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
@@ -243,19 +260,25 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
 
 def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
+    # what the address itself says wins
+    patience = {name: value for name, value in _PATIENCE.items() if name not in url.query}
     # a connection that died while it lay in the pool is replaced before it is used
-    engine = create_engine(url, pool_pre_ping=True)
+    engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=patience)
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
         if connection.get_execution_options().get("writes", False):
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * wait_seconds)}")
+            # a turn at writing is waited for within one statement
+            longest = int(1000 * (wait_seconds + _STATEMENT_SECONDS))
+            connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(
                 f"SET LOCAL idle_in_transaction_session_timeout = {1000 * _IDLE_SECONDS}"
             )
             connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS_LOCK})")
         else:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
+            connection.exec_driver_sql(f"SET LOCAL statement_timeout = {1000 * _STATEMENT_SECONDS}")
 
     return engine
 

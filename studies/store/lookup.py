@@ -217,6 +217,7 @@ class Lookup(StoreBase):
         total: int | None = None,
         *,
         owner: str,
+        message: str | None = None,
     ) -> None:
         """Say what a running study does before its blocks; nothing changes where the claim is somebody else's.
 
@@ -230,15 +231,24 @@ class Lookup(StoreBase):
             How much of the phase is over, where that can be counted.
         owner : str
             Who works on the study.
+        message : str, optional
+            What it waits for, or works without; empty for nothing, and by default as it was.
         """
         if phase not in (None, *PREPARATIONS):
             raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
         change = _phase(phase, done, total)
         if phase is None:
             change["run_began"] = time.time()
+        if message is not None:
+            change["message"] = _sayable(message) or None
         ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
         with self.catalogue.writing() as connection:
             connection.execute(update(studies).where(*ours).values(change))
+
+    def note(self, study_id: str, what: str) -> None:
+        """Note among a study's events what has happened."""
+        with self.catalogue.writing() as connection:
+            log_event(connection, study_id, _sayable(what))
 
     def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
         changes = {"state": state, "finished": now} | (

@@ -7,8 +7,8 @@ from typing import Any
 from damperlab.studies.html import card
 from damperlab.studies.registry import dimensions_of_definition
 
-PREPARATIONS: tuple[str, ...] = ("starting", "compiling")
-"""Phases of a running study before its blocks: its workers start, and kernels that they lack are compiled."""
+PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
+"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Record:
     id, name, state : str
         The first 12 hex digits of the digest; the study's free text; one of `STATES`.
     phase : str
-        One of `PREPARATIONS` while a running study prepares its blocks, else its state.
+        One of `PREPARATIONS` while a running study computes no block, else its state.
     phase_done, phase_total : int, optional
         Kernels compiled, of how many, while the phase is compiling; None in every other.
     points_total, points_done, points_failed, blocks_total, blocks_done : int
@@ -90,7 +90,7 @@ class Record:
     provenance : dict
         Versions, machine, who and when.
     message : str, optional
-        Why the study or its first failed block failed.
+        Why the study or its first failed block failed; which workers are left out and why; what the study waits for.
     seconds, kernel_seconds : float
         Summed over the done blocks [s].
     owner : str, optional

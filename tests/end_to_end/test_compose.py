@@ -50,15 +50,26 @@ def stack(tmp_path: Path) -> Iterator[str]:
         text = text.replace("'scheduler'", "'127.0.0.1'").replace("0.0.0.0", "127.0.0.1")
         text = re.sub(r"\b8786\b", scheduler_port, text)
         text = re.sub(r"\b8000\b", service_port, text)
+        text = text.replace("/certificates", str(tmp_path / "certificates"))
         return re.sub(r"^/data$", str(data), text)
+
+    # what is made once, at the first start
+    made = compose["services"]["certificates"]
+    command = [here(word) for word in made["command"]]
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for _ in range(2):
+        subprocess.run(command, check=True, env={**os.environ, "PATH": path}, timeout=START_SECONDS)
+    assert sorted(file.name for file in (tmp_path / "certificates").iterdir()) == [
+        "ca.pem",
+        "cert.pem",
+        "key.pem",
+    ]
 
     started: list[tuple[str, subprocess.Popen[bytes]]] = []
     try:
         for name in ("scheduler", "worker", "service"):
             part = compose["services"][name]
             command = [here(word) for word in part["command"]]
-            # Two cores are shared with other tests.
-            command = ["--nworkers=1" if word == "--nworkers=-1" else word for word in command]
             command[0] = str(Path(sys.executable).with_name(command[0]))
             environment = {key: here(value) for key, value in part.get("environment", {}).items()}
             log = tmp_path / f"{name}.log"
@@ -117,18 +128,34 @@ def test_study_runs_through_scheduler_worker_and_service(stack: str) -> None:
     assert answer["values"][2][1] == pytest.approx(31.059792, rel=1e-6)
 
 
+def test_cluster_is_reached_with_a_certificate_alone_and_nothing_grows_without_bound() -> None:
+    services = _compose()["services"]
+    assert services["service"]["environment"]["DAMPERLAB_SCHEDULER"].startswith("tls://")
+    assert "--protocol=tls" in services["scheduler"]["command"]
+    # the scheduler knows no data, and only who makes the certificates may write them
+    assert services["scheduler"]["volumes"] == ["certificates:/certificates:ro"]
+    assert services["certificates"]["volumes"] == ["certificates:/certificates"]
+    assert all("mem_limit" in part and part["read_only"] for part in services.values())
+
+
 def test_parts_share_one_volume_and_publish_on_loopback_alone() -> None:
     services = _compose()["services"]
-    assert services["worker"]["volumes"] == services["service"]["volumes"] == ["data:/data"]
+    shared = ["data:/data", "certificates:/certificates:ro"]
+    assert services["worker"]["volumes"] == services["service"]["volumes"] == shared
     assert services["service"]["environment"]["DAMPERLAB_DATA_DIR"] == "/data"
     published = [port for part in services.values() for port in part.get("ports", [])]
     assert published == ["127.0.0.1:8000:8000"]
-    assert all(part["healthcheck"]["test"][0] == "CMD" for part in services.values())
+    lasting = [part for part in services.values() if part["restart"] != "no"]
+    assert len(lasting) == 3
+    assert all(part["healthcheck"]["test"][0] == "CMD" for part in lasting)
 
 
 def test_image_runs_as_a_user_and_installs_what_the_lock_file_says() -> None:
     lines = (ROOT / "Dockerfile").read_text().splitlines()
-    assert any("--require-hashes -r requirements.lock" in line for line in lines)
+    assert any("--require-hashes -r requirements-image.lock" in line for line in lines)
+    locked = (ROOT / "requirements-image.lock").read_text()
+    # stores that a cluster uses, and its certificates
+    assert all(f"\n{name}==" in locked for name in ("psycopg", "obstore", "cryptography"))
     user = next(line.split()[1] for line in lines if line.startswith("USER "))
     assert user not in ("root", "0")
     copied = [line.split()[1] for line in lines if line.startswith("COPY ")]

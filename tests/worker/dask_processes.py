@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import threading
@@ -13,10 +14,17 @@ ROOT = Path(__file__).parents[2]
 
 
 @contextmanager
-def dask_process(*arguments: str, cwd: Path = ROOT) -> Iterator[subprocess.Popen[str]]:
+def dask_process(
+    *arguments: str, cwd: Path = ROOT, hidden: Path | None = None
+) -> Iterator[subprocess.Popen[str]]:
+    """One of Dask's commands; `hidden` is a folder that it shall not see, by a mount of its own."""
+    command = [sys.executable, "-m", "dask", *arguments]
+    if hidden is not None:
+        cover = f"mount -t tmpfs tmpfs {shlex.quote(str(hidden))} && exec {shlex.join(command)}"
+        command = ["unshare", "--map-root-user", "--mount", "sh", "-c", cover]
     environment = {**os.environ, "PYTHONPATH": str(cwd)}
     process = subprocess.Popen(
-        [sys.executable, "-m", "dask", *arguments],
+        command,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -33,11 +41,12 @@ def dask_process(*arguments: str, cwd: Path = ROOT) -> Iterator[subprocess.Popen
 
 
 @contextmanager
-def scheduler_process() -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    with dask_process("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard") as process:
+def scheduler_process(*options: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    always = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+    with dask_process("scheduler", *always, *options) as process:
         assert process.stdout is not None
         for line in process.stdout:
-            if found := re.search(r"Scheduler at:\s+(tcp://\S+)", line):
+            if found := re.search(r"Scheduler at:\s+(t(?:cp|ls)://\S+)", line):
                 # What it still prints must not fill the pipe.
                 threading.Thread(target=process.stdout.read, daemon=True).start()
                 yield found.group(1), process

@@ -1,8 +1,6 @@
 """Clusters of real processes on loopback: what connects, what is refused, and what is left behind."""
 
 import os
-import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -130,33 +128,9 @@ def test_scheduler_and_its_workers_are_used_and_left_alone() -> None:
     ):
         for _ in range(2):
             with connect(scheduler=address) as client:
+                client.wait_for_workers(1, timeout=120)
                 assert sum(client.nthreads().values()) == 1
         assert process.poll() is None
-
-
-def test_worker_with_other_sources_is_named(tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "src" / "damperlab", tmp_path / "damperlab")
-    (tmp_path / "damperlab" / "studies" / "extra.py").write_text("")
-    with scheduler_process() as (address, _):
-        odd = dask_process("worker", address, "--nthreads", "1", "--no-dashboard", cwd=tmp_path)
-        with odd, pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
-            pass
-    fault = refused.value.fault
-    assert fault.field == "scheduler"
-    assert re.search(
-        r"worker tcp://127\.0\.0\.1:\d+ on \S+ holds version \S+ with sources [0-9a-f]{12}", fault.found
-    )
-    assert code_hash()[:12] in fault.allowed
-
-
-def test_scheduler_without_workers_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("damperlab.worker.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
-    with (
-        scheduler_process() as (address, _),
-        pytest.raises(ClusterUnusable, match="has no workers"),
-        connect(scheduler=address),
-    ):
-        pass
 
 
 @pytest.mark.parametrize("address", ["garbage", "", "ftp://127.0.0.1:3", "tcp://127.0.0.1:1", "mute"])

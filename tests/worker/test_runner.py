@@ -255,7 +255,7 @@ def test_lost_cube_interrupts_and_says_so(client: Client, store: Store, submitte
     record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
     assert (record.state, record.blocks_done) == ("failed", 0)
     assert record.message is not None
-    assert "cannot read or write" in record.message
+    assert "the study's data cannot be read" in record.message
 
 
 def test_cancel_by_another_process_is_noticed(

@@ -1,0 +1,51 @@
+"""The service's log: lines for people, or a JSON object a line for what collects logs."""
+
+import json
+import logging
+import re
+import sys
+from datetime import UTC, datetime
+from typing import Literal
+
+LogFormat = Literal["text", "json"]
+_REQUEST = re.compile(r"\[([A-Za-z0-9._-]{1,64})\]$")
+_WORKER = re.compile(r"\bworker (t(?:cp|ls)://\S+?)[:;,]?(?:\s|$)")
+_STUDY = re.compile(r"\bstudy ([0-9a-f]{12}(?:-\d+)?)\b")
+
+
+class JsonLines(logging.Formatter):
+    """Formats a record as one JSON object, with the ids that its sentence names in keys of their own."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Give one line."""
+        message = record.getMessage()
+        told = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": message,
+        }
+        for key, pattern in (("study", _STUDY), ("worker", _WORKER)):
+            if found := pattern.search(message):
+                told[key] = found[1]
+        if record.name == "damperlab.access" and (found := _REQUEST.search(message)):
+            told["request"] = found[1]
+        if record.exc_info:
+            told["exception"] = self.formatException(record.exc_info)
+        return json.dumps(told, ensure_ascii=False)
+
+
+def start_logging(level: str, form: LogFormat) -> None:
+    """Log to standard error from now on.
+
+    Parameters
+    ----------
+    level : str
+        The least that is logged.
+    form : str
+        text or json.
+    """
+    handler = logging.StreamHandler(sys.stderr)
+    text = logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
+    handler.setFormatter(JsonLines() if form == "json" else text)
+    logging.basicConfig(level=level.upper(), handlers=[handler])

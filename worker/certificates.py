@@ -1,0 +1,111 @@
+"""Who may take part in a cluster: a private certificate authority, and where its files are read."""
+
+import os
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from distributed import Security
+
+from damperlab.studies.faults import Fault
+from damperlab.worker.outcomes import ClusterUnusable
+
+CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
+"""Files of a folder of certificates: who is believed, and what this one shows; the same on every machine of a cluster."""
+VARIABLE = "DAMPERLAB_CLUSTER_TLS"
+"""Environment variable that names the folder."""
+DAYS = 3650
+
+
+def security(folder: Path | None = None) -> Security:
+    """Give what a client, a worker or a scheduler shows and asks of the others.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Made by `make_certificates`; by default the one that DAMPERLAB_CLUSTER_TLS names, else Dask's own settings hold.
+
+    Raises
+    ------
+    ClusterUnusable
+        A file is missing.
+    """
+    if folder is None:
+        named = os.environ.get(VARIABLE)
+        if not named:
+            return Security()
+        folder = Path(named)
+    files = [folder / name for name in (CA, CERTIFICATE, KEY)]
+    for file in files:
+        if not os.access(file, os.R_OK):
+            raise ClusterUnusable(
+                Fault(
+                    "tls",
+                    f"{str(folder)!r} without a readable {file.name}",
+                    f"a folder with {CA}, {CERTIFICATE} and {KEY}",
+                    "make one with `damperlab certificates DIR` and copy it to every machine of the cluster",
+                )
+            )
+    ca, certificate, key = map(str, files)
+    roles = ("client", "scheduler", "worker")
+    shown = {f"tls_{role}_cert": certificate for role in roles} | {f"tls_{role}_key": key for role in roles}
+    return Security(require_encryption=True, tls_ca_file=ca, **shown)
+
+
+def make_certificates(folder: Path, days: int = DAYS) -> None:
+    """Make a certificate authority for one cluster, and the certificate that its members show.
+
+    The authority's own key is thrown away: nobody can make another member later, only a new authority for all.
+
+    Parameters
+    ----------
+    folder : Path
+        Made where it is missing.
+    days : int
+        How long they hold.
+
+    Raises
+    ------
+    FileExistsError
+        There is a certificate already.
+    """
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.x509.oid import NameOID
+
+    def name(text: str) -> x509.Name:
+        return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, text)])
+
+    now = datetime.now(UTC)
+    authority, member = (ec.generate_private_key(ec.SECP256R1()) for _ in range(2))
+    signed = {}
+    for file, subject, key, is_authority in (
+        (CA, "damperlab cluster authority", authority, True),
+        (CERTIFICATE, "damperlab cluster member", member, False),
+    ):
+        builder = (
+            x509.CertificateBuilder()
+            .subject_name(name(subject))
+            .issuer_name(name("damperlab cluster authority"))
+            .public_key(key.public_key())
+            .serial_number(x509.random_serial_number())
+            # clocks of machines differ
+            .not_valid_before(now - timedelta(days=1))
+            .not_valid_after(now + timedelta(days=days))
+            .add_extension(
+                x509.BasicConstraints(ca=is_authority, path_length=0 if is_authority else None), critical=True
+            )
+            .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
+            .add_extension(
+                x509.AuthorityKeyIdentifier.from_issuer_public_key(authority.public_key()), critical=False
+            )
+        )
+        signed[file] = builder.sign(authority, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
+    secret = member.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, content in (*signed.items(), (KEY, secret)):
+        handle = os.open(folder / file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if file == KEY else 0o644)
+        with os.fdopen(handle, "wb") as out:
+            out.write(content)

@@ -1,0 +1,125 @@
+"""A worker process that knows how to leave: it takes no more blocks, ends or gives back what it runs, and is gone."""
+
+import asyncio
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import dask
+from distributed import Security, Worker
+from distributed.core import Status
+
+from damperlab.worker.cluster import ONE_THREAD
+
+LOOK_SECONDS = 0.2
+"""Between two looks for a notice, and at what is left to do."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """How long a worker stays.
+
+    Parameters
+    ----------
+    leave_within_s : float
+        Longest time from being told to leave until it is gone [s]: a block that still runs then is given back.
+    lifetime_s : float, optional
+        It leaves so that it is gone after this time [s], as before a batch system ends it.
+    notice : Path, optional
+        It leaves once this file is there, as a spot market's watcher puts it.
+    """
+
+    leave_within_s: float = 25.0
+    lifetime_s: float | None = None
+    notice: Path | None = None
+
+
+async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
+    """Work for a scheduler until told to leave.
+
+    Parameters
+    ----------
+    scheduler : str
+        Its address.
+    security : Security
+        What this worker shows.
+    terms : Terms
+        How long it stays.
+    memory_limit : str
+        As Dask takes it: "auto", "4GB", "0" for none.
+    name : str, optional
+        What it is called.
+
+    Returns
+    -------
+    int
+        Exit status: 0 where it left as it was told, 1 where the scheduler was lost.
+    """
+    loop = asyncio.get_running_loop()
+    told: asyncio.Future[str] = loop.create_future()
+
+    def tell(reason: str) -> None:
+        if told.done():
+            # the second time somebody is in a hurry
+            os._exit(1)
+        told.set_result(reason)
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, tell, signal.Signals(number).name)
+    began = time.monotonic()
+    worker = Worker(
+        scheduler,
+        nthreads=1,
+        security=security,
+        dashboard=False,
+        memory_limit=memory_limit,
+        name=name,
+    )
+    async with worker:
+        reason = await _until_told(worker, told, terms, began)
+        if not reason:
+            return 1
+        deadline = time.monotonic() + terms.leave_within_s
+        _say(f"leaving ({reason}): no more blocks, gone within {terms.leave_within_s:g} s")
+        # the scheduler tells whoever asks that this worker takes nothing more
+        worker.status = Status.closing_gracefully
+        # a result that is here has yet to be fetched
+        while worker.state.tasks and time.monotonic() < deadline:
+            await asyncio.sleep(LOOK_SECONDS)
+        given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
+        _say(f"left; {given_back} blocks given back")
+        await worker.close(timeout=2, executor_wait=False, reason=reason)
+    return 0
+
+
+async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
+    """Wait; give why to leave, or nothing where the scheduler was lost."""
+    ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
+    while worker.status not in (Status.closing, Status.closed, Status.failed):
+        done, _ = await asyncio.wait([told], timeout=LOOK_SECONDS)
+        if done:
+            return told.result()
+        if ends is not None and time.monotonic() >= ends:
+            return f"its lifetime of {terms.lifetime_s:g} s ends"
+        if terms.notice is not None and terms.notice.exists():
+            return f"{terms.notice} is there"
+    return ""
+
+
+def _say(what: str) -> None:
+    print(f"damperlab worker: {what}", file=sys.stderr, flush=True)
+
+
+def serve_worker(
+    scheduler: str, security: Security, terms: Terms, memory_limit: str = "auto", name: str | None = None
+) -> None:
+    """Be a worker until told to leave, then end the process; see `work`."""
+    os.environ.update(ONE_THREAD)
+    settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
+    with dask.config.set(settings):
+        status = asyncio.run(work(scheduler, security, terms, memory_limit, name))
+    # a kernel that still runs in its thread would keep the interpreter from ending
+    os._exit(status)

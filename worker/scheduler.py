@@ -1,0 +1,125 @@
+"""The scheduler of an embedded cluster, in a process of its own that knows no database and no store.
+
+Whoever reaches a Dask scheduler can run anything in its process. So this one holds nothing but the names of blocks, and it
+answers only those who show the certificate of this one run.
+"""
+
+import asyncio
+import json
+import logging
+import os
+import subprocess
+import sys
+import threading
+from typing import Any
+
+import dask
+from distributed import Scheduler, Security
+from distributed.deploy.spec import ProcessInterface
+
+_KEPT = (
+    "PATH",
+    "HOME",
+    "LANG",
+    "LC_ALL",
+    "TMPDIR",
+    "TZ",
+    "SYSTEMROOT",
+    "LD_LIBRARY_PATH",
+    "DAMPERLAB_CACHE_DIR",
+)
+"""What the process is told of the environment: no address of a database, no key of a store."""
+_TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
+
+
+class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
+    """A scheduler in a process of its own, as Dask's clusters start one; it ends with this process.
+
+    Parameters
+    ----------
+    security : Security
+        Certificates for this one cluster; without them nothing is encrypted.
+    config : dict
+        Dask's settings in that process.
+    """
+
+    def __init__(self, security: Security, config: dict[str, Any]) -> None:
+        super().__init__()
+        self.security = security
+        self._config = config
+        self._process: subprocess.Popen[bytes] | None = None
+
+    async def start(self) -> None:
+        """Start the process and read its address.
+
+        Raises
+        ------
+        RuntimeError
+            It ended before it listened.
+        """
+        environment = {name: value for name, value in os.environ.items() if name in _KEPT}
+        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "damperlab.worker.scheduler"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment,
+            # Ctrl-C in a terminal is for the coordinator, which ends this one when it is done
+            start_new_session=True,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        told = {name: getattr(self.security, name) for name in _TLS}
+        # nothing secret stands in a command line or an environment, where others can read it
+        self._process.stdin.write(json.dumps({"tls": told, "config": self._config}).encode() + b"\n")
+        self._process.stdin.flush()
+        line = await asyncio.to_thread(self._process.stdout.readline)
+        if not line:
+            raise RuntimeError(f"the scheduler's process ended with status {self._process.wait()}")
+        self.address = line.decode().strip()
+        await super().start()
+
+    async def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            await asyncio.to_thread(self._process.wait)
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                pipe.close()
+            self._process = None
+        await super().close()
+
+
+async def _serve(tls: dict[str, str | None]) -> None:
+    encrypted = tls["tls_ca_file"] is not None
+    security = Security(require_encryption=True, **tls) if encrypted else Security()
+    protocol = "tls" if encrypted else "tcp"
+    async with Scheduler(
+        host="127.0.0.1",
+        port=0,
+        protocol=protocol,
+        dashboard=False,
+        dashboard_address="127.0.0.1:0",
+        security=security,
+    ) as scheduler:
+        print(scheduler.address, flush=True)
+        await scheduler.finished()
+
+
+def _end_with_parent() -> None:
+    sys.stdin.buffer.read()
+    os._exit(0)
+
+
+def main() -> None:
+    """Read settings from standard input, write the address to standard output, and serve until the input is closed."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    told = json.loads(sys.stdin.buffer.readline())
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with dask.config.set(told["config"]):
+        asyncio.run(_serve(told["tls"]))
+
+
+if __name__ == "__main__":
+    main()
