@@ -247,7 +247,9 @@ class _Run:
                 self._begin_blocks(work_left)
                 self._pump(window, cube_path)
             finally:
-                self._tell(window)
+                # what ended the run matters more than that this cannot be written
+                with suppress(StoreFault):
+                    self._tell(window)
                 window.close()
 
     def _canary(self, pending: "np.ndarray") -> tuple[Block, str]:
@@ -259,8 +261,9 @@ class _Run:
                 canary = canary_of(self._plan, int(index))
                 cube = self._store.cube(self._study_id)
                 names = [variable.name for variable in stored_variables(study)]
-                # a block that was given up, or taken from elsewhere in part, is what it is; no worker is measured by it
-                if not (cube["status"].values[canary.slices] >= Status.BLOCK_FAILED).any():
+                # no worker is measured by a block that was given up
+                where = dict(zip(study.coordinates, canary.slices, strict=True))
+                if not (cube["status"].isel(where).values >= Status.BLOCK_FAILED).any():
                     return canary, stored_bits(cube, study, canary, names)
         return canary_of(self._plan, int(pending[0])), ""
 
