@@ -11,7 +11,7 @@ from pydantic import Field as Described
 from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"

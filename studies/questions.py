@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
-from damperlab.studies.registry import EVERY_DIMENSION, EVERY_VARIABLE
+from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import (
     CASES,

@@ -15,7 +15,7 @@ import typer
 from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.field import At, Field, Ranges, fields_of, option_of
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.variables import VARIABLES
 
 Command = Callable[..., None]

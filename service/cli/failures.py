@@ -6,6 +6,8 @@ import typer
 
 from damperlab.service.cli.output import note, print_json
 from damperlab.studies.faults import Fault, StudyFaults, nearest
+from damperlab.studies.field import fields_of
+from damperlab.studies.questions import Judging, Plane, Ranking, Selection, Tuning
 
 DONE = 0
 FAILED = 1
@@ -26,6 +28,15 @@ class CommandFailed(Exception):
     def __init__(self, kind: str, text: str) -> None:
         super().__init__(text)
         self.kind = kind
+
+
+SPELLED = {
+    each.key: each.options[0]
+    for question in (Judging, Ranking, Selection, Plane, Tuning)
+    for each in fields_of(question)
+    if "command" in each.doors
+}
+"""Fields of questions as options."""
 
 
 def report(error: Exception, as_json: bool) -> int:
@@ -69,7 +80,7 @@ def report(error: Exception, as_json: bool) -> int:
         _print_problem(kind, status, text, faults)
     else:
         for line in faults or (text,):
-            note(f"damperlab: {line}")
+            note(f"damperlab: {_spelled(str(line))}")
     return status
 
 
@@ -90,6 +101,11 @@ def _with_nearest(text: str) -> str:
     found = re.search(r"'([^']*)' is not one of (.+)\.$", text)
     near = nearest(found[1], re.findall(r"'([^']*)'", found[2])) if found else None
     return f"{text} Did you mean {near}?" if near else text
+
+
+def _spelled(text: str) -> str:
+    """Name the fields of questions, which a message quotes as `field`, as the command line spells them."""
+    return re.sub(r"`(\w+)`", lambda found: SPELLED.get(found[1], found[0]), text)
 
 
 def _kebab(name: str) -> str:

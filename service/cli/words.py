@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import DAMPER, RECORD
-from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.symbols import SYMBOLS
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 

@@ -11,7 +11,7 @@ from xarray.plot.accessor import DatasetPlotAccessor
 
 from damperlab.service.client.figure import finished
 from damperlab.studies.answers.classes import with_words
-from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.variables import ResponseClass
 
 if TYPE_CHECKING:

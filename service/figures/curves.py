@@ -23,7 +23,7 @@ from damperlab.service.figures.style import (
     title_of,
     told,
 )
-from damperlab.studies.registry import EVERY_DIMENSION
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.variables import Status
 
 

@@ -66,7 +66,7 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
             _fill(figure, axes, values, shown, x.values, y.values)
         handles: list[Patch | Line2D] = []
         judged = metric in SMALLER_IS_BETTER and answer.attrs.get("reduce") != "min"
-        # A frequency is not chosen but endured: over one, the smallest value is no optimum.
+        # No designer chooses a frequency: over one, the smallest value is no optimum.
         if judged and "frequency_ratio" not in values.dims:
             handles.extend(_stars(axes, answer, x, y, shown))
         hatched = (axes, x.values, y.values)

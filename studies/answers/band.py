@@ -5,8 +5,7 @@ from collections.abc import Container
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.registry import is_survey
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
 
 FREQUENCY = "frequency_ratio"
@@ -29,13 +28,8 @@ def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Obj
     return "peak" if band is not None or has_band(cube) else "resonance"
 
 
-def endured(cube: xr.Dataset) -> str:
-    """Name the dimension that nobody chooses: the frequency ratio, in a survey the record."""
-    return RECORD if is_survey(cube.sizes) else FREQUENCY
-
-
 def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
-    """Whether a slice that leaves open what is endured is the worst over it: it is where there is more than one.
+    """Whether a slice that leaves open the uncontrolled dimension is the worst over it: it is where there is more than one.
 
     Parameters
     ----------
@@ -44,7 +38,8 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     used : container of str
         Dimensions that the question fixes or runs along.
     """
-    return endured(cube) not in used and cube.sizes[endured(cube)] > 1
+    name = kind_of(cube.sizes).uncontrolled
+    return name not in used and cube.sizes[name] > 1
 
 
 def say_frequency(cube: xr.Dataset, r: float) -> str:
@@ -55,16 +50,10 @@ def say_frequency(cube: xr.Dataset, r: float) -> str:
 
 
 def say_worst(cube: xr.Dataset) -> str:
-    """Say that an answer is the largest value over the study's band, or over its records."""
-    if is_survey(cube.sizes):
-        return (
-            f"The largest value over the survey's {cube.sizes[RECORD]} records; record_at says under which."
-        )
-    values = cube[FREQUENCY].values
-    return (
-        f"The largest value over the study's {values.size} frequencies from r = {values.min():.10g} to "
-        f"{values.max():.10g}; frequency_ratio_at says where."
-    )
+    """Say that an answer is the largest value over the uncontrolled dimension: the study's band, or its records."""
+    kind = kind_of(cube.sizes)
+    values = sorted(cube[kind.uncontrolled].values.tolist())
+    return kind.worst.format(count=len(values), low=values[0], high=values[-1])
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:

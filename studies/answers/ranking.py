@@ -11,8 +11,8 @@ from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.survey import worst_case_designs
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import given
+from damperlab.studies.kinds import KINDS, SUITE, kind_of
 from damperlab.studies.questions import Judging, Ranking
-from damperlab.studies.registry import is_survey
 
 Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
 """Opens the study and its follow-ups, by id, the study first."""
@@ -40,10 +40,13 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     QueryFault
         As those, and for what the kind of study does not know.
     """
-    if is_survey(cube.sizes):
-        _refuse(given(judging).keys() - {"ranges"} | given(ranking).keys() & {"pareto", "with_"}, SUITE)
+    kind = kind_of(cube.sizes)
+    for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):
+        found = f"{kind.words}, to which it does not apply"
+        others = " or ".join(each.words for each in KINDS if name in each.ranking)
+        raise QueryFault(Fault(name.rstrip("_"), found, others, kind.instead))
+    if kind is SUITE:
         return worst_case_designs(cube, ranking.metric, ranking.top, ranking.records, judging.ranges)
-    _refuse(given(ranking).keys() & {"metric", "records"}, HARMONIC)
     if ranking.pareto is not None and ranking.with_:
         found = describe(",".join(ranking.with_))
         raise QueryFault(Fault("with", found, "nothing where `pareto` is given", "leave one of the two out"))
@@ -52,19 +55,3 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     if ranking.with_:
         return merged_designs(opened(ranking.with_), judging, ranking.top)
     return optimal_designs(cube, judging, ranking.top)
-
-
-SUITE = (
-    "what applies to a ground-motion suite: `metric`, `record`, and ranges of its dimensions",
-    "leave it out: dampers are ranked by their worst case over records, scales and structures",
-)
-HARMONIC = (
-    "what applies to a harmonic study, such as `objective` and `band`",
-    "leave it out: it applies to ground-motion suites only",
-)
-
-
-def _refuse(names: Iterable[str], words: tuple[str, str]) -> None:
-    """Refuse what only the other kind of study knows."""
-    for name in sorted(names):
-        raise QueryFault(Fault(name.rstrip("_"), "a value", *words))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.band import FREQUENCY, endured, say_frequency, say_worst, worst_by_default
+from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
 from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
@@ -28,8 +28,8 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
-from damperlab.studies.registry import is_survey
 from damperlab.studies.units import InUnits, coordinates_in_units
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import REDUCTIONS
@@ -74,8 +74,8 @@ def resonance_map(
         names. Of a mean, the error is the mean error and the status the worst, and there is no class.
         Reduced, `computed_share` is the share of the points that were reduced to one that were computed. The other
         dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
-        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `worst_over` (what is
-        endured, where the worst over it was reduced), `note` (what was chosen, in words).
+        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `worst_over` (the
+        uncontrolled dimension, where the worst over it was reduced), `note` (what was chosen, in words).
 
     Raises
     ------
@@ -100,10 +100,11 @@ def resonance_map(
             )
         )
     used = {x, y, over, *at}
+    uncontrolled = kind_of(cube.sizes).uncontrolled
     worst = not interpolate and worst_by_default(cube, used) and not coded(cube, metric)
-    inner = endured(cube) if worst and over is not None else None
+    inner = uncontrolled if worst and over is not None else None
     if worst and over is None:
-        over = endured(cube)
+        over = uncontrolled
     if over is not None:
         check_dimension(cube, "over", over, (x, y))
         reduce = reduce or "max"
@@ -122,7 +123,7 @@ def resonance_map(
             )
     free = tuple(name for name in (x, y, over, inner) if name is not None)
     if interpolate:
-        if is_survey(cube.sizes):
+        if not kind_of(cube.sizes).interpolates:
             advice = "leave it out: a response to a ground motion may change by chance from point to point"
             raise QueryFault(Fault("interpolate", "true", "false for a ground-motion suite", advice))
         if over is not None:

@@ -13,7 +13,7 @@ from damperlab.studies.answers.nearness import same
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
-from damperlab.studies.registry import is_survey, variables_of
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.variables import STEPPED, Status
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
@@ -27,7 +27,7 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 def main_metric(cube: xr.Dataset) -> str:
     """Name what a question is about that names no metric."""
-    return "peak_relative_displacement_m" if is_survey(cube.sizes) else "amplitude_ratio"
+    return kind_of(cube.sizes).metric
 
 
 def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
@@ -44,7 +44,7 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
     if name in cube.data_vars:
         return
     stored = [str(variable) for variable in cube.data_vars]
-    if name in variables_of(cube.sizes):
+    if name in kind_of(cube.sizes).variables:
         found, advice = (
             f"{name}, which the study does not store",
             f"{_submit(cube, name)}, or choose one of them",
@@ -80,7 +80,7 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
 
 def _submit(cube: xr.Dataset, *names: str) -> str:
     advice = f"add {listing(names)} to `metrics` and submit again"
-    known = variables_of(cube.sizes)
+    known = kind_of(cube.sizes).variables
     if any(known[name].start for name in names):
         return f"{advice} with `start: {{kind: ensemble}}`"
     solver = json.loads(cube.attrs.get("study", "{}")).get("solver", {})

@@ -2,18 +2,7 @@
 
 from collections.abc import Collection, Mapping
 
-FAVOURITES = (
-    "clearance_ratio",
-    "friction_ratio",
-    "frequency_ratio",
-    "mass_ratio",
-    "restitution",
-    "damping_ratio",
-)
-"""In this order, those with more than one value first."""
-
-OF_SURVEYS = ("clearance_m", "friction_force_n", "scale", "particle_mass_kg", "natural_frequency_hz")
-"""The same in a survey, before what both kinds of study have."""
+from damperlab.studies.kinds import kind_of
 
 
 def shown_axes(
@@ -30,7 +19,7 @@ def shown_axes(
     taken : collection of str
         Dimensions that the question uses otherwise.
     """
-    favourites = [name for name in (*OF_SURVEYS, *FAVOURITES) if name in sizes]
+    favourites = [name for name in kind_of(sizes).axes if name in sizes]
     free = [name for name in favourites if name not in {*taken, x, y}]
     free.sort(key=lambda name: sizes[name] == 1)
     # where none is left the question is refused for naming a dimension twice

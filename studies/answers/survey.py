@@ -20,7 +20,7 @@ from damperlab.studies.answers.selection import (
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import DAMPER, RECORD
-from damperlab.studies.registry import is_survey
+from damperlab.studies.kinds import SUITE, kind_of
 from damperlab.studies.store.slabs import BUDGET, slabs
 from damperlab.studies.variables import Status
 
@@ -38,7 +38,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
     asked : str
         The question, as it is called.
     """
-    if is_survey(dimensions):
+    if kind_of(dimensions) is SUITE:
         raise QueryFault(
             Fault(
                 "study",

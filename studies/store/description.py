@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.registry import variables_of
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.store.coding import (
     Compressor,
     StoredArray,
@@ -186,7 +186,7 @@ def _parse(document: Any, packed: bool) -> Description:
         raise ValueError("they are no description of a cube: arrays or coordinates are missing")
     # JSON keeps the order in which they were written, and Zarr's own metadata that of their names
     ordered = {name: coordinates[name] for name in dimensions}
-    known = [name for name in variables_of(dimensions) if name in arrays]
+    known = [name for name in kind_of(dimensions).variables if name in arrays]
     if len(known) != len(arrays):
         raise ValueError("they are no description of a cube: unknown arrays")
     return Description(

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from damperlab.studies.html import card
-from damperlab.studies.registry import dimensions_of_definition
+from damperlab.studies.kinds import kind_of_definition
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
 """Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
@@ -153,7 +153,7 @@ class Record:
     @property
     def dimensions(self) -> tuple[str, ...]:
         """The dimensions of the cube, in its order."""
-        return dimensions_of_definition(self.definition)
+        return kind_of_definition(self.definition).dimensions
 
     @property
     def ended(self) -> bool:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from sqlalchemy import func, select
 
-from damperlab.studies.registry import EVERY_VARIABLE
+from damperlab.studies.kinds import EVERY_VARIABLE
 from damperlab.studies.store.chunks import Marks, chunk_place
 from damperlab.studies.store.cube import block_grid
 from damperlab.studies.store.faults import StudyNotFound, cannot_use

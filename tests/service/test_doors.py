@@ -13,6 +13,7 @@ from damperlab.service.client import Client, Study
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
 from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.questions import (
     Amplitudes,
     Boundary,
@@ -31,7 +32,6 @@ from damperlab.studies.questions import (
     Tuning,
     Window,
 )
-from damperlab.studies.registry import EVERY_DIMENSION
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 STUDY = "/api/v1/studies/{study_id}"

@@ -1,0 +1,111 @@
+"""The kinds of study: one table of all in which they differ to whoever asks or keeps their results.
+
+How a point is computed is the worker's, which tells definitions apart by their class.
+"""
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What holds for every study of a kind.
+
+    Parameters
+    ----------
+    words : str
+        What a study of it is called in a sentence.
+    dimensions : tuple of str
+        Of its cube, in their order.
+    variables : mapping of Variable
+        Every result variable that it may store, by name.
+    metric : str
+        What a question is about that names no result.
+    uncontrolled : str
+        The dimension that no designer chooses; a result is the worst over it where the question leaves it open.
+    worst : str
+        That sentence about a result; with ``{count}``, ``{low}`` and ``{high}`` of the uncontrolled dimension.
+    axes : tuple of str
+        Dimensions in the order in which a map shows them where nobody names any; those of the other kind follow.
+    interpolates : bool
+        Whether a response changes smoothly enough from point to point to be interpolated.
+    ranking : frozenset of str
+        Fields of `Judging` and `Ranking` that apply to it.
+    instead : str
+        What to ask it in place of what it cannot answer.
+    """
+
+    words: str
+    dimensions: tuple[str, ...]
+    variables: Mapping[str, Variable]
+    metric: str
+    uncontrolled: str
+    worst: str
+    axes: tuple[str, ...]
+    interpolates: bool
+    ranking: frozenset[str]
+    instead: str
+
+
+HARMONIC = Kind(
+    words="a harmonic study",
+    dimensions=DIMENSIONS,
+    variables=VARIABLES,
+    metric="amplitude_ratio",
+    uncontrolled="frequency_ratio",
+    worst="The largest value over the study's {count} frequencies from r = {low:.10g} to {high:.10g}; frequency_ratio_at "
+    "gives the frequency at which it occurs.",
+    axes=(
+        "clearance_ratio",
+        "friction_ratio",
+        "frequency_ratio",
+        "mass_ratio",
+        "restitution",
+        "damping_ratio",
+    ),
+    interpolates=True,
+    ranking=frozenset(
+        {"objective", "band", "exclude_locked", "max_impact_speed", "ranges", "top", "pareto", "with_"}
+    ),
+    instead="leave it out, or use `objective`, `band` and ranges of its dimensions and results",
+)
+SUITE = Kind(
+    words="a ground-motion suite",
+    dimensions=tuple(SUITE_DIMENSIONS),
+    variables=SUITE_VARIABLES,
+    metric="peak_relative_displacement_m",
+    uncontrolled=RECORD,
+    worst="The largest value over the {count} records of the suite; record_at gives the record under which it occurs.",
+    axes=(
+        "clearance_m",
+        "friction_force_n",
+        "scale",
+        "particle_mass_kg",
+        "natural_frequency_hz",
+        "restitution",
+        "damping_ratio",
+    ),
+    interpolates=False,
+    ranking=frozenset({"metric", "records", "ranges", "top"}),
+    instead="leave it out: dampers are ranked by `metric`, in their worst case over records, scales and structures",
+)
+KINDS: tuple[Kind, ...] = (HARMONIC, SUITE)
+
+EVERY_DIMENSION: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.dimensions))
+EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.variables))
+
+
+def kind_of(dimensions: Container[Any]) -> Kind:
+    """Give the kind of a study by the dimensions of its cube: only a ground-motion suite has records."""
+    return SUITE if RECORD in dimensions else HARMONIC
+
+
+def kind_of_definition(definition: Container[Any]) -> Kind:
+    """Give the kind of a study by its definition: a ground-motion suite names its records."""
+    return SUITE if "records" in definition else HARMONIC

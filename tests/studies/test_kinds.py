@@ -1,0 +1,56 @@
+"""The table of kinds is all that tells one kind of study from the other, and questions keep to it."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.ranking import ranked_designs
+from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind, kind_of
+from damperlab.studies.questions import Judging, Ranking
+
+
+def cube_of(kind: Kind) -> xr.Dataset:
+    shape = (1,) * len(kind.dimensions)
+    values = {
+        kind.metric: (kind.dimensions, np.ones(shape)),
+        "status": (kind.dimensions, np.zeros(shape, np.int8)),
+    }
+    axes = {name: np.array(["el-centro"]) if name == "record" else np.ones(1) for name in kind.dimensions}
+    return xr.Dataset(values, axes)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite"])
+def test_a_kind_is_told_by_its_dimensions_and_speaks_of_its_own(kind: Kind) -> None:
+    assert kind_of(kind.dimensions) is kind
+    assert kind.uncontrolled in kind.dimensions
+    assert kind.metric in kind.variables
+    assert set(kind.axes) <= set(kind.dimensions)
+    assert kind.ranking <= {each.name for question in (Judging, Ranking) for each in fields(question)}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite"])
+def test_the_best_of_a_kind_is_ranked_by_its_metric(kind: Kind) -> None:
+    answer = ranked_designs(cube_of(kind), Judging(), Ranking(), lambda others: {})
+    assert answer["value"].values.tolist() == [1.0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "judging", "ranking", "field"),
+    [
+        (SUITE, Judging("peak"), Ranking(), "objective"),
+        (SUITE, Judging(exclude_locked=True), Ranking(), "exclude_locked"),
+        (SUITE, Judging(), Ranking(pareto=("amplitude", "mass")), "pareto"),
+        (SUITE, Judging(), Ranking(with_=("abc",)), "with"),
+        (HARMONIC, Judging(), Ranking(metric="amplitude_ratio"), "metric"),
+        (HARMONIC, Judging(), Ranking(records=("el-centro",)), "records"),
+    ],
+)
+def test_what_applies_to_the_other_kind_alone_is_refused(
+    kind: Kind, judging: Judging, ranking: Ranking, field: str
+) -> None:
+    with pytest.raises(QueryFault, match="to which it does not apply") as caught:
+        ranked_designs(cube_of(kind), judging, ranking, lambda others: {})
+    assert caught.value.fault.field == field
