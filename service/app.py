@@ -53,6 +53,7 @@ from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
 from damperlab.service.work.processes import Work
+from damperlab.service.work.questions import Apart
 from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
 from damperlab.worker.provenance import code_version
@@ -124,6 +125,7 @@ def create_app(settings: Settings) -> FastAPI:
         session,
     ):
         app.include_router(route.router)
+    app.add_middleware(Apart, points=settings.question_points_apart)
     app.add_middleware(Tagged)
     app.add_middleware(
         GZipMiddleware,

@@ -89,6 +89,11 @@ class Settings(BaseSettings):
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
     )
+    question_points_apart: int = Field(
+        500_000,
+        ge=0,
+        description="Questions to cubes of as many points are answered in such a process too, and kept.",
+    )
     connections_limit: int = Field(1000, ge=1, description="Most connections at a time.")
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."

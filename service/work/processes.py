@@ -108,8 +108,8 @@ class Work:
             "request",
             found,
             f"at most {self._seconds:g} s and {self._memory_bytes >> 20} MiB for one request",
-            "ask for less (fewer cycles or starts, a less stiff contact), or compute it with `damperlab simulate`, "
-            "which has no limit",
+            "ask for less (fewer cycles or starts, a less stiff contact, a part of the grid), or compute it on the command "
+            "line, which has no limit",
         )
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
 
@@ -183,4 +183,5 @@ def _stand_back() -> None:
 
 def _prepare() -> None:
     _stand_back()
-    import damperlab.service.work.functions  # noqa: F401
+    import damperlab.service.work.functions
+    import damperlab.service.work.questions  # noqa: F401

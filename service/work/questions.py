@@ -1,0 +1,145 @@
+"""Questions to large cubes: computed where they can be ended and stop nobody, and kept while the study stays as it is."""
+
+import asyncio
+import re
+from collections import OrderedDict
+from functools import lru_cache
+from typing import Any, cast
+
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+from fastapi import FastAPI
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from damperlab.service.problems import Problem, install, respond
+from damperlab.service.settings import Settings
+from damperlab.service.state import Service
+from damperlab.service.work.processes import Work
+from damperlab.studies.store.faults import StoreFault
+
+QUESTION = re.compile(
+    r"/api/v1/studies/([^/]+)/(?:resonance-map|frequency-response|optimal-designs|robust-designs|tmd-comparison|"
+    r"work-precision|differences)"
+)
+KEPT = 256
+"""Most answers that are kept."""
+KEPT_BYTES = 1 << 20
+"""Largest of them."""
+_SENT_ON = ("accept", "x-request-id")
+
+Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
+
+
+class Apart:
+    """ASGI middleware: has questions to cubes of many points answered by a process of `Work`.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Answers everything else.
+    points : int
+        Fewest points of such a cube.
+    """
+
+    def __init__(self, app: ASGIApp, points: int) -> None:
+        self.app = app
+        self.points = points
+        self._small: set[str] = set()
+        self._kept: OrderedDict[tuple[object, ...], Answer] = OrderedDict()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        asked = QUESTION.fullmatch(scope["path"]) if scope["type"] == "http" else None
+        if asked is None or scope["method"] != "GET" or asked[1] in self._small:
+            await self.app(scope, receive, send)
+            return
+        service: Service = scope["app"].state.service
+        try:
+            study = await run_sync(service.store.find, asked[1])
+        except StoreFault:
+            await self.app(scope, receive, send)  # which says what is wrong
+            return
+        if study.points_total < self.points:
+            if study.id == asked[1]:
+                self._small.add(study.id)
+            await self.app(scope, receive, send)
+            return
+        request = Request(scope, receive)
+        key = (study.id, study.created, study.revision, study.state, scope["path"], scope["query_string"])
+        try:
+            answer = self._kept.get(key) or await self._ask(service.work, service.settings, request)
+        except Problem as problem:
+            await respond(request, problem)(scope, receive, send)
+            return
+        except ClientDisconnect:
+            return
+        status, headers, body = answer
+        if status == 200 and len(body) <= KEPT_BYTES:
+            self._kept[key] = answer
+            self._kept.move_to_end(key)
+            if len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        response = Response(body, status)
+        response.raw_headers = [*headers]
+        await response(scope, receive, send)
+
+    @staticmethod
+    async def _ask(work: Work, settings: Settings, request: Request) -> Answer:
+        scope = request.scope
+        sent_on = [(name, value) for name, value in scope["headers"] if name.decode("latin-1") in _SENT_ON]
+        asked = {
+            **{name: scope[name] for name in ("path", "raw_path", "query_string", "request_id", "caller")},
+            "headers": sent_on,
+        }
+        return await work.run(request, answer, settings, asked)
+
+
+def answer(settings: Settings, asked: dict[str, Any]) -> Answer:
+    """Answer a question in this process, as the service would."""
+    return asyncio.run(_answer(_application(settings), asked))
+
+
+@lru_cache(maxsize=1)
+def _application(settings: Settings) -> FastAPI:
+    from damperlab.service.routes import queries, refine, studies, tmd
+
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    install(app)
+    for route in (queries, tmd, refine, studies):
+        app.include_router(route.router)
+    nothing = cast(Any, None)  # no question runs a study, compiles, or computes points
+    store = settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
+    app.state.service = Service(
+        settings, store, nothing, nothing, CapacityLimiter(1), CapacityLimiter(1), nothing
+    )
+    return app
+
+
+async def _answer(app: FastAPI, asked: dict[str, Any]) -> Answer:
+    status, headers, body = 500, [], bytearray()
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: Message) -> None:
+        nonlocal status, headers
+        if message["type"] == "http.response.start":
+            status, headers = message["status"], list(message["headers"])
+        else:
+            body.extend(message.get("body", b""))
+
+    scope = {
+        "type": "http",
+        "asgi": {"version": "3.0", "spec_version": "2.3"},
+        "http_version": "1.1",
+        "method": "GET",
+        "scheme": "http",
+        "root_path": "",
+        "server": None,
+        "client": None,
+        **asked,
+    }
+    await app(scope, receive, send)
+    return status, headers, bytes(body)

@@ -1,0 +1,54 @@
+"""Questions to large cubes, answered by a process apart: the same answers, refusals and tags."""
+
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import psutil
+
+STUDY = {
+    "name": "curve",
+    "particle": False,
+    "damping_ratio": 0.0038,
+    "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}},
+}
+
+
+def test_the_same_is_answered_apart(
+    own_service: Callable[..., Any], client: httpx.Client, curve: dict[str, Any], helpers: Any
+) -> None:
+    running = own_service(DAMPERLAB_QUESTION_POINTS_APART="0")
+    with httpx.Client(base_url=running.url, timeout=300) as apart:
+        made = apart.post("/api/v1/studies", json=STUDY).json()
+        helpers.wait_for(apart, made["id"], helpers.ended)
+        assert made["digest"] == curve["digest"]
+        url = f"/api/v1/studies/{curve['id']}"
+
+        def processes() -> int:
+            children = psutil.Process(running.process.pid).children(recursive=True)
+            return sum("anyio.to_process" in each.cmdline() for each in children)
+
+        assert processes() == 0
+        for question in (
+            "frequency-response",
+            "frequency-response?metric=nonsense",
+            "frequency-response?odd=1",
+            "resonance-map?x=frequency_ratio&y=friction_ratio",
+            "optimal-designs?objective=peak",
+            "tmd-comparison?mass_ratio=0.05",
+            "work-precision",
+        ):
+            here, there = (each.get(f"{url}/{question}") for each in (client, apart))
+            assert there.status_code == here.status_code, (question, there.text)
+            assert there.headers["content-type"] == here.headers["content-type"]
+            one, other = here.json(), there.json()
+            for volatile in ("request_id", "run_time"):
+                one.pop(volatile, None), other.pop(volatile, None)
+            if "work-precision" not in question:
+                assert other == one, question
+        assert processes() == 1
+        first = apart.get(f"{url}/frequency-response")
+        assert apart.get(f"{url}/frequency-response").content == first.content
+        again = apart.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
+        assert again.status_code == 304
+        assert apart.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
