@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
+    from damperlab.studies.store.verify import Damage
 
 
 def verify(
@@ -52,7 +53,6 @@ def _verify(
 ) -> dict[str, Any]:
     from damperlab.studies.store.verify import repair as take_back
     from damperlab.studies.store.verify import verify as damages_of
-    from damperlab.worker.provenance import WrongCode, require_solver
 
     with working(f"Reading {label(record)}"):
         damages = list(damages_of(store, record))
@@ -62,15 +62,12 @@ def _verify(
     note(f"{label(record)}: {record.blocks_done} blocks read, {len(damages)} damaged.")
     repaired = False
     if damages and repair:
-        # before anything is given up: no other solver may finish what one began
-        try:
-            require_solver(record.id, record.provenance)
-        except WrongCode as error:
-            raise CommandFailed("wrong-code", str(error)) from error
+        _require_solver_of_blocks(record, damages)
         record = take_back(store, record, damages)
         if any(damage.block is None for damage in damages):
             # what the damaged description hid is seen now
             hidden = list(damages_of(store, record))
+            _require_solver_of_blocks(record, hidden)
             record = take_back(store, record, hidden)
             damages += hidden
         if record.blocks_done < record.blocks_total:
@@ -84,6 +81,23 @@ def _verify(
         "damaged": [{"block": damage.block, "found": damage.found} for damage in damages],
         "repaired": repaired,
     }
+
+
+def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None:
+    """Refuse to give up blocks of another solver, which this one may not compute; descriptions and marks need none.
+
+    Raises
+    ------
+    CommandFailed
+        Before anything is given up.
+    """
+    from damperlab.worker.provenance import WrongCode, require_solver
+
+    if any(damage.block is not None or damage.part == "catalogue" for damage in damages):
+        try:
+            require_solver(record.id, record.provenance)
+        except WrongCode as error:
+            raise CommandFailed("wrong-code", str(error)) from error
 
 
 def _every(store: "Store") -> "Iterator[Record]":

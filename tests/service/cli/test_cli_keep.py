@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.faults.damage import make_store
 from tests.service.cli.commands import run
 
 from damperlab.studies.store.store import Store
@@ -35,6 +36,28 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
     after = store.cube(record.id).load()
     assert after.drop_vars("run_time").equals(before.drop_vars("run_time"))
     assert list(verify(store, store.find(record.id))) == []
+
+
+def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    make_store(data)
+    store = Store.open(data)
+    record = store.find("done")
+    before = store.cube(record.id).load()
+    description = Path(store.cube_path(record.id), "zarr.json")
+    description.write_bytes(description.read_bytes().replace(b"0.47", b"0.57", 1))
+    said = run(
+        "map", record.id, "--x", "clearance_ratio", "--y", "friction_ratio", "--data-dir", data, status=1
+    )
+    assert "verify" in said.stderr
+    run("verify", record.id, "--repair", "--data-dir", data)
+    assert list(verify(store, record)) == []
+    assert store.cube(record.id).load().identical(before)
+    next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
+    refused = run("verify", record.id, "--repair", "--data-dir", data, status=1).stderr
+    assert "damperlab recompute" in refused
+    assert store.find(record.id).blocks_done == 12  # nothing is given up that this solver may not compute
+    store.close()
 
 
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
