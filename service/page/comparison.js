@@ -46,9 +46,9 @@ export function comparisonTab(session, place) {
       fill(answerBox, verdict(answer));
       fill(note, prose(answer.note));
       meaning.textContent = answer.criterion_means;
-      await chart.draw(() => traces(answer), () => ({
-        xaxis: { title: { text: "frequency ratio r" } },
-        yaxis: { title: { text: "amplitude ratio X/Z" }, type: "log", dtick: "D2" },
+      await chart.draw(() => traces(answer, session.shown), () => ({
+        xaxis: { title: { text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r" } },
+        yaxis: { title: { text: session.shown.variable("amplitude_ratio", "amplitude ratio X/Z") }, type: "log", dtick: "D2" },
       }));
     } catch (error) {
       if (mine === number) fill(answerBox, refusalBox(error));
@@ -75,7 +75,7 @@ export function comparisonTab(session, place) {
         share("Frequency off by", asked.detuning, (value) => ((asked.detuning = value), look())),
         share("Damping off by", asked.damping_detuning, (value) => ((asked.damping_detuning = value), look())),
         el("label", { class: "field" }, el("span", {}, "Mass ratio μ"), mass),
-        sliders(selection, record.definition, true),
+        sliders(selection, session.shown, true),
       ),
     ),
   );
@@ -117,8 +117,8 @@ function verdict(answer) {
   ];
 }
 
-/** @param {any} answer */
-function traces(answer) {
+/** @param {any} answer @param {import("./shown.js").Shown} shown */
+function traces(answer, shown) {
   const curves = /** @type {[string, string][]} */ ([
     ["hybrid", "this study"],
     ["tmd", "tuned mass damper"],
@@ -126,7 +126,8 @@ function traces(answer) {
   ]);
   const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
   return curves.map(([name, title], i) => ({
-    type: "scatter", mode, x: answer.frequency_ratio, y: answer[name], name: title,
+    type: "scatter", mode, x: answer.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
+    y: answer[name].map((/** @type {number | null} */ x) => (x === null ? null : x * shown.factor("amplitude_ratio"))), name: title,
     line: { color: CURVES()[i], dash: DASHES[i], width: 2 }, marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
   }));
 }

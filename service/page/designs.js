@@ -9,8 +9,9 @@ import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { leading } from "./headline.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
-import { symbol, titled } from "./vocabulary.js";
 
+/** What designs are judged by is an amplitude, of one frequency or of a band. */
+const VALUE = "amplitude_ratio";
 const TOP = 5;
 const FRONT = 50;
 /** @type {Found} */
@@ -23,7 +24,7 @@ export const NOTHING_FOUND = { best: null, idle: null, pareto: [], ranked: null 
 export function designs(session, onFound) {
   const { selection, record } = session;
   const band = selection.varied.includes(FREQUENCY);
-  const { kept } = session;
+  const { kept, shown } = session;
   const usual = band ? "peak" : "resonance";
   const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance");
   const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
@@ -44,9 +45,9 @@ export function designs(session, onFound) {
       const pareto = asked.against ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` }) : null;
       const { best, idle } = leading(ranked);
       found = {
-        best: best && named(best, idle ? "Best with impacts" : "Optimum"),
-        idle: idle && named(idle, "Best, no impact"),
-        pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front")),
+        best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
+        idle: idle && named(idle, "Best, no impact", shown),
+        pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front", shown)),
         ranked,
       };
       fill(table, listed(ranked, "Best designs"));
@@ -71,7 +72,7 @@ export function designs(session, onFound) {
         el(
           "table",
           {},
-          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "Value"), columns.map((name) => el("th", { scope: "col", title: titled(name) }, symbol(name))), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, session.words.respects[against]), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
+          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value"), columns.map((name) => el("th", { scope: "col", title: shown.title(name) }, shown.symbol(name), shown.has(name) && ` [${shown.unit(name).trim()}]`)), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, session.words.respects[against]), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
           el(
             "tbody",
             {},
@@ -79,8 +80,8 @@ export function designs(session, onFound) {
               el(
                 "tr",
                 {},
-                el("td", {}, short(design.value), design.error ? ` ± ${short(design.error, 2)}` : ""),
-                columns.map((name) => el("td", {}, short(design[name]))),
+                el("td", {}, shown.withError(VALUE, design.value, design.error)),
+                columns.map((name) => el("td", {}, short(design[name] * shown.factor(name)))),
                 against && !columns.some((name) => name.startsWith(against)) && el("td", {}, short(design[against])),
                 el("td", {}, design.response_class.replaceAll("_", " ")),
                 el("td", {}, el("button", { type: "button", class: "small", "aria-label": `Show design ${i + 1} of ${title} on the map`, onclick: () => go(design) }, "Show")),
@@ -132,7 +133,7 @@ function useful(respect, session) {
   return session.variables.includes(respect === "impact_speed" ? "impact_speed_max" : respect);
 }
 
-/** @param {any} design @param {string} title */
-function named(design, title) {
-  return { ...design, text: `${title}: ${short(design.value)}` };
+/** @param {any} design @param {string} title @param {import("./shown.js").Shown} shown */
+function named(design, title, shown) {
+  return { ...design, text: `${title}: ${shown.value(VALUE, design.value)}` };
 }

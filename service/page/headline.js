@@ -1,9 +1,10 @@
 /** What a study's ranking comes to, before anything else is read: the design to look at, or why there is none yet. */
 
 import { capital, el, prose } from "./dom.js";
-import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
-import { symbol } from "./vocabulary.js";
+
+/** What designs are judged by is an amplitude, of one frequency or of a band. */
+const VALUE = "amplitude_ratio";
 
 /**
  * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does
@@ -24,12 +25,12 @@ export function leading(ranked) {
  * @param {import("./study.js").Session} session
  * @param {any} ranked
  */
-export function headline({ record, selection }, ranked) {
+export function headline({ record, selection, shown }, ranked) {
   const { best, idle } = leading(ranked);
   if (!best) return null;
   const named = selection.varied.filter((name) => name !== FREQUENCY);
-  const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, symbol(name), ` = ${short(best[name])}`)]);
-  const value = `${short(best.value)}${best.error ? ` ± ${short(best.error, 2)}` : ""}`;
+  const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, best[name])}`)]);
+  const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
   const why = next && ranked.verdict.find((/** @type {string} */ sentence) => sentence.startsWith("Only r ="));
   return el(
@@ -37,8 +38,8 @@ export function headline({ record, selection }, ranked) {
     { class: "box headline", "aria-label": "Best design" },
     el("h2", {}, next ? "No design is recommended yet" : idle ? "Best design with impacts" : "Best design"),
     why && el("p", {}, prose(why)),
-    el("p", {}, capital(`${ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
-    idle && el("p", { class: "quiet" }, `A smaller value, ${short(idle.value)}, belongs to designs in which the particle never meets a wall: they are no particle dampers.`),
+    el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
+    idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: they are no particle dampers.`),
     next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over r = ${next.start} to ${next.stop}`),
   );
 }

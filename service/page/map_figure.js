@@ -96,7 +96,7 @@ function codes(map, words) {
 
 /** @param {any} map @param {boolean} coded */
 function hover(map, coded) {
-  const place = `${axisTitle(map.x_dimension)} = %{x}<br>${axisTitle(map.y_dimension)} = %{y}<br>`;
+  const place = `${(map.x_title ?? axisTitle(map.x_dimension))} = %{x}<br>${(map.y_title ?? axisTitle(map.y_dimension))} = %{y}<br>`;
   return coded ? place + "<extra></extra>" : `${place}${map.long_name} = %{customdata:.5~g}<extra></extra>`;
 }
 
@@ -165,8 +165,8 @@ function markers({ best, idle, pareto, point }) {
  */
 export function mapLayout(map) {
   return {
-    xaxis: { title: { text: axisTitle(map.x_dimension) }, ...span(map.x) },
-    yaxis: { title: { text: axisTitle(map.y_dimension) }, ...span(map.y) },
+    xaxis: { title: { text: (map.x_title ?? axisTitle(map.x_dimension)) }, ...span(map.x) },
+    yaxis: { title: { text: (map.y_title ?? axisTitle(map.y_dimension)) }, ...span(map.y) },
     plot_bgcolor: colour("empty"),
     margin: { l: 56, r: 8, t: 12, b: 48 },
     hovermode: "closest",
@@ -192,5 +192,5 @@ export function lineTraces(map) {
 
 /** @param {any} map @returns {any} */
 export function lineLayout(map) {
-  return { xaxis: { title: { text: axisTitle(map.x_dimension) } }, yaxis: { title: { text: map.long_name } }, showlegend: false };
+  return { xaxis: { title: { text: (map.x_title ?? axisTitle(map.x_dimension)) } }, yaxis: { title: { text: map.long_name } }, showlegend: false };
 }

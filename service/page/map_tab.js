@@ -10,7 +10,7 @@ import { pointPanel } from "./point.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
-import { DIMENSIONS, titled } from "./vocabulary.js";
+import { DIMENSIONS } from "./vocabulary.js";
 
 /** Values along either axis that are asked for: about as many as a screen tells apart. */
 const MOST = 240;
@@ -21,7 +21,7 @@ const USUAL = ["clearance_ratio", "friction_ratio", "frequency_ratio", "mass_rat
 /** @type {import("./study.js").Tab} */
 export function mapTab(session, place) {
   const { selection, record } = session;
-  const { kept } = session;
+  const { kept, shown } = session;
   const [x, y] = usualAxes(selection.varied);
   const view = { ...keptAxes(kept, selection.varied, x, y), ...keptLook(kept, session.variables) };
   /** @type {any} */
@@ -34,7 +34,7 @@ export function mapTab(session, place) {
     name: `map-${record.id}`,
     height: 460,
     keyboard: "Arrow keys move the point",
-    python: () => pythonLine(record.id, "resonance_map", shown()),
+    python: () => pythonLine(record.id, "resonance_map", whole()),
   });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
@@ -43,13 +43,13 @@ export function mapTab(session, place) {
 
   function drawControls() {
     const options = selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
-    const names = /** @type {[string, string][]} */ (options.map((name) => [name, titled(name)]));
+    const names = /** @type {[string, string][]} */ (options.map((name) => [name, shown.title(name)]));
     const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name));
     fill(
       controls,
       picker("Across", names, view.x, (name) => exchange("x", "y", name)),
       picker("Up", names, view.y, (name) => exchange("y", "x", name)),
-      picker("Shown", metrics.map((/** @type {any} */ v) => [v.name, v.long_name]), view.metric, (metric) => change({ metric })),
+      picker("Shown", metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]), view.metric, (metric) => change({ metric })),
       checkbox("Contour lines", view.contours, (contours) => (Object.assign(view, { contours }), keep(), draw())),
       checkbox("Response classes", view.classes, (classes) => (Object.assign(view, { classes }), keep(), draw())),
     );
@@ -85,14 +85,14 @@ export function mapTab(session, place) {
   }
 
   /** What the map is asked for: the other dimensions at the point, the frequency open where the worst counts. */
-  function shown() {
+  function whole() {
     const except = [view.x, view.y, ...(selection.worst ? [FREQUENCY] : [])];
     return { x: view.x, y: view.y, metric: view.metric, ...selection.at(except) };
   }
 
   /** The same as the screen can show it. */
   function question() {
-    return { ...shown(), most: MOST, ...view.window };
+    return { ...whole(), most: MOST, ...view.window };
   }
 
   let last = "";
@@ -103,7 +103,7 @@ export function mapTab(session, place) {
     try {
       const answer = await ask(studyPath(record.id, "resonance-map"), parameters);
       if (mine !== asked) return;
-      map = answer;
+      map = shown.map(answer);
       fill(trouble);
       fill(note, prose(said(answer)));
       await draw();
@@ -124,19 +124,19 @@ export function mapTab(session, place) {
   function marks() {
     const judged = view.x !== FREQUENCY && view.y !== FREQUENCY;
     const here = (/** @type {any} */ design) => judged && selection.varied.every((name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name));
-    const mark = (/** @type {any} */ design) => ({ x: design[view.x], y: design[view.y], text: design.text });
+    const mark = (/** @type {any} */ design) => ({ x: design[view.x] * shown.factor(view.x), y: design[view.y] * shown.factor(view.y), text: design.text });
     return {
       best: found.best && here(found.best) ? { ...mark(found.best), acts: found.idle !== null } : null,
       idle: found.idle && here(found.idle) ? mark(found.idle) : null,
       pareto: found.pareto.filter(here).map(mark),
-      point: selection.chosen ? { x: selection.value(view.x), y: selection.value(view.y) } : null,
+      point: selection.chosen ? { x: selection.value(view.x) * shown.factor(view.x), y: selection.value(view.y) * shown.factor(view.y) } : null,
     };
   }
 
   function wire() {
     map_.plot.dataset.wired = "yes";
     map_.plot.on("plotly_click", (/** @type {any} */ event) => {
-      const { x: atX, y: atY } = event.points[0];
+      const [atX, atY] = [event.points[0].x / shown.factor(view.x), event.points[0].y / shown.factor(view.y)];
       selection.chooseValues(map.y.length === 1 ? { [view.x]: atX } : { [view.x]: atX, [view.y]: atY });
     });
     map_.plot.on("plotly_relayout", (/** @type {any} */ event) => zoomed(event));
@@ -146,10 +146,11 @@ export function mapTab(session, place) {
   function zoomed(event) {
     if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
     else if (event["xaxis.range[0]"] !== undefined && (map.thinned || view.window.x_range)) {
-      const span = (/** @type {string} */ axis) => {
+      // kept in ratios, so that an address means the same to who looks at units
+      const span = (/** @type {"x" | "y"} */ axis) => {
         const log = map_.plot.layout[`${axis}axis`].type === "log";
         const ends = map_.plot.layout[`${axis}axis`].range.map((/** @type {number} */ end) => (log ? 10 ** end : end));
-        return ends.sort((/** @type {number} */ a, /** @type {number} */ b) => a - b).join(",");
+        return ends.map((/** @type {number} */ end) => end / shown.factor(view[axis])).sort((/** @type {number} */ a, /** @type {number} */ b) => a - b).join(",");
       };
       change({ window: { x_range: span("x"), y_range: span("y") } });
     }
@@ -179,7 +180,7 @@ export function mapTab(session, place) {
     el(
       "div",
       { class: "study" },
-      el("div", { class: "left" }, head, controls, trouble, map_.element, note, sliders(selection, record.definition)),
+      el("div", { class: "left" }, head, controls, trouble, map_.element, note, sliders(selection, session.shown)),
       pointPanel(session, () => found.best),
       ranking,
     ),

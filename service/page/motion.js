@@ -38,7 +38,7 @@ export function motionPanel(session) {
   const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: () => pythonLine(null, "simulate", asked) });
   const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280 });
   const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240 });
-  const units = unitsOf(record.definition);
+  const units = unitsOf(record.definition, session.shown.inUnits);
   /** @type {Record<string, any>} what was asked for last */
   let asked = {};
 
@@ -66,13 +66,13 @@ export function motionPanel(session) {
       const ratios = { clearance: history.particle ? question.clearance_ratio : null, friction: question.friction_ratio };
       fill(
         element,
-        el("h3", {}, `Motion at r = ${short(r)}`),
+        el("h3", {}, `Motion at ${session.shown.has(FREQUENCY) ? "f" : "r"} = ${session.shown.value(FREQUENCY, r)}`),
         shownNote(record, answer, history),
-        sketch(history, ratios),
+        sketch(history, ratios, (u) => `${short(u * units.ofLength, 3)} ${units.plain}`),
         time.element,
         phase.element,
         spectrum.element,
-        measures(answer, session.words, record.definition),
+        measures(answer, session),
       );
       await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));
       await phase.draw(() => phaseTraces(history, units), () => ({
@@ -95,15 +95,16 @@ function cyclesShown(period) {
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
-/** What lengths, speeds and frequencies are shown in. @param {any} definition */
-function unitsOf({ physical }) {
+/** What lengths, speeds and frequencies are shown in. @param {any} definition @param {boolean} wanted */
+function unitsOf({ physical }, wanted) {
   const amplitude = physical && unitFactor("clearance_ratio", physical);
   const hertz = physical && unitFactor("frequency_ratio", physical);
-  const inUnits = Boolean(amplitude && hertz);
+  const inUnits = Boolean(wanted && amplitude && hertz);
   return {
     ofLength: inUnits ? 1000 * amplitude : 1,
     ofSpeed: inUnits ? amplitude * 2 * Math.PI * hertz : 1,
     ofFrequency: inUnits ? hertz : 1,
+    plain: inUnits ? "mm" : "Z",
     length: inUnits ? "[mm]" : "/ Z",
     speed: inUnits ? "[m/s]" : "ẋ / (Z ω<sub>n</sub>)",
     frequencyTitle: inUnits ? "frequency [Hz]" : "frequency over the natural frequency",
@@ -131,15 +132,13 @@ function shownNote(record, answer, history) {
   return el("p", { class: "quiet" }, `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`);
 }
 
-/** What the simulation measured. @param {any} answer @param {any} words @param {any} definition */
-function measures({ metrics }, words, { physical }) {
+/** What the simulation measured. @param {any} answer @param {import("./study.js").Session} session */
+function measures({ metrics }, { words, shown }) {
   const known = words.variables.filter((/** @type {any} */ v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null);
-  const speed = unitFactor("clearance_ratio", physical) && unitFactor("frequency_ratio", physical);
-  const metresPerSecond = speed ? physical.base_amplitude_m * 2 * Math.PI * physical.natural_frequency_hz : null;
   /** @param {string} name */
   const value = (name) => {
-    const text = name === "period" && !(metrics[name] >= 1) ? "none: it does not repeat" : short(metrics[name], 4);
-    return name === "impact_speed_max" && metresPerSecond ? `${text} (${short(metrics[name] * metresPerSecond, 3)} m/s)` : text;
+    if (name === "period" && !(metrics[name] >= 1)) return "none: it does not repeat";
+    return shown.value(name, metrics[name], 4);
   };
   const total = LOSSES.reduce((sum, [name]) => sum + (metrics[name] ?? 0), 0);
   const shares = total > 0 && LOSSES.filter(([name]) => metrics[name] > 0).map(([name, of]) => `${of} ${short((100 * metrics[name]) / total, 3)} %`);

@@ -7,8 +7,7 @@ import { motionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
-import { inUnit } from "./sliders.js";
-import { CLASS_LOOKS, DIMENSIONS, symbol } from "./vocabulary.js";
+import { CLASS_LOOKS, DIMENSIONS } from "./vocabulary.js";
 
 const OF_PARTICLE = ["clearance_ratio", "restitution", "mass_ratio"];
 const PATIENCE_MILLISECONDS = 350;
@@ -71,9 +70,9 @@ export function pointPanel(session, best) {
   async function drawCurve(response, place) {
     if (response.frequency_ratio.length < 2) return fill(curves);
     if (!curve.element.isConnected) fill(curves, el("h3", {}, "Frequency response"), curve.element);
-    await curve.draw(() => curveTraces(response, place, session.words), () => ({
-      xaxis: { title: { text: "frequency ratio r" } },
-      yaxis: { title: { text: response.long_name }, rangemode: "tozero" },
+    await curve.draw(() => curveTraces(response, place, session), () => ({
+      xaxis: { title: { text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r" } },
+      yaxis: { title: { text: session.shown.variable("amplitude_ratio", response.long_name) }, rangemode: "tozero" },
     }));
   }
 
@@ -89,23 +88,24 @@ function designOf(design, selection) {
 }
 
 /** The point in symbols. @param {import("./study.js").Session} session */
-function title({ selection, record }) {
+function title({ selection, record, shown }) {
   const named = DIMENSIONS.filter((name) => name !== FREQUENCY && (record.definition.particle !== false || !OF_PARTICLE.includes(name)));
   return named.flatMap((name, i) => [
     i > 0 && " · ",
-    el("span", { class: "one" }, symbol(name), ` = ${short(selection.value(name))}${inUnit(name, selection.value(name), record.definition)}`),
+    el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, selection.value(name))}`),
   ]);
 }
 
 /** What the study has stored about the point. @param {import("./study.js").Session} session @param {any} response @param {any} times @param {number} place */
 function stored(session, response, times, place) {
-  const { words, selection } = session;
+  const { words, selection, shown } = session;
   const error = response.amplitude_error?.[place];
   const kind = response.response_class && words.response_class[String(response.response_class[place])];
-  const r = short(response.frequency_ratio[place]);
+  const at = `${shown.has(FREQUENCY) ? "f" : "r"} = ${shown.value(FREQUENCY, response.frequency_ratio[place])}`;
+  const x = shown.has("amplitude_ratio") ? "X" : "X/Z";
   const entries = /** @type {[string, string][]} */ ([
-    [selection.worst ? `Largest X/Z, at r = ${r}` : `X/Z at r = ${r}`, short(response.values[place], 6)],
-    ["Error", error === null || error === undefined ? "–" : `± ${short(error, 2)}`],
+    [selection.worst ? `Largest ${x}, at ${at}` : `${x} at ${at}`, shown.value("amplitude_ratio", response.values[place], 6)],
+    ["Error", error === null || error === undefined ? "–" : `± ${shown.value("amplitude_ratio", error, 2)}`],
     ["Run time", duration(times?.values[place])],
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
@@ -113,26 +113,28 @@ function stored(session, response, times, place) {
   return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value)))));
 }
 
-/** @param {any} response @param {number} place @param {any} words */
-function curveTraces(response, place, words) {
+/** @param {any} response @param {number} place @param {import("./study.js").Session} session */
+function curveTraces(response, place, { words, shown }) {
   const [first] = CURVES();
   const kinds = response.response_class ?? [];
   const present = [...new Set(kinds)].filter((kind) => /** @type {number} */ (kind) >= 0);
-  const r = response.frequency_ratio;
+  const r = response.frequency_ratio.map((/** @type {number} */ value) => value * shown.factor(FREQUENCY));
+  const amplitude = (/** @type {number | null} */ value) => (value === null ? null : value * shown.factor("amplitude_ratio"));
+  const values = response.values.map(amplitude);
   return [
     {
-      type: "scatter", mode: "lines", x: r, y: response.values, line: { color: first, width: 1.5 }, showlegend: false, connectgaps: false,
-      error_y: { type: "data", array: response.amplitude_error, color: first, thickness: 1, width: 2 }, hoverinfo: "skip",
+      type: "scatter", mode: "lines", x: r, y: values, line: { color: first, width: 1.5 }, showlegend: false, connectgaps: false,
+      error_y: { type: "data", array: response.amplitude_error?.map(amplitude), color: first, thickness: 1, width: 2 }, hoverinfo: "skip",
     },
     ...present.map((kind) => {
       const here = r.map((/** @type {number} */ _, /** @type {number} */ i) => i).filter((/** @type {number} */ i) => kinds[i] === kind);
       const look = CLASS_LOOKS[String(kind)];
       return {
-        type: "scatter", mode: "markers", x: here.map((/** @type {number} */ i) => r[i]), y: here.map((/** @type {number} */ i) => response.values[i]),
+        type: "scatter", mode: "markers", x: here.map((/** @type {number} */ i) => r[i]), y: here.map((/** @type {number} */ i) => values[i]),
         name: words.response_class[String(kind)].name, marker: { symbol: look.shape, color: look.colour, size: 8, line: { width: 0.8, color: colour("ink") } },
-        hovertemplate: "r = %{x:.5~g}, X/Z = %{y:.5~g}",
+        hovertemplate: `%{x:.5~g}${shown.unit(FREQUENCY)}, %{y:.5~g}${shown.unit("amplitude_ratio")}`,
       };
     }),
-    { type: "scatter", mode: "markers", x: [r[place]], y: [response.values[place]], marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } }, showlegend: false, hoverinfo: "skip" },
+    { type: "scatter", mode: "markers", x: [r[place]], y: [values[place]], marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } }, showlegend: false, hoverinfo: "skip" },
   ];
 }

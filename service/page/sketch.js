@@ -1,7 +1,6 @@
 /** A sketch of the damper that moves as it was computed: base, spring and dashpot, friction pad, cavity and particle. */
 
 import { el, fill } from "./dom.js";
-import { short } from "./numbers.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 760;
@@ -50,8 +49,9 @@ function cylinder(length) {
  *
  * @param {import("./history.js").History} history
  * @param {{clearance: number | null, friction: number}} design clearance over Z, and the friction ratio
+ * @param {(u: number) => string} say puts a displacement over Z into words
  */
-export function sketch(history, { clearance, friction }) {
+export function sketch(history, { clearance, friction }, say) {
   const largest = Math.max(1, ...history.columns.u.map(Math.abs));
   const scale = Math.min(TRAVEL / largest, clearance === null ? Infinity : HALF_CAVITY / clearance);
   const half = clearance === null ? 40 : clearance * scale + RADIUS;
@@ -112,7 +112,7 @@ export function sketch(history, { clearance, friction }) {
     }
     pad.classList.toggle("sticks", !slips);
     const contact = friction > 0 ? (slips ? ", slip" : ", stick") : "";
-    words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${short(history.at("u", cycle), 3)} Z${contact}${place}`;
+    words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${say(history.at("u", cycle))}${contact}${place}`;
   }
 
   function start() {

@@ -10,11 +10,12 @@ import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { FREQUENCY, RECORD, Selection } from "./selection.js";
+import { Shown, unitSwitch } from "./shown.js";
 import { surveyTab } from "./survey_tab.js";
 import { vocabulary } from "./vocabulary.js";
 
 /**
- * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept}} Session
+ * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept, shown: Shown}} Session
  * @typedef {(session: Session, place: HTMLElement) => void} Tab
  */
 
@@ -43,6 +44,7 @@ export async function studyView(root, { parts, query }) {
     variables: grid.variables,
     words,
     changes: new EventTarget(),
+    shown: new Shown(record.definition),
     kept: new Kept(`#/studies/${record.id}/${parts[1] ?? "map"}`, query),
   };
   if (session.selection.worst) session.selection.worst = session.kept.on("worst", true);
@@ -71,6 +73,7 @@ export async function studyView(root, { parts, query }) {
         el(
           "div",
           { class: "row" },
+          unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
           el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: now.id })}` }, "Clone"),
           actions(now, (changed) => {
             if (changed === null) location.hash = "#/";

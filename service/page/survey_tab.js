@@ -107,7 +107,7 @@ export function surveyTab(session, place) {
     el(
       "div",
       { class: "study" },
-      el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, record.definition)),
+      el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, session.shown)),
       el("section", { class: "box designs" }, el("h2", {}, "Best dampers"), table),
     ),
   );

@@ -240,6 +240,54 @@ def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     assert drawn == pytest.approx(power - mean**2, rel=0.01)
 
 
+def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remembered(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    amplitude, hertz, mass = 0.0005, 8.0, 100.0
+    force = mass * (2 * np.pi * hertz) ** 2 * amplitude
+    study = {
+        "name": "machine floor",
+        "particle": False,
+        "damping_ratio": 0.02,
+        "physical": {
+            "mass_kg": mass,
+            "natural_frequency_hz": hertz,
+            "base_amplitude_m": amplitude,
+            "friction_force_n": [0.2 * force, 0.4 * force],
+            "excitation_frequency_hz": {"start": 6.4, "stop": 9.6, "num": 5},
+        },
+    }
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    best = client.get(f"/api/v1/studies/{record['id']}/optimal-designs").json()["designs"][0]
+    curve = client.get(
+        f"/api/v1/studies/{record['id']}/frequency-response",
+        params={"friction_ratio": best["friction_ratio"]},
+    ).json()
+    watched = open_page()
+    page = watched.go(f"#/studies/{record['id']}/map?friction_ratio={best['friction_ratio']}")
+    head = page.get_by_role("region", name="Best design", exact=True)
+    panel = page.locator(".point")
+    shown = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])"
+
+    def drawn() -> list[list[float]]:
+        found: list[list[float]] = _until(page, shown, lambda all_: len(all_) >= 3 and all(all_[:2]))
+        return found
+
+    value = best["value"] * amplitude * 1000
+    expect(head.locator("strong")).to_have_text(f"{value:.5g} mm")
+    expect(head).to_contain_text(f"F = {best['friction_ratio'] * force:.5g} N")
+    expect(panel.get_by_role("heading", level=2)).to_contain_text(" N")
+    assert drawn()[1] == pytest.approx([x * amplitude * 1000 for x in curve["values"]], rel=1e-12)
+    page.get_by_label("Quantities").select_option("ratios")
+    expect(head.locator("strong")).to_have_text(f"{best['value']:.5g}")
+    _until(page, shown, lambda all_: len(all_) >= 2 and all_[1] == pytest.approx(curve["values"], rel=1e-12))
+    page.reload()
+    expect(page.get_by_label("Quantities")).to_have_value("ratios")
+    page.get_by_label("Quantities").select_option("units")
+    expect(head.locator("strong")).to_contain_text("mm")
+
+
 def test_the_first_view_is_small_and_loads_no_plotting_library(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:

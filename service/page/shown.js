@@ -1,0 +1,115 @@
+/** Whether quantities of a study are shown as ratios or in units; remembered, and the same on every view. */
+
+import { el } from "./dom.js";
+import { short } from "./numbers.js";
+import { unitFactor } from "./quantities.js";
+import { axisTitle, symbol, titled } from "./vocabulary.js";
+
+const REMEMBERED = "damperlab.ratios";
+
+/** What stands in units for a ratio: symbol, name, unit, and the unit over that of SI. @type {Record<string, [string, string, string, number]>} */
+const QUANTITIES = {
+  clearance_ratio: ["d", "Clearance d", "mm", 1000],
+  friction_ratio: ["F", "Friction force F", "N", 1],
+  frequency_ratio: ["f", "Excitation frequency f", "Hz", 1],
+  mass_ratio: ["m", "Mass of the particle m", "kg", 1],
+  amplitude_ratio: ["X", "amplitude X", "mm", 1000],
+  amplitude_error: ["ΔX", "error of the amplitude X", "mm", 1000],
+  impact_speed_max: ["", "largest impact speed", "m/s", 1],
+};
+
+/** The last digit that is shown of a value, over the value. */
+const SHOWN_DIGIT = 5e-6;
+
+export class Shown {
+  /** @param {any} definition of the study */
+  constructor({ physical }) {
+    const length = physical ? unitFactor("clearance_ratio", physical) : null;
+    const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
+    const others = { amplitude_ratio: length, amplitude_error: length, impact_speed_max: length && hertz && length * 2 * Math.PI * hertz };
+    /** @type {Record<string, number>} */
+    this.factors = {};
+    for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {
+      const factor = name in others ? others[/** @type {keyof others} */ (name)] : physical && unitFactor(name, physical);
+      if (factor) this.factors[name] = factor * scale;
+    }
+    this.possible = Object.keys(this.factors).length > 0;
+    this.inUnits = this.possible && localStorage.getItem(REMEMBERED) !== "yes";
+  }
+
+  /** Remember another choice. @param {boolean} inUnits */
+  remember(inUnits) {
+    if (inUnits) localStorage.removeItem(REMEMBERED);
+    else localStorage.setItem(REMEMBERED, "yes");
+  }
+
+  /** Whether one quantity is shown in units. @param {string} name */
+  has(name) {
+    return this.inUnits && name in this.factors;
+  }
+
+  /** What a ratio is multiplied with to be shown. @param {string} name */
+  factor(name) {
+    return this.has(name) ? this.factors[name] : 1;
+  }
+
+  /** The unit, with the space before it; empty for a ratio. @param {string} name */
+  unit(name) {
+    return this.has(name) ? ` ${QUANTITIES[name][2]}` : "";
+  }
+
+  /** Name and symbol of a dimension, with its unit. @param {string} name */
+  title(name) {
+    return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : titled(name);
+  }
+
+  /** The same as the plotting library sets it. @param {string} name */
+  axis(name) {
+    return this.has(name) ? this.title(name) : axisTitle(name);
+  }
+
+  /** The symbol of a dimension as it is printed. @param {string} name @returns {HTMLElement} */
+  symbol(name) {
+    return this.has(name) ? el("i", {}, QUANTITIES[name][0]) : symbol(name);
+  }
+
+  /** A value with its unit. @param {string} name @param {number | null | undefined} value @param {number} [digits] */
+  value(name, value, digits = 5) {
+    return value === null || value === undefined ? "–" : short(value * this.factor(name), digits) + this.unit(name);
+  }
+
+  /** A value without its unit, and its error where a digit that is shown may be wrong. @param {string} name @param {number} value @param {number | null | undefined} error */
+  withError(name, value, error) {
+    const by = this.factor(name);
+    const doubt = error && error > SHOWN_DIGIT * Math.abs(value) ? ` ± ${short(error * by, 2)}` : "";
+    return short(value * by) + doubt;
+  }
+
+  /** What a variable is called. @param {string} name @param {string} otherwise */
+  variable(name, otherwise) {
+    return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : otherwise;
+  }
+
+  /** A map or a curve of the service as it is shown. @param {any} answer @returns {any} */
+  map(answer) {
+    const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) => values.map((value) => (value === null ? null : value * factor));
+    const { metric, x_dimension: x, y_dimension: y } = answer;
+    const by = this.factor(metric);
+    return {
+      ...answer,
+      x: scaled(answer.x, this.factor(x)),
+      y: scaled(answer.y, this.factor(y)),
+      values: by === 1 ? answer.values : answer.values.map((/** @type {any[]} */ row) => scaled(row, by)),
+      long_name: this.variable(metric, answer.long_name),
+      x_title: this.axis(x),
+      y_title: this.axis(y),
+    };
+  }
+}
+
+/** The switch, where there is something to switch. @param {Shown} shown @param {() => void} again shows the view anew */
+export function unitSwitch(shown, again) {
+  if (!shown.possible) return null;
+  const choose = el("select", { "aria-label": "Quantities", onchange: () => (shown.remember(choose.value === "units"), again()) }, el("option", { value: "units", selected: shown.inUnits }, "in units"), el("option", { value: "ratios", selected: !shown.inUnits }, "as ratios"));
+  return choose;
+}
