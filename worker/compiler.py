@@ -7,12 +7,14 @@ Python calls becomes machine code (`Whole`), from one private copy of each of it
 and the target alone, not on what else a process has compiled or loaded.
 
 Besides, fields that are None are dropped where a function is handed whole scenes (`_Decided`), and what is rounded once
-is said by the source (`_Fusing`). Built from numba's documented `pipeline_class`, by subclasses; nothing of numba is patched.
+is said by the source (`_FromTyped`). Built from numba's documented `pipeline_class`, by subclasses; nothing of numba is
+patched.
 """
 
 import gc
 import operator
 import os
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -21,6 +23,7 @@ from llvmlite import binding
 from llvmlite import ir as llvm
 from numba import _dynfunc, types
 from numba.core import compiler, config, ir, lowering, typed_passes, untyped_passes
+from numba.core.analysis import must_use_alloca
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 
@@ -128,13 +131,35 @@ def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
 _DOUBLE = llvm.DoubleType()
 
 
-class _Fusing(lowering.Lower):  # type: ignore[misc]
-    """Rounds a product and a sum once where both stand in one expression, as C does (FP_CONTRACT ON).
+class _FromTyped(lowering.Lower):  # type: ignore[misc]
+    """From typed IR to LLVM IR, with two ways of its own.
+
+    A variable that is set once is its value. numba gives one that is used in several blocks a place in memory, and loads all
+    of it at each use: of a scene with a hundred fields most is work for LLVM to clear away again.
+
+    A product and a sum are rounded once where both stand in one expression, as in C (FP_CONTRACT ON).
 
     LLVM would do so wherever the optimiser happens to put the two side by side (`contract`), so that last bits changed with
     what is inlined into what, and with the scene. Here they depend on each expression alone: a kernel may be cut into
     functions, or be handed other arguments, and gives the same bits.
     """
+
+    def _find_singly_assigned_variable(self) -> None:
+        super()._find_singly_assigned_variable()
+        in_memory = must_use_alloca(self.func_ir.blocks)
+        times = Counter(
+            statement.target.name
+            for block in self.func_ir.blocks.values()
+            for statement in block.find_insts(ir.Assign)
+        )
+        self._singly_assigned_vars |= {
+            name
+            for name, count in times.items()
+            if count == 1 and name not in in_memory and not self._counts_references(name)
+        }
+
+    def _counts_references(self, name: str) -> bool:
+        return bool(self.context.data_model_manager[self.typeof(name)].contains_nrt_meminfo())
 
     def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
         both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
@@ -168,7 +193,7 @@ class _Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
     """From typed IR to LLVM IR, in a library of the wanted class."""
 
     _library: type[JITCodeLibrary]
-    lowering_class = _Fusing
+    lowering_class = _FromTyped
 
     def run_pass(self, state: Any) -> bool:
         state.library = self._library(state.targetctx.codegen(), state.func_id.func_qualname)
@@ -268,6 +293,11 @@ def _type_of(value: Any, code: Any, arguments: Any) -> Any:
     if isinstance(value, ir.Const) and value.value is None:
         return types.none
     if isinstance(value, ir.Expr) and value.op in ("getattr", "static_getitem", "exhaust_iter"):
+        made = _definition(value.value, code)
+        if isinstance(made, ir.Expr) and made.op == "exhaust_iter":
+            made = _definition(made.value, code)
+        if value.op == "static_getitem" and isinstance(made, ir.Expr) and made.op == "build_tuple":
+            return _type_of(made.items[value.index], code, arguments)
         whole = _type_of(value.value, code, arguments)
         if value.op == "exhaust_iter" or not isinstance(whole, types.BaseNamedTuple):
             return whole

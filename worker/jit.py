@@ -9,7 +9,6 @@ from functools import cached_property, update_wrapper
 from typing import Any, TypeVar
 
 import numba
-from numba.extending import overload
 
 from damperlab.worker.compiler import PartCompiler, WholeCompiler
 from damperlab.worker.kernel_cache import (
@@ -20,7 +19,7 @@ from damperlab.worker.kernel_cache import (
     source_hash,
 )
 
-__all__ = ["CACHE_FOLDER", "by_type", "identity", "inlined", "kernel", "shipped_folder", "source_hash"]
+__all__ = ["CACHE_FOLDER", "identity", "inlined", "kernel", "shipped_folder", "source_hash"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -88,8 +87,3 @@ def inlined(function: F) -> F:
     through memory. Measured on a metered march: a quarter of its run time.
     """
     return _kernel(function, forceinline=True)
-
-
-def by_type(function: Any) -> Any:
-    """Decorate what chooses, by the types of its arguments, the form in which kernels call a Python function; inlined."""
-    return overload(function, jit_options={"forceinline": True, "pipeline_class": PartCompiler})

@@ -19,7 +19,7 @@ from tests.properties.designs import (
 )
 
 from damperlab.worker.simulate import Design
-from damperlab.worker.solver.excitation.base import mirrored
+from damperlab.worker.solver.excitation.base import handed_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_base
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
@@ -65,12 +65,12 @@ class March:
         scene.counts[BUDGET] = 100_000
         state, outcome = half_cycle(state, scene, None, log)
         assert outcome == ARRIVED
-        return mirrored(base, state)
+        return handed_on(base, state)
 
     def on(self, state: State, halves: int) -> State:
         """Through whole half cycles."""
         for _ in range(halves):
-            state = mirrored(self.base, self.through(state, 0.0, self.half))
+            state = handed_on(self.base, self.through(state, 0.0, self.half))
         return state
 
     def point(self, state: State) -> np.ndarray:
@@ -111,7 +111,7 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
         return march.through(state, 0.0, restart)
 
     def to_end(state: State) -> State:
-        return march.on(mirrored(march.base, march.through(state, restart, march.half)), 2)
+        return march.on(handed_on(march.base, march.through(state, restart, march.half)), 2)
 
     middle = to_restart(before)
     assert (middle.slip_order, middle.gap_order) == (0, 0)  # nothing of the event is left in it

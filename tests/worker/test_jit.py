@@ -159,11 +159,14 @@ def _whole(outer: _Outer) -> float:
 
 @kernel
 def _apart(outer: _Outer) -> float:
-    inner, _, number = outer
+    inner, either, number, scale = outer.inner, outer.either, outer.number, 1.0
     found = None if number is None else _Other(number)
-    total = _whole(outer)
+    _, kind, _ = outer
+    total = _whole(outer) * scale
     if inner is None:
         total *= 2.0
+    if isinstance(either, _Other) and isinstance(kind, _Inner):
+        total += number  # never: both are one
     if found is not None:
         total += found.z
     return total

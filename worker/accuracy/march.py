@@ -5,7 +5,6 @@ import numpy as np
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.linear import march_alone
-from damperlab.worker.solver.observe.observables import energies_of
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
@@ -52,7 +51,9 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     measures : tuple of float
         Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros where not metered.
     """
-    energies = energies_of(meter)
+    energies = None
+    if meter is not None:
+        energies = meter.energies
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, energies)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)

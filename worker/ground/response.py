@@ -15,7 +15,7 @@ from damperlab.worker.solver.excitation.record import make_record_base, start_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.observe.observables import (
+from damperlab.worker.solver.observe.record import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     RECORD_METERS,

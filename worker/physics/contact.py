@@ -14,13 +14,13 @@ _BISECTIONS = 200  # at most; ends when the interval is two neighbouring numbers
 
 
 @kernel
-def reduced_mass(mass_ratio):
+def reduced_mass(mass_ratio: float) -> float:
     """Of particle and primary mass, over M: β/(1 + β)."""
     return mass_ratio / (1.0 + mass_ratio)
 
 
 @kernel
-def calibrate(restitution, contact_time):
+def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
     """Natural frequency and damping ratio of a wall and the reduced mass.
 
     Parameters
@@ -64,7 +64,7 @@ def calibrate(restitution, contact_time):
 
 
 @kernel
-def wall_constants(restitution, contact_time, mass_ratio):
+def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -> tuple[float, float]:
     """Stiffness K over k and damping C over k/ω_n of the wall with this e and contact time."""
     rate, damping = calibrate(restitution, contact_time)
     mass = reduced_mass(mass_ratio)
@@ -72,16 +72,17 @@ def wall_constants(restitution, contact_time, mass_ratio):
 
 
 @kernel
-def contact_time_of_stiffness(restitution, stiffness, mass_ratio):
+def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: float) -> float:
     """Contact time of a wall of this stiffness over k and this e [1/ω_n]; inf for a stiffness of 0."""
     if stiffness <= 0.0:
         return inf
     unit, _ = calibrate(restitution, 1.0)
-    return unit * (reduced_mass(mass_ratio) / stiffness) ** 0.5
+    root: float = (reduced_mass(mass_ratio) / stiffness) ** 0.5
+    return unit * root
 
 
 @kernel
-def wall_force(stiffness, damping, depth, depth_rate):
+def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float) -> float:
     """Force of the wall on a particle that is in it by `depth`, over k Z; it never pulls."""
     if depth <= 0.0:
         return 0.0
@@ -89,6 +90,6 @@ def wall_force(stiffness, damping, depth, depth_rate):
 
 
 @kernel
-def spring_energy(stiffness, depth):
+def spring_energy(stiffness: float, depth: float) -> float:
     """Energy of the wall's spring over k Z²; a particle outside the wall leaves none."""
     return 0.5 * stiffness * max(depth, 0.0) ** 2

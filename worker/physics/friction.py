@@ -4,7 +4,7 @@ from damperlab.worker.jit import inlined
 
 
 @inlined
-def hold_force(v, base_acceleration, inertia):
+def hold_force(v: float, base_acceleration: float, inertia: float) -> float:
     """Force that friction must take to keep the mass on the base, over k Z.
 
     Parameters
@@ -28,7 +28,7 @@ _ROUNDING = 1e-14
 
 
 @inlined
-def breakaway(friction_ratio, base_acceleration_most, inertia):
+def breakaway(friction_ratio: float, base_acceleration_most: float, inertia: float) -> float:
     """Force at which a held mass starts to slip: γ_F, and more than the rounding of the force beyond it.
 
     A force that touches γ_F exactly (γ_F = r² and v = 0, say) then either holds or accelerates the mass for certain;
@@ -38,7 +38,7 @@ def breakaway(friction_ratio, base_acceleration_most, inertia):
 
 
 @inlined
-def slip_direction(force, breakaway_force):
+def slip_direction(force: float, breakaway_force: float) -> float:
     """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it."""
     if force > breakaway_force:
         return 1.0

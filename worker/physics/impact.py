@@ -4,7 +4,7 @@ from damperlab.worker.jit import inlined
 
 
 @inlined
-def rebound(u_rate, p_rate, restitution, mass_ratio):
+def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float) -> tuple[float, float]:
     """Velocities after an impact, momentum conserved.
 
     Parameters
@@ -34,7 +34,7 @@ def rebound(u_rate, p_rate, restitution, mass_ratio):
 
 
 @inlined
-def part(leaving_speed, mass_ratio):
+def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
     """Changes of velocity of two joined bodies that part with a relative speed, momentum conserved.
 
     Parameters
@@ -54,12 +54,12 @@ def part(leaving_speed, mass_ratio):
 
 
 @inlined
-def kept_energy(approach_speed, restitution, mass_ratio):
+def kept_energy(approach_speed: float, restitution: float, mass_ratio: float) -> float:
     """Energy of an impact that comes back when the bodies part, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 
 @inlined
-def impact_loss(approach_speed, restitution, mass_ratio):
+def impact_loss(approach_speed: float, restitution: float, mass_ratio: float) -> float:
     """Energy lost in an impact over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (1.0 - restitution * restitution) * approach_speed**2

@@ -6,7 +6,7 @@ from damperlab.worker.jit import inlined
 
 
 @inlined
-def transmissibility(damping_ratio, frequency_ratio):
+def transmissibility(damping_ratio: float, frequency_ratio: float) -> float:
     """X/Z of the structure without damper: √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]; inf for ζ = 0 at r = 1."""
     loss = 2.0 * damping_ratio * frequency_ratio
     detuning = (1.0 - frequency_ratio) * (1.0 + frequency_ratio)  # keeps its digits next to r = 1
@@ -15,7 +15,7 @@ def transmissibility(damping_ratio, frequency_ratio):
 
 
 @inlined
-def relative_transmissibility(damping_ratio, frequency_ratio):
+def relative_transmissibility(damping_ratio: float, frequency_ratio: float) -> float:
     """|x − z|/Z of the structure without damper: r²/√[(1−r²)²+(2ζr)²]; inf for ζ = 0 at r = 1."""
     detuning = (1.0 - frequency_ratio) * (1.0 + frequency_ratio)
     bottom = hypot(detuning, 2.0 * damping_ratio * frequency_ratio)

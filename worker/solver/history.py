@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from damperlab.worker.solver.excitation.base import expand_base, phase_of_sine
 from damperlab.worker.solver.motion.contact import DEPTH, RELATIVE, Pressed, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
-from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stand, value
+from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stick, value
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.segments import (
     APPROACH,
@@ -101,7 +101,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         riding = row[RIDING] > 0.0
         if held:
             absolute[:] = shaken
-            stand(row[V], relative, absolute)
+            stick(row[V], relative, absolute)
         else:
             medium = free if particle is None or particle.wall is not None or not riding else loaded
             combine(row[V] + offset, row[W], sine, cosine, medium.relative, relative)

@@ -1,50 +1,48 @@
-"""March through half an excitation cycle, or through a record, from event to event.
+"""Integrate through half an excitation cycle, or through a record, from event to event.
 
-What a scene lacks is None here, and the compiler drops it: without `friction` there is no search for turns and no stick,
-without `particle` no gap, no impact, no riding; without `meter` no peaks, and without its `energies` no integrals; without
-`log` no history.
+What a scene lacks is None, and the compiler drops it: without `friction` there is no search for turns and no stick, without
+`particle` no gap, no impact, no riding; without `meter` no peaks, and without its `energies` no integrals; without `log` no
+history.
 """
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.phase import in_wall, through_wall
-from damperlab.worker.solver.contact.media import medium_of
-from damperlab.worker.solver.contact.reset import pass_event
-from damperlab.worker.solver.detection.event_free import is_quiet, most_motion, was_quiet
+from damperlab.worker.solver.budget import spend
+from damperlab.worker.solver.contact.compliant.phase import through_wall
+from damperlab.worker.solver.contact.reset import after_event
+from damperlab.worker.solver.detection.bounds import motion_bounds
+from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
 from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
 from damperlab.worker.solver.excitation.base import (
-    carry,
+    add_start_of_base,
     expand_base,
-    mirrored,
+    handed_on,
     phase_after,
-    phase_at,
     phase_until,
     travel,
 )
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.taylor import TERMS, bend, change, combine, slope, stand
-from damperlab.worker.solver.observe.harmonic import Curves, Segment
-from damperlab.worker.solver.observe.observables import energies_of, measure, measure_quiet
-from damperlab.worker.solver.scene import point_scene
+from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
+from damperlab.worker.solver.observe.observables import measure, measured_at_ends
+from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
+from damperlab.worker.solver.scene import Curves, Scene, curves_of, point_scene
+from damperlab.worker.solver.segments import Log
 from damperlab.worker.solver.state import (
     ARRIVED,
-    BUDGET,
-    IDLE,
     NOTHING,
-    OUT_OF_EVENTS,
     SEGMENTS,
-    STALLED,
     Meter,
     State,
+    advanced,
 )
-from damperlab.worker.solver.transitions import keeps_segments, point_log, record_segment, record_transition
-
-_MOST_IDLE = 64  # events without time moving on before the march gives up
+from damperlab.worker.solver.transitions import Transitions, point_log, record_segment, record_transition
 
 
 @kernel
-def half_cycle(state, scene, meter, log):
-    """March a state through half an excitation cycle and mirror it, or through a record, which is not mirrored.
+def half_cycle(
+    state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
+) -> tuple[State, int]:
+    """Integrate through half an excitation cycle and mirror the state, or through a record, which is not mirrored.
 
     Parameters
     ----------
@@ -62,13 +60,57 @@ def half_cycle(state, scene, meter, log):
     state : State
         Half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again.
     outcome : int
-        ARRIVED, OUT_OF_EVENTS or STALLED.
+        Of `state.Outcome`.
     """
-    return _integrate(state, point_scene(scene), point_meter(meter), point_log(log))
+    return _integrate(state, point_scene(scene), _point_meter(meter), point_log(log))
 
 
 @inlined
-def point_meter(meter):
+def _integrate(
+    state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
+) -> tuple[State, int]:
+    base, curves = scene.base, curves_of(scene)
+    since = 0.0  # time since the last transition
+    for k in range(base.windows):
+        span = window_at(base, k)
+        while True:
+            if scene.particle is not None and scene.particle.wall is not None:
+                if state.riding > 0.0 or state.gap < 0.0:
+                    state, span, outcome = through_wall(state, span, k, scene, meter, log)
+                    if outcome != ARRIVED:
+                        return state, outcome
+                    if span.left <= 0.0:
+                        break
+            segment, is_free = _propagate(state, span, scene)
+            if is_free and span.whole and not isinstance(log, Log):  # most windows
+                if measured_at_ends(meter, segment, scene):
+                    state = segment.end
+                    since += segment.time
+                    break
+            _expand(segment, scene, meter, curves)
+            segment, kind = _to_event(segment, is_free, span.whole, scene, meter, curves)
+            measure(meter, segment, span.whole and kind == NOTHING, scene, curves)
+            record_segment(log, state, (k + 1) * base.window - span.left, segment.time, kind)
+            state = segment.end
+            since += segment.time
+            if kind == NOTHING:
+                break
+            scene.counts[SEGMENTS] += 1
+            outcome = spend(scene.counts, segment.time, base.window)
+            if outcome != ARRIVED:
+                return state, outcome
+            span = Span(segment.phase_end, span.end, span.left - segment.time, False)
+            state = after_event(segment.end, kind, span.phase, scene, meter)
+            record_transition(log, since, kind, segment.end, state, span.phase)
+            since = 0.0
+            if span.left <= 0.0:
+                break
+    record_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
+    return handed_on(base, state), ARRIVED
+
+
+@inlined
+def _point_meter(meter: Meter | None) -> Meter | None:
     """The same meter with an address for its sums; the array must outlive it."""
     if meter is None:
         return None
@@ -76,197 +118,95 @@ def point_meter(meter):
 
 
 @inlined
-def _integrate(state, scene, meter, log):
-    """Integrate through all windows of a base, on addresses."""
-    base, free, loaded, friction, particle, work, counts = scene
-    relative = address(work, 0)
-    absolute = address(work, TERMS)
-    scratch = address(work, 2 * TERMS)
-    shaken = address(work, 3 * TERMS)
-    curves = Curves(relative, absolute, shaken, scratch)
-    since = 0.0  # time since the last transition
-    for k in range(base.windows):
-        phase = phase_at(base, k)
-        end = phase_until(base, k)
-        left = base.window
-        whole = True
-        while True:
-            if particle is not None:
-                if in_wall(state, particle.wall):
-                    state, phase, left, outcome = through_wall(
-                        state,
-                        particle.wall,
-                        phase,
-                        left,
-                        k,
-                        base,
-                        free,
-                        loaded,
-                        friction,
-                        shaken,
-                        counts,
-                        meter,
-                        log,
-                    )
-                    if outcome != ARRIVED:
-                        return state, outcome
-                    if left <= 0.0:
-                        break
-                    whole = False
-            held = False
-            offset = 0.0
-            if friction is not None:
-                held = state.slip == 0.0
-                offset = state.slip * friction
-            medium = free
-            if particle is not None:
-                medium = medium_of(free, loaded, state.riding, particle.wall)
-            _x_most, w_most, u2_most = most_motion(state, offset, held, left, base, phase, medium)
-            quiet = False
-            if whole:
-                # most windows: cross by matrix first, and let both ends together prove that nothing happened between
-                crossed = _glide(state, offset, held, phase, end, base, medium, particle)
-                quiet = was_quiet(
-                    state,
-                    crossed,
-                    offset,
-                    held,
-                    phase,
-                    end.push,
-                    base,
-                    medium,
-                    friction,
-                    particle,
-                    state.dwell,
-                    w_most,
-                    u2_most,
-                )
-                if quiet and not keeps_segments(log):
-                    if meter is None:
-                        state = crossed
-                        since += base.window
-                        break
-                    segment = Segment(state, crossed, phase, end, held, offset, base.window, w_most, u2_most)
-                    if measure_quiet(meter, segment, base, medium, friction):
-                        state = crossed
-                        since += base.window
-                        break
-            else:
-                quiet = is_quiet(
-                    state,
-                    offset,
-                    held,
-                    phase,
-                    left,
-                    base,
-                    medium,
-                    friction,
-                    particle,
-                    state.dwell,
-                    w_most,
-                    u2_most,
-                )
-            if held:
-                expand_base(base, phase, absolute)
-                stand(state.v, relative, absolute)
-            else:
-                combine(state.v + offset, state.w, phase.first, phase.second, medium.relative, relative)
-                if particle is not None or meter is not None:
-                    combine(state.v + offset, state.w, phase.first, phase.second, medium.absolute, absolute)
-                    carry(base, phase, absolute)
-            t = left
-            kind = NOTHING
-            if not quiet:
-                t, kind = next_event(
-                    state,
-                    held,
-                    phase,
-                    left,
-                    base,
-                    medium,
-                    friction,
-                    particle,
-                    state.dwell,
-                    relative,
-                    absolute,
-                    scratch,
-                    w_most,
-                    u2_most,
-                )
-            if kind != NOTHING or not whole:
-                # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
-                crossed = _coast(state, offset, held, t, particle, relative, absolute)
-            reached = end
-            if kind != NOTHING or (energies_of(meter) is not None and not whole):
-                expand_base(base, phase, shaken)
-            if kind != NOTHING:
-                reached = phase_after(base, phase, shaken, t)
-            if meter is not None:
-                segment = Segment(state, crossed, phase, reached, held, offset, t, w_most, u2_most)
-                measure(meter, segment, whole and kind == NOTHING, base, medium, friction, curves)
-            record_segment(log, state, (k + 1) * base.window - left, t, kind)
-            since += t
-            state = crossed
-            if kind == NOTHING:
-                break
-            counts[SEGMENTS] += 1
-            if counts[SEGMENTS] > counts[BUDGET]:
-                return state, OUT_OF_EVENTS
-            if t <= 1e-15 * base.window:
-                counts[IDLE] += 1
-                if counts[IDLE] > _MOST_IDLE:
-                    return state, STALLED
-            else:
-                counts[IDLE] = 0
-            phase = reached
-            left = left - t
-            whole = False
-            state = pass_event(state, kind, phase, base, friction, particle, counts, meter)
-            record_transition(log, since, kind, crossed, state, phase)
-            since = 0.0
-            if left <= 0.0:
-                break
-    record_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
-    return mirrored(base, state), ARRIVED
+def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
+    """What is left of a window in the present regime, and whether it is proved to hold no event.
+
+    Most windows are whole: they are crossed by their matrix first, and both ends together prove that nothing happened
+    between. Else the start alone has to prove it, and the segment's end is not known yet.
+    """
+    regime = regime_of(state, scene)
+    bounds = motion_bounds(state, regime, span, scene.base)
+    end = state
+    if span.whole:
+        end = _cross_window(state, regime, span, scene)
+    segment = Segment(state, end, span.phase, span.end, regime, span.left, bounds)
+    if span.whole:
+        return segment, is_free_between(segment, scene)
+    return segment, is_free_from(segment, scene)
 
 
 @inlined
-def _glide(state, offset, held, phase, end, base, medium, particle):
+def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> State:
     """Cross a window, in which nothing happens, by its matrix."""
+    base, medium, offset = scene.base, regime.medium, regime.offset
     v = state.v
     w = 0.0
-    if not held:
+    if not regime.sticks:
         x = state.v + offset
-        first = phase.first
-        second = phase.second
+        first = span.phase.first
+        second = span.phase.second
         v = (medium.xx * x + medium.xw * state.w) + (medium.xs * first + medium.xc * second) - offset
         w = (medium.wx * x + medium.ww * state.w) + (medium.ws * first + medium.wc * second)
     gap = state.gap
     p_rate = state.p_rate
-    if particle is not None:
+    if scene.particle is not None:
         if state.riding > 0.0:
-            p_rate = w + end.rate
+            p_rate = w + span.end.rate
         else:
-            moved = (v - state.v) + travel(base, phase, end)
+            moved = (v - state.v) + travel(base, span.phase, span.end)
             gap = state.gap + state.wall * (state.p_rate * base.window - moved)
-    dwell = dwell_on(state.dwell, base.window)
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0, dwell)
+    return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, base.window), 0)
 
 
 @inlined
-def _coast(state, offset, held, t, particle, relative, absolute):
-    """State a time t later on the expanded polynomials."""
+def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
+    """Polynomials of a segment, as many as are asked for."""
+    base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
+    if regime.sticks:
+        expand_base(base, phase, curves.absolute)
+        stick(state.v, curves.relative, curves.absolute)
+    else:
+        x = state.v + regime.offset
+        combine(x, state.w, phase.first, phase.second, regime.medium.relative, curves.relative)
+        if scene.particle is not None or meter is not None:
+            combine(x, state.w, phase.first, phase.second, regime.medium.absolute, curves.absolute)
+            add_start_of_base(base, phase, curves.absolute)
+
+
+@inlined
+def _to_event(
+    segment: Segment, is_free: bool, whole: bool, scene: Scene, meter: Meter | None, curves: Curves
+) -> tuple[Segment, int]:
+    """A segment up to its first event, on its polynomials, and the kind of that; NOTHING where it has none."""
+    t, kind = segment.time, NOTHING
+    if not is_free:
+        t, kind = next_event(segment, scene, curves)
+    end, phase_end = segment.end, segment.phase_end
+    if kind != NOTHING or not whole:
+        # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
+        end = _advance(segment, t, scene, curves)
+    if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
+        expand_base(scene.base, segment.phase, curves.shaken)
+    if kind != NOTHING:
+        phase_end = phase_after(scene.base, segment.phase, curves.shaken, t)
+    return Segment(segment.start, end, segment.phase, phase_end, segment.regime, t, segment.bounds), kind
+
+
+@inlined
+def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
+    """State a time t into a segment, on its polynomials."""
+    state, absolute = segment.start, curves.absolute
     v = state.v
     w = 0.0
-    if not held:
-        v = state.v + change(relative, t)
-        w = slope(relative, t)
+    if not segment.regime.sticks:
+        v = state.v + change(curves.relative, t)
+        w = slope(curves.relative, t)
     gap = state.gap
     p_rate = state.p_rate
-    if particle is not None:
+    if scene.particle is not None:
         if state.riding > 0.0:
             p_rate = slope(absolute, t)
         else:
             # the gap's own change, no difference of large displacements
-            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - bend(absolute, t))
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, 0, dwell_on(state.dwell, t))
+            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - beyond_tangent(absolute, t))
+    return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, t), 0)

@@ -6,7 +6,7 @@ sixths of its run time. A march takes arrays, which its caller keeps alive, and 
 An address knows no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the array itself, and every index is checked.
 """
 
-from typing import Any
+from typing import Any, Protocol
 
 import numba
 from numba import types
@@ -14,6 +14,17 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from damperlab.worker.jit import inlined
+
+
+class Floats(Protocol):
+    """Numbers in a row: an array of one dimension, or its address."""
+
+    def __getitem__(self, i: int, /) -> float:
+        """One of them."""
+
+    def __setitem__(self, i: int, number: float, /) -> None:
+        """Replace one of them."""
+
 
 if numba.config.DISABLE_JIT:
 
@@ -30,14 +41,14 @@ elif numba.config.BOUNDSCHECK:
 
 else:
 
-    @intrinsic
-    def address(typingctx, array, first):
+    @intrinsic  # type: ignore[untyped-decorator]
+    def address(typingctx: Any, array: Any, first: Any) -> Any:
         """Address of the element `first` of a contiguous array, to be indexed flat; the array must outlive it."""
         if not isinstance(array, types.Array) or array.layout != "C" or not isinstance(first, types.Integer):
             return None
         signature = types.CPointer(array.dtype)(array, first)
 
-        def codegen(context, builder, signature, arguments):
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
             return builder.gep(data, [arguments[1]])
 

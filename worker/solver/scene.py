@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.excitation.base import point_at
-from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact import make_contact, point_contact
 from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, point_medium
 from damperlab.worker.solver.motion.taylor import TERMS
@@ -42,6 +42,26 @@ class Scene(NamedTuple):
     particle: Particle | None
     work: NDArray[np.float64]
     counts: NDArray[np.int64]
+
+
+class Curves(NamedTuple):
+    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s, and one to work in."""
+
+    relative: Floats
+    absolute: Floats
+    shaken: Floats
+    scratch: Floats
+
+
+@inlined
+def curves_of(scene: Scene) -> Curves:
+    """Where a march in a scene expands its segments."""
+    return Curves(
+        address(scene.work, 0),
+        address(scene.work, TERMS),
+        address(scene.work, 3 * TERMS),
+        address(scene.work, 2 * TERMS),
+    )
 
 
 @kernel

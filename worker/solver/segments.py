@@ -3,9 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.state import State
 
 COLUMNS = (
     "start",
@@ -29,32 +31,32 @@ _WIDTH = len(COLUMNS)
 class Log(NamedTuple):
     """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept."""
 
-    rows: np.ndarray
-    cursor: np.ndarray
+    rows: NDArray[np.float64]
+    cursor: NDArray[np.int64]
 
 
 @kernel
-def empty_log(capacity):
+def empty_log(capacity: int) -> Log:
     """Log with room for a number of segments."""
     return Log(np.empty((capacity, _WIDTH)), np.zeros(1, np.int64))
 
 
 @kernel
-def record(log, state, start, duration, event):
+def record(log: Log, state: State, start: float, duration: float, event: int) -> None:
     """Append one segment."""
     i = log.cursor[0]
     log.cursor[0] = i + 1
     if i >= log.rows.shape[0]:
         return
     row = log.rows[i]
-    row[0] = start
-    row[1] = duration
-    row[2] = event
-    row[3] = state.v
-    row[4] = state.w
-    row[5] = state.slip
-    row[6] = state.wall
-    row[7] = state.gap
-    row[8] = state.p_rate
-    row[9] = state.riding
-    row[10] = approach_speed(state.dwell)
+    row[START] = start
+    row[DURATION] = duration
+    row[EVENT] = event
+    row[V] = state.v
+    row[W] = state.w
+    row[SLIP] = state.slip
+    row[WALL] = state.wall
+    row[GAP] = state.gap
+    row[P_RATE] = state.p_rate
+    row[RIDING] = state.riding
+    row[APPROACH] = approach_speed(state.dwell)

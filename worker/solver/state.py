@@ -1,9 +1,13 @@
 """What the kernels take and hand on: the particle, the state, the meters. Plain named tuples that numba keeps in registers."""
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from damperlab.studies.variables import Status
+from damperlab.worker.jit import inlined
 
 
 class Wall(NamedTuple):
@@ -107,6 +111,63 @@ class State(NamedTuple):
     dwell: Dwell | None = None
 
 
+@inlined
+def advanced(
+    state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
+) -> State:
+    """Later in the same regime: no velocity is known to be zero any more."""
+    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell)
+
+
+@inlined
+def stopped(state: State, slip: float, p_rate: float, riding: float, gap_order: int) -> State:
+    """The mass at rest on the base: sticking for slip 0, else about to slip in that direction."""
+    slip_order = 0 if slip == 0.0 else 1
+    return State(
+        state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order, state.dwell
+    )
+
+
+@inlined
+def in_contact(
+    state: State,
+    w: float,
+    slip: float,
+    slip_order: int,
+    wall: float,
+    p_rate: float,
+    gap_order: int,
+    dwell: Dwell | None,
+) -> State:
+    """The particle on a wall, with which it moves or which pushes it."""
+    return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell)
+
+
+@inlined
+def in_flight(
+    state: State, w: float, slip: float, wall: float, p_rate: float, gap_order: int, dwell: Dwell | None
+) -> State:
+    """The particle leaving a wall."""
+    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, gap_order, dwell)
+
+
+@inlined
+def mirrored(state: State) -> State:
+    """All signs flipped: half a cycle later the base is again where it began."""
+    return State(
+        -state.v,
+        -state.w,
+        -state.slip,
+        -state.wall,
+        state.gap,
+        -state.p_rate,
+        state.riding,
+        state.slip_order,
+        state.gap_order,
+        state.dwell,
+    )
+
+
 # Counts of events in a march (int64 array of COUNTS entries).
 IMPACTS = 0
 TURNS = 1
@@ -155,7 +216,16 @@ LET_GO = 6  # a dwell is over
 CLEARANCE = 7  # the particle is out of a compliant wall
 PUSH = 8  # a compliant wall pushes again
 
-# Outcome of a march.
-ARRIVED = 0
-OUT_OF_EVENTS = 2
-STALLED = 4
+
+class Outcome(IntEnum):
+    """How an integration ended: those of `Status` that an integration can end with, by the same numbers."""
+
+    ARRIVED = Status.CONVERGED
+    OUT_OF_EVENTS = Status.TOO_MANY_EVENTS
+    STALLED = Status.NO_PROGRESS
+
+
+# The same as plain numbers, as kernels take them.
+ARRIVED = int(Outcome.ARRIVED)
+OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
+STALLED = int(Outcome.STALLED)

@@ -7,12 +7,12 @@ event-free windows: crossing them costs no more than without a log.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.excitation.base import Phase
+from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.segments import Log, record
 from damperlab.worker.solver.state import State
 
@@ -53,65 +53,33 @@ def empty_transitions(capacity: int) -> Transitions:
 
 
 @inlined
-def _point(log: Transitions) -> Transitions:
-    return Transitions(address(log.rows, 0), address(log.cursor, 0), log.capacity)
-
-
-def _is_type(log: Any, kind: type) -> bool:
-    return isinstance(log, types.BaseNamedTuple) and log.instance_class is kind
-
-
 def point_log(log: Any) -> Any:
     """The same log with addresses for the arrays of `Transitions`; the arrays must outlive it."""
-    return _point(log) if isinstance(log, Transitions) else log
+    if isinstance(log, Transitions):
+        return Transitions(address(log.rows, 0), address(log.cursor, 0), log.capacity)
+    return log
 
 
-@by_type(point_log)
-def _point_log(log):
-    if _is_type(log, Transitions):
-        return lambda log: _point(log)
-    return lambda log: log
-
-
-def keeps_segments(log: Any) -> bool:
-    """Whether a log asks for every segment, event-free windows included."""
-    return isinstance(log, Log)
-
-
-@by_type(keeps_segments)
-def _keeps_segments(log):
-    keeps = _is_type(log, Log)
-    return lambda log: keeps
-
-
-def record_segment(log: Any, state: State, start: float, duration: float, event: int) -> None:
+@inlined
+def record_segment(
+    log: Log | Transitions | None, state: State, start: float, duration: float, event: int
+) -> None:
     """Append a segment to a `Log`; nothing where there is none."""
     if isinstance(log, Log):
         record(log, state, start, duration, event)
 
 
-@by_type(record_segment)
-def _record_segment(log, state, start, duration, event):
-    if _is_type(log, Log):
-        return lambda log, state, start, duration, event: record(log, state, start, duration, event)
-    return lambda log, state, start, duration, event: None
-
-
-def record_transition(log: Any, span: float, event: int, before: State, after: State, phase: Any) -> None:
+@inlined
+def record_transition(
+    log: Log | Transitions | None, span: float, event: int, before: State, after: State, phase: Phase
+) -> None:
     """Append a transition to `Transitions`; nothing where there are none."""
     if isinstance(log, Transitions):
         _append(log, span, event, before, after, phase)
 
 
-@by_type(record_transition)
-def _record_transition(log, span, event, before, after, phase):
-    if _is_type(log, Transitions):
-        return lambda log, span, event, before, after, phase: _append(log, span, event, before, after, phase)
-    return lambda log, span, event, before, after, phase: None
-
-
 @kernel
-def _append(log: Transitions, span: float, event: int, before: State, after: State, phase: Any) -> None:
+def _append(log: Transitions, span: float, event: int, before: State, after: State, phase: Phase) -> None:
     i = log.cursor[0]
     log.cursor[0] = i + 1
     if i >= log.capacity:
@@ -128,7 +96,7 @@ def _append(log: Transitions, span: float, event: int, before: State, after: Sta
 
 
 @inlined
-def _side(rows: NDArray[np.float64], at: int, state: State) -> None:
+def _side(rows: Floats, at: int, state: State) -> None:
     rows[at + W] = state.w
     rows[at + SLIP] = state.slip
     rows[at + RIDING] = state.riding

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.media import medium_of
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.contact import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
-from damperlab.worker.solver.motion.taylor import TERMS, bend, change, slope
+from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,
@@ -90,8 +89,8 @@ def _propagate(
     n = tangents.shape[1]
     free = _homogeneous(free_arrays)
     loaded = free
-    if particle is not None:
-        loaded = _homogeneous(medium_of(free_arrays, loaded_arrays, 1.0, wall))
+    if particle is not None and wall is None:
+        loaded = _homogeneous(loaded_arrays)
     count = min(log.cursor[0], log.capacity)
     if particle is not None and count > 0:
         _enter(rows, friction, wall, z, n)
@@ -223,7 +222,7 @@ def _flow(
     windows = int(span / window)
     rest = span - windows * window
     vv_change = change(motion.of_v, rest)  # of the matrix less that of free flight: the digits of a short one
-    vw_change = bend(motion.of_w, rest)
+    vw_change = beyond_tangent(motion.of_w, rest)
     wv = slope(motion.of_v, rest)
     ww = slope(motion.of_w, rest)
     if windows > 0:

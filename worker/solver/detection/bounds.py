@@ -1,11 +1,16 @@
-"""Bounds on the motion across the rest of a window, from its start alone: what makes it safe to skip a search."""
+"""Bounds on the motion across a span, from its start alone: what makes it safe to skip a search."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import base_bend
+from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
+from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.regime import MotionBounds, Regime, Segment, Span
+from damperlab.worker.solver.state import State
 
 
 @inlined
-def motion_bounds(x, w, span, base, phase, compliance):
+def slip_bounds(
+    x: float, w: float, span: float, base: Base | RecordBase, phase: Phase, compliance: float
+) -> tuple[float, MotionBounds]:
     """Largest |x|, |w| and |u''| over a span of slip.
 
     Parameters
@@ -14,45 +19,71 @@ def motion_bounds(x, w, span, base, phase, compliance):
         Start, relative to the base and to the shifted spring centre.
     span : float
         Length, at most a window (`propagator.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
+    compliance : float
+        κ = 1 over the inertia.
 
     Returns
     -------
-    x_most, w_most, acceleration_most : float
+    x : float
+    bounds : MotionBounds
 
     Notes
     -----
     |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W.
     """
     two_zeta = base.two_zeta
-    shaken = base_bend(base, phase, 2)
+    shaken = base_derivative_bound(base, phase, 2)
     w_most = (abs(w) + span * (compliance * abs(x) + shaken)) / (1.0 - compliance * span * (two_zeta + span))
     x_most = abs(x) + span * w_most
-    return x_most, w_most, compliance * (two_zeta * w_most + x_most)
+    return x_most, MotionBounds(w_most, compliance * (two_zeta * w_most + x_most))
 
 
 @inlined
-def u_bend(order, held, w_most, u2_most, base, phase, compliance):
-    """Bound on the derivative of u of an order from 2 to 5 over the same span, by differentiating the motion."""
+def motion_bounds(state: State, regime: Regime, span: Span, base: Base | RecordBase) -> MotionBounds:
+    """Bounds on |w| and |u''| over what is left of a window."""
+    if regime.sticks:
+        return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
+    _, bounds = slip_bounds(
+        state.v + regime.offset, state.w, span.left, base, span.phase, regime.medium.compliance
+    )
+    return bounds
+
+
+@inlined
+def u_derivative_bound(order: int, segment: Segment, base: Base | RecordBase) -> float:
+    """Bound on the derivative of u of an order from 2 to 5 over a segment, by differentiating the motion."""
+    if segment.regime.sticks:
+        return base_derivative_bound(base, segment.phase, order)
+    return _in_slip(order, segment, base)
+
+
+@inlined
+def _in_slip(order: int, segment: Segment, base: Base | RecordBase) -> float:
     two_zeta = base.two_zeta
-    if held:
-        return base_bend(base, phase, order)
+    compliance = segment.regime.medium.compliance
     if order == 2:
-        return u2_most
-    w1 = u2_most + base_bend(base, phase, 2)
-    u3 = compliance * (two_zeta * w1 + w_most)
+        return segment.bounds.u2
+    w1 = w_rate_bound(segment, base)
+    u3 = compliance * (two_zeta * w1 + segment.bounds.w)
     if order == 3:
         return u3
-    w2 = u3 + base_bend(base, phase, 3)
+    w2 = u3 + base_derivative_bound(base, segment.phase, 3)
     u4 = compliance * (two_zeta * w2 + w1)
     if order == 4:
         return u4
-    w3 = u4 + base_bend(base, phase, 4)
+    w3 = u4 + base_derivative_bound(base, segment.phase, 4)
     return compliance * (two_zeta * w3 + w2)
 
 
 @inlined
-def w_bend(dropped, w_most, u2_most, base, phase, compliance):
-    """Bound on the second derivative of w/t^dropped (0 or 1) over the same span: 2/(dropped + 2)! of that of w."""
+def w_rate_bound(segment: Segment, base: Base | RecordBase) -> float:
+    """Bound on the first derivative of w."""
+    return segment.bounds.u2 + base_derivative_bound(base, segment.phase, 2)
+
+
+@inlined
+def w_curvature_bound(dropped: int, segment: Segment, base: Base | RecordBase) -> float:
+    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! of that of w."""
     if dropped == 0:
-        return u_bend(3, False, w_most, u2_most, base, phase, compliance) + base_bend(base, phase, 3)
-    return (u_bend(4, False, w_most, u2_most, base, phase, compliance) + base_bend(base, phase, 4)) / 3.0
+        return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)
+    return (_in_slip(4, segment, base) + base_derivative_bound(base, segment.phase, 4)) / 3.0

@@ -1,100 +1,95 @@
-"""Proofs that nothing happens in a span: no function whose zeros are events can have one there."""
+"""Proofs that nothing happens in a segment: no function whose zeros are events can have one there."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
-from damperlab.worker.solver.detection.bounds import motion_bounds, u_bend, w_bend
+from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import base_bend
+from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
+from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.regime import Regime, Segment
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
 
 
 @inlined
-def gap_rate(state, phase):
+def gap_rate(state: State, phase: Phase) -> float:
     """Rate at which the particle leaves the wall last touched."""
     return state.wall * (state.p_rate - (state.w + phase.rate))
 
 
 @inlined
-def most_motion(state, offset, held, span, base, phase, medium):
-    """Bounds on |x|, |w| and |u''| over the span."""
-    if held:
-        return abs(state.v), 0.0, base_bend(base, phase, 2)
-    return motion_bounds(state.v + offset, state.w, span, base, phase, medium.compliance)
+def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Base | RecordBase) -> float:
+    """u'', which pushes a riding particle."""
+    if regime.sticks:
+        return -phase.push
+    return -regime.medium.compliance * (base.two_zeta * state.w + state.v + regime.offset)
 
 
 @inlined
-def was_quiet(
-    start, end, offset, held, phase, push_end, base, medium, friction, particle, dwell, w_most, u2_most
-):
-    """Whether a window crossed by its matrix held no event: none of the functions whose zeros are events can have one.
+def is_free_between(segment: Segment, scene: Scene) -> bool:
+    """Whether a window crossed by its matrix holds no event: none of the functions whose zeros are events can have one.
 
-    Between its ends a function is at least the smaller of the two less span²/8 times its curvature.
+    Between its ends a function is at least the smaller of the two less time²/8 times its curvature.
     """
-    share = 0.125 * base.window * base.window
+    base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
+    window: float = base.window
+    share = 0.125 * window * window
     if start.slip_order + start.gap_order > 0:
         return False
-    if friction is not None:
-        if held:
-            inertia = 1.0 / medium.compliance
-            force = abs(hold_force(start.v, phase.push, inertia))
-            force_end = abs(hold_force(start.v, push_end, inertia))
-            if max(force, force_end) + share * inertia * base_bend(base, phase, 4) >= friction:
+    if scene.friction is not None:
+        if regime.sticks:
+            inertia = 1.0 / regime.medium.compliance
+            force = abs(hold_force(start.v, segment.phase.push, inertia))
+            force_end = abs(hold_force(start.v, segment.phase_end.push, inertia))
+            most = base_derivative_bound(base, segment.phase, 4)
+            if max(force, force_end) + share * inertia * most >= scene.friction:
                 return False
         else:
-            most = share * w_bend(0, w_most, u2_most, base, phase, medium.compliance)
+            most = share * w_curvature_bound(0, segment, base)
             if min(start.slip * start.w, start.slip * end.w) <= most:
                 return False
-    if particle is not None:
-        if is_dwelling(dwell):
-            return time_left(dwell) > base.window
+    if scene.particle is not None:
+        if is_dwelling(start.dwell):
+            return time_left(start.dwell) > window
         if start.riding > 0.0:
-            most = share * u_bend(4, held, w_most, u2_most, base, phase, medium.compliance)
-            acceleration = -phase.push
-            acceleration_end = -push_end
-            if not held:
-                acceleration = -medium.compliance * (base.two_zeta * start.w + start.v + offset)
-                acceleration_end = -medium.compliance * (base.two_zeta * end.w + end.v + offset)
-            if min(start.wall * acceleration, start.wall * acceleration_end) <= most:
+            most = share * u_derivative_bound(4, segment, base)
+            push = start.wall * wall_acceleration(start, segment.phase, regime, base)
+            push_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
+            if min(push, push_end) <= most:
                 return False
         else:
-            most = share * u2_most
+            most = share * segment.bounds.u2
             if min(start.gap, end.gap) <= most:
                 return False
-            if max(start.gap, end.gap) + most >= 2.0 * particle.clearance_ratio:
+            if max(start.gap, end.gap) + most >= 2.0 * scene.particle.clearance_ratio:
                 return False
     return True
 
 
 @inlined
-def is_quiet(state, offset, held, phase, span, base, medium, friction, particle, dwell, w_most, u2_most):
-    """Whether bounds alone prove that no event lies in the span; False means that one must look."""
-    if friction is not None:
-        if held:
-            inertia = 1.0 / medium.compliance
-            if (
-                abs(hold_force(state.v, phase.push, inertia)) + inertia * base_bend(base, phase, 3) * span
-                >= friction
-            ):
+def is_free_from(segment: Segment, scene: Scene) -> bool:
+    """Whether bounds from the start alone prove that no event lies in a segment; False means that one must look."""
+    base, state, regime, time = scene.base, segment.start, segment.regime, segment.time
+    if scene.friction is not None:
+        if regime.sticks:
+            inertia = 1.0 / regime.medium.compliance
+            force = abs(hold_force(state.v, segment.phase.push, inertia))
+            if force + inertia * base_derivative_bound(base, segment.phase, 3) * time >= scene.friction:
                 return False
-        elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + base_bend(base, phase, 2)):
+        elif state.slip_order > 0 or abs(state.w) <= time * w_rate_bound(segment, base):
             return False
-    if particle is not None:
-        if is_dwelling(dwell):
-            return time_left(dwell) > span
+    if scene.particle is not None:
+        if is_dwelling(state.dwell):
+            return time_left(state.dwell) > time
         if state.riding > 0.0:
-            jerk_most = base_bend(base, phase, 3)
-            acceleration = -phase.push
-            if not held:
-                jerk_most = medium.compliance * (
-                    base.two_zeta * (u2_most + base_bend(base, phase, 2)) + w_most
-                )
-                acceleration = -medium.compliance * (base.two_zeta * state.w + state.v + offset)
-            if state.wall * acceleration <= span * jerk_most:
+            push = state.wall * wall_acceleration(state, segment.phase, regime, base)
+            if push <= time * u_derivative_bound(3, segment, base):
                 return False
         else:
-            drift = gap_rate(state, phase) * span
-            sag = 0.5 * u2_most * span * span
+            drift = gap_rate(state, segment.phase) * time
+            sag = 0.5 * segment.bounds.u2 * time * time
             if state.gap_order > 0 or state.gap + min(0.0, drift) - sag <= 0.0:
                 return False
-            if state.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
+            if state.gap + max(0.0, drift) + sag >= 2.0 * scene.particle.clearance_ratio:
                 return False
     return True

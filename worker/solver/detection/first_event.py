@@ -1,14 +1,17 @@
-"""The first event of a span: velocity zero, end of rest, a wall, contact force zero, end of a dwell."""
+"""The first event of a segment: velocity zero, end of rest, a wall, contact force zero, end of a dwell."""
 
 from math import inf
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.detection.bounds import u_bend, w_bend
+from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import acceleration_scale, base_bend, push_into
+from damperlab.worker.solver.excitation.base import acceleration_scale, base_derivative_bound, expand_push
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 
 # Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
@@ -16,85 +19,88 @@ _DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 
 @inlined
-def next_event(
-    state,
-    held,
-    phase,
-    span,
-    base,
-    medium,
-    friction,
-    particle,
-    dwell,
-    relative,
-    absolute,
-    scratch,
-    w_most,
-    u2_most,
-):
-    """Time and kind of the first event within the span, (span, NOTHING) where there is none."""
-    inertia = 1.0 / medium.compliance
-    t = span
-    kind = NOTHING
-    if friction is not None:
-        if held:
-            push_into(base, phase, -inertia, scratch)
-            force_bend = inertia * base_bend(base, phase, 4)
-            limit = breakaway(friction, acceleration_scale(base), inertia)
-            scratch[0] += state.v + limit
-            found = first_crossing(scratch, 1.0, 0.0, t, force_bend)
-            if found < inf:
-                t, kind = found, SLIP_ONSET
-            scratch[0] -= 2.0 * limit
-            found = first_crossing(scratch, -1.0, 0.0, t, force_bend)
-            if found < inf:
-                t, kind = found, SLIP_ONSET
-        elif state.slip_order > 0 or abs(state.w) <= span * (u2_most + base_bend(base, phase, 2)):
-            order = state.slip_order
-            rate_into(relative, order, scratch)
-            most = w_bend(order, w_most, u2_most, base, phase, medium.compliance)
-            found = first_crossing(scratch, state.slip, 0.0, t, most)
-            if found < inf:
-                t, kind = found, TURN
-    if particle is not None:
-        if is_dwelling(dwell):
-            if time_left(dwell) <= t:
-                t, kind = time_left(dwell), LET_GO
-        elif state.riding > 0.0:
-            acceleration_into(absolute, scratch)
-            most = u_bend(4, held, w_most, u2_most, base, phase, medium.compliance)
-            found = first_crossing(scratch, state.wall, 0.0, t, most)
+def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
+    """Time and kind of the first event within a segment, (its length, NOTHING) where there is none."""
+    t, kind = segment.time, NOTHING
+    if scene.friction is not None:
+        t, kind = _friction_event(segment, scene, scene.friction, curves)
+    if scene.particle is not None:
+        start = segment.start
+        if is_dwelling(start.dwell):
+            if time_left(start.dwell) <= t:
+                t, kind = time_left(start.dwell), LET_GO
+        elif start.riding > 0.0:
+            acceleration_into(curves.absolute, curves.scratch)
+            most = u_derivative_bound(4, segment, scene.base)
+            found = first_crossing(curves.scratch, start.wall, 0.0, t, most)
             if found < inf:
                 t, kind = found, RELEASE
         else:
-            order = state.gap_order
-            rate = state.wall * (state.p_rate - absolute[1])
-            sag = 0.5 * u2_most * t * t
-            if order > 0 or state.gap + min(0.0, rate * t) - sag <= 0.0:
-                for i in range(TERMS):
-                    scratch[i] = 0.0
-                for i in range(max(2 - order, 0), TERMS - order):
-                    scratch[i] = -state.wall * absolute[i + order]
-                if order < 2:
-                    scratch[1 - order] = rate
-                if order < 1:
-                    scratch[0] = state.gap
-                found = first_crossing(
-                    scratch,
-                    1.0,
-                    0.0,
-                    t,
-                    u_bend(2 + order, held, w_most, u2_most, base, phase, medium.compliance)
-                    * _DROPPED[order],
-                )
-                if found < inf:
-                    t, kind = found, NEAR_WALL
-            if state.gap + max(0.0, rate * t) + sag >= 2.0 * particle.clearance_ratio:
-                for i in range(2, TERMS):
-                    scratch[i] = -state.wall * absolute[i]
-                scratch[1] = rate
-                scratch[0] = state.gap - 2.0 * particle.clearance_ratio
-                found = first_crossing(scratch, -1.0, 0.0, t, u2_most)
-                if found < inf:
-                    t, kind = found, FAR_WALL
+            t, kind = _wall_event(segment, scene, scene.particle.clearance_ratio, curves, t, kind)
     return t, kind
+
+
+@inlined
+def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Curves) -> tuple[float, int]:
+    """When the mass that sticks is torn loose, or the one that slips comes to rest."""
+    base, start, scratch = scene.base, segment.start, curves.scratch
+    t, kind = segment.time, NOTHING
+    if segment.regime.sticks:
+        inertia = 1.0 / segment.regime.medium.compliance
+        expand_push(base, segment.phase, -inertia, scratch)
+        most = inertia * base_derivative_bound(base, segment.phase, 4)
+        limit = breakaway(friction, acceleration_scale(base), inertia)
+        scratch[0] += start.v + limit
+        found = first_crossing(scratch, 1.0, 0.0, t, most)
+        if found < inf:
+            t, kind = found, SLIP_ONSET
+        scratch[0] -= 2.0 * limit
+        found = first_crossing(scratch, -1.0, 0.0, t, most)
+        if found < inf:
+            t, kind = found, SLIP_ONSET
+    elif start.slip_order > 0 or abs(start.w) <= segment.time * w_rate_bound(segment, base):
+        order = start.slip_order
+        rate_into(curves.relative, order, scratch)
+        found = first_crossing(scratch, start.slip, 0.0, t, w_curvature_bound(order, segment, base))
+        if found < inf:
+            t, kind = found, TURN
+    return t, kind
+
+
+@inlined
+def _wall_event(
+    segment: Segment, scene: Scene, clearance: float, curves: Curves, t: float, kind: int
+) -> tuple[float, int]:
+    """When a particle in flight meets a wall, if that is before the event found so far."""
+    start, scratch = segment.start, curves.scratch
+    order = start.gap_order
+    rate = start.wall * (start.p_rate - curves.absolute[1])
+    sag = 0.5 * segment.bounds.u2 * t * t
+    if order > 0 or start.gap + min(0.0, rate * t) - sag <= 0.0:
+        _expand_gap(start.gap, start.wall, rate, order, curves.absolute, scratch)
+        most = u_derivative_bound(2 + order, segment, scene.base) * _DROPPED[order]
+        found = first_crossing(scratch, 1.0, 0.0, t, most)
+        if found < inf:
+            t, kind = found, NEAR_WALL
+    if start.gap + max(0.0, rate * t) + sag >= 2.0 * clearance:
+        for i in range(2, TERMS):
+            scratch[i] = -start.wall * curves.absolute[i]
+        scratch[1] = rate
+        scratch[0] = start.gap - 2.0 * clearance
+        found = first_crossing(scratch, -1.0, 0.0, t, segment.bounds.u2)
+        if found < inf:
+            t, kind = found, FAR_WALL
+    return t, kind
+
+
+@inlined
+def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
+    """Coefficients of the gap over t^order: the lowest are zero where the wall has just been left."""
+    for i in range(TERMS):
+        out[i] = 0.0
+    for i in range(max(2 - order, 0), TERMS - order):
+        out[i] = -wall * absolute[i + order]
+    if order < 2:
+        out[1 - order] = rate
+    if order < 1:
+        out[0] = gap

@@ -1,19 +1,19 @@
 """Where the base is and what it does next: shaken as a sine, or as a record that is linear from sample to sample.
 
-The march asks the functions here alone. Each has a form for either kind of base, and the compiler sees only the one for
-the kind that it is given, so that a kernel of a sine holds nothing of records.
+The integrator asks the functions here alone. The compiler knows which kind of base it is given and keeps that branch only, so
+that a kernel of a sine holds nothing of records.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from numba import types
+import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import by_type, inlined
-from damperlab.worker.solver.memory import address
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.propagator import Base, point_base
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
-from damperlab.worker.solver.state import State
+from damperlab.worker.solver.state import State, mirrored
 
 
 class RecordBase(NamedTuple):
@@ -40,13 +40,13 @@ class RecordBase(NamedTuple):
     two_zeta: float
     window: float
     windows: int
-    acceleration: NDArray[Any]
-    jerk: NDArray[Any]
-    rate: NDArray[Any]
-    position: NDArray[Any]
-    most: NDArray[Any]
+    acceleration: NDArray[np.float64]
+    jerk: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    position: NDArray[np.float64]
+    most: NDArray[np.float64]
     largest: float
-    rows: NDArray[Any]
+    rows: NDArray[np.float64]
 
 
 class Phase(NamedTuple):
@@ -73,101 +73,94 @@ class Phase(NamedTuple):
 
 
 @inlined
-def phase_of_sine(sine, cosine, r):
+def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
     """Phase of a base s = sin φ whose sine and cosine are given."""
     return Phase(sine, cosine, sine, r * cosine, r * r * sine, r * r)
 
 
 @inlined
-def _sine_at(base, k):
+def phase_at(base: Base | RecordBase, k: int) -> Phase:
+    """Phase at the start of window k."""
+    if isinstance(base, RecordBase):
+        acceleration = base.acceleration[k]
+        return Phase(acceleration, base.jerk[k], base.position[k], base.rate[k], -acceleration, base.most[k])
     return phase_of_sine(base.sine[k], base.cosine[k], base.frequency_ratio)
 
 
 @inlined
-def _record_at(base, k):
-    acceleration = base.acceleration[k]
-    return Phase(acceleration, base.jerk[k], base.position[k], base.rate[k], -acceleration, base.most[k])
-
-
-@inlined
-def _record_until(base, k):
-    acceleration = base.acceleration[k] + base.jerk[k] * base.window
-    return Phase(
-        acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], -acceleration, base.most[k]
-    )
-
-
-@inlined
-def _sine_until(base, k):
+def phase_until(base: Base | RecordBase, k: int) -> Phase:
+    """Phase at the end of window k, as window k sees it: a record may jump there."""
+    if isinstance(base, RecordBase):
+        acceleration = base.acceleration[k] + base.jerk[k] * base.window
+        return Phase(
+            acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], -acceleration, base.most[k]
+        )
     return phase_of_sine(base.sine[k + 1], base.cosine[k + 1], base.frequency_ratio)
 
 
 @inlined
-def _sine_after(base, phase, shaken, t):
+def phase_after(base: Base | RecordBase, phase: Phase, shaken: Floats, t: float) -> Phase:
+    """Phase a time t later in the same window, from the polynomial of `expand_base`."""
+    if isinstance(base, RecordBase):
+        acceleration = phase.first + phase.second * t
+        return Phase(
+            acceleration, phase.second, value(shaken, t), slope(shaken, t), -acceleration, phase.most
+        )
     r = base.frequency_ratio
     return phase_of_sine(value(shaken, t), slope(shaken, t) / r, r)
 
 
 @inlined
-def _record_after(base, phase, shaken, t):
-    acceleration = phase.first + phase.second * t
-    return Phase(acceleration, phase.second, value(shaken, t), slope(shaken, t), -acceleration, phase.most)
-
-
-@inlined
-def _expand_sine(base, phase, out):
+def expand_base(base: Base | RecordBase, phase: Phase, out: Floats) -> None:
+    """Coefficients of the base displacement s from a phase on."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
+    if isinstance(base, RecordBase):
+        out[0] = phase.position
+        out[1] = phase.rate
 
 
 @inlined
-def _expand_record(base, phase, out):
-    for n in range(TERMS):
-        out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
-    out[0] = phase.position
-    out[1] = phase.rate
+def add_start_of_base(base: Base | RecordBase, phase: Phase, out: Floats) -> None:
+    """Add to coefficients of u what the rows of a record lack: start and tangent of the base."""
+    if isinstance(base, RecordBase):
+        out[0] += phase.position
+        out[1] += phase.rate
 
 
 @inlined
-def _carry_nothing(base, phase, out):
-    return
-
-
-@inlined
-def _carry_record(base, phase, out):
-    out[0] += phase.position
-    out[1] += phase.rate
-
-
-@inlined
-def _sine_travel(base, phase, end):
+def travel(base: Base | RecordBase, phase: Phase, end: Phase) -> float:
+    """Way of the base through a whole window."""
+    if isinstance(base, RecordBase):
+        t = base.window  # not the difference of positions, which may be far from where they started
+        return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
     return end.position - phase.position
 
 
 @inlined
-def _record_travel(base, phase, end):
-    t = base.window  # not the difference of positions, which may be far from where they started
-    return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
+def expand_push(base: Base | RecordBase, phase: Phase, factor: float, out: Floats) -> None:
+    """Coefficients of `factor` times the push −s''."""
+    if isinstance(base, RecordBase):
+        for n in range(TERMS):
+            out[n] = 0.0
+        out[0] = -factor * phase.first
+        out[1] = -factor * phase.second
+    else:
+        r = base.frequency_ratio
+        scale = factor * (r * r)
+        for n in range(TERMS):
+            out[n] = scale * (phase.first * base.rows[n] + phase.second * base.rows[TERMS + n])
 
 
 @inlined
-def _push_sine(base, phase, factor, out):
-    r = base.frequency_ratio
-    scale = factor * (r * r)
-    for n in range(TERMS):
-        out[n] = scale * (phase.first * base.rows[n] + phase.second * base.rows[TERMS + n])
-
-
-@inlined
-def _push_record(base, phase, factor, out):
-    for n in range(TERMS):
-        out[n] = 0.0
-    out[0] = -factor * phase.first
-    out[1] = -factor * phase.second
-
-
-@inlined
-def _sine_bend(base, phase, order):
+def base_derivative_bound(base: Base | RecordBase, phase: Phase, order: int) -> float:
+    """Bound on the derivative of s of an order from 2 to 5 until the end of the window."""
+    if isinstance(base, RecordBase):
+        if order == 2:
+            return phase.most
+        if order == 3:
+            return abs(phase.second)
+        return 0.0
     r = base.frequency_ratio
     if order == 2:
         return r * r
@@ -179,197 +172,35 @@ def _sine_bend(base, phase, order):
 
 
 @inlined
-def _record_bend(base, phase, order):
-    if order == 2:
-        return phase.most
-    if order == 3:
-        return abs(phase.second)
-    return 0.0
-
-
-@inlined
-def _mirror(state):
-    return State(
-        -state.v,
-        -state.w,
-        -state.slip,
-        -state.wall,
-        state.gap,
-        -state.p_rate,
-        state.riding,
-        state.slip_order,
-        state.gap_order,
-        state.dwell,
-    )
-
-
-@inlined
-def _sine_scale(base):
+def acceleration_scale(base: Base | RecordBase) -> float:
+    """Largest |s''| of the whole motion: what rounding of the forces is measured by."""
+    if isinstance(base, RecordBase):
+        return base.largest
     return base.frequency_ratio * base.frequency_ratio
 
 
 @inlined
-def _record_scale(base):
-    return base.largest
+def point_at(base: Base | RecordBase) -> Base | RecordBase:
+    """The same base with addresses for arrays; the arrays must outlive it."""
+    if isinstance(base, RecordBase):
+        return RecordBase(
+            base.two_zeta,
+            base.window,
+            base.windows,
+            address(base.acceleration, 0),
+            address(base.jerk, 0),
+            address(base.rate, 0),
+            address(base.position, 0),
+            address(base.most, 0),
+            base.largest,
+            address(base.rows, 0),
+        )
+    return point_base(base)
 
 
 @inlined
-def _point_record(base):
-    return RecordBase(
-        base.two_zeta,
-        base.window,
-        base.windows,
-        address(base.acceleration, 0),
-        address(base.jerk, 0),
-        address(base.rate, 0),
-        address(base.position, 0),
-        address(base.most, 0),
-        base.largest,
-        address(base.rows, 0),
-    )
-
-
-def is_record(base: Any) -> bool:
-    """Whether a base is a record, asked of the base itself or of its type in the compiler."""
-    if isinstance(base, types.BaseNamedTuple):
-        return base.instance_class is RecordBase
-    return isinstance(base, RecordBase)
-
-
-def phase_at(base: Any, k: int) -> Any:
-    """Phase at the start of window k."""
-    return _record_at(base, k) if is_record(base) else _sine_at(base, k)
-
-
-@by_type(phase_at)
-def _phase_at(base, k):
-    if is_record(base):
-        return lambda base, k: _record_at(base, k)
-    return lambda base, k: _sine_at(base, k)
-
-
-def phase_until(base: Any, k: int) -> Any:
-    """Phase at the end of window k, as window k sees it: a record may jump there."""
-    return _record_until(base, k) if is_record(base) else _sine_until(base, k)
-
-
-@by_type(phase_until)
-def _phase_until(base, k):
-    if is_record(base):
-        return lambda base, k: _record_until(base, k)
-    return lambda base, k: _sine_until(base, k)
-
-
-def phase_after(base: Any, phase: Phase, shaken: Any, t: float) -> Any:
-    """Phase a time t later in the same window, from the polynomial of `expand_base`."""
-    return _record_after(base, phase, shaken, t) if is_record(base) else _sine_after(base, phase, shaken, t)
-
-
-@by_type(phase_after)
-def _phase_after(base, phase, shaken, t):
-    if is_record(base):
-        return lambda base, phase, shaken, t: _record_after(base, phase, shaken, t)
-    return lambda base, phase, shaken, t: _sine_after(base, phase, shaken, t)
-
-
-def expand_base(base: Any, phase: Phase, out: Any) -> None:
-    """Coefficients of the base displacement s from a phase on."""
-    if is_record(base):
-        _expand_record(base, phase, out)
-    else:
-        _expand_sine(base, phase, out)
-
-
-@by_type(expand_base)
-def _expand_base(base, phase, out):
-    if is_record(base):
-        return lambda base, phase, out: _expand_record(base, phase, out)
-    return lambda base, phase, out: _expand_sine(base, phase, out)
-
-
-def travel(base: Any, phase: Phase, end: Phase) -> float:
-    """Way of the base through a whole window."""
-    return float(_record_travel(base, phase, end) if is_record(base) else _sine_travel(base, phase, end))
-
-
-@by_type(travel)
-def _travel(base, phase, end):
-    if is_record(base):
-        return lambda base, phase, end: _record_travel(base, phase, end)
-    return lambda base, phase, end: _sine_travel(base, phase, end)
-
-
-def carry(base: Any, phase: Phase, out: Any) -> None:
-    """Add to coefficients of u what the rows of a record lack: start and tangent of the base."""
-    if is_record(base):
-        _carry_record(base, phase, out)
-
-
-@by_type(carry)
-def _carry(base, phase, out):
-    if is_record(base):
-        return lambda base, phase, out: _carry_record(base, phase, out)
-    return lambda base, phase, out: _carry_nothing(base, phase, out)
-
-
-def push_into(base: Any, phase: Phase, factor: float, out: Any) -> None:
-    """Coefficients of `factor` times the push −s''."""
-    if is_record(base):
-        _push_record(base, phase, factor, out)
-    else:
-        _push_sine(base, phase, factor, out)
-
-
-@by_type(push_into)
-def _push_into(base, phase, factor, out):
-    if is_record(base):
-        return lambda base, phase, factor, out: _push_record(base, phase, factor, out)
-    return lambda base, phase, factor, out: _push_sine(base, phase, factor, out)
-
-
-def base_bend(base: Any, phase: Phase, order: int) -> float:
-    """Bound on the derivative of s of an order from 2 to 5 until the end of the window."""
-    return float(_record_bend(base, phase, order) if is_record(base) else _sine_bend(base, phase, order))
-
-
-@by_type(base_bend)
-def _base_bend(base, phase, order):
-    if is_record(base):
-        return lambda base, phase, order: _record_bend(base, phase, order)
-    return lambda base, phase, order: _sine_bend(base, phase, order)
-
-
-def acceleration_scale(base: Any) -> float:
-    """Largest |s''| of the whole motion: what rounding of the forces is measured by."""
-    return float(_record_scale(base) if is_record(base) else _sine_scale(base))
-
-
-@by_type(acceleration_scale)
-def _acceleration_scale(base):
-    if is_record(base):
-        return lambda base: _record_scale(base)
-    return lambda base: _sine_scale(base)
-
-
-def point_at(base: Base | RecordBase) -> Any:
-    """The same base with addresses for arrays; the arrays must outlive it."""
-    return _point_record(base) if is_record(base) else point_base(base)
-
-
-@by_type(point_at)
-def _point_at(base):
-    if is_record(base):
-        return lambda base: _point_record(base)
-    return lambda base: point_base(base)
-
-
-def mirrored(base: Any, state: State) -> State:
-    """Return the state that a march hands on: after half a cycle all signs flip, so that the phase is 0 again."""
-    return state if is_record(base) else State(*_mirror(state))
-
-
-@by_type(mirrored)
-def _mirrored(base, state):
-    if is_record(base):
-        return lambda base, state: state
-    return lambda base, state: _mirror(state)
+def handed_on(base: Base | RecordBase, state: State) -> State:
+    """The state with which the next half cycle begins: mirrored, so that the phase is 0 again. A record has one part only."""
+    if isinstance(base, RecordBase):
+        return state
+    return mirrored(state)

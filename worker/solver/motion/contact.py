@@ -26,10 +26,13 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import reduced_mass
-from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
+from damperlab.worker.solver.memory import Floats, address
+from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, Base
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.state import Particle, Wall
+
+Array = NDArray[np.float64]
 
 RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
 """Sets of rows: x, x + s, y, F."""
@@ -108,7 +111,7 @@ class Contact(NamedTuple):
 
 
 @kernel
-def make_contact(base, particle, wall):
+def make_contact(base: Base, particle: Particle, wall: Wall) -> Contact:
     """Motion in contact with a compliant wall."""
     return Contact(
         _make_pressed(base, particle.mass_ratio, wall, False, False),
@@ -129,7 +132,7 @@ def make_contact(base, particle, wall):
 
 
 @kernel
-def point_contact(contact):
+def point_contact(contact: Contact) -> Contact:
     """The same contact with addresses for arrays; the arrays must outlive it."""
     one = contact.buffers
     buffers = Buffers(
@@ -152,7 +155,7 @@ def point_contact(contact):
 
 
 @kernel
-def _point(pressed):
+def _point(pressed: Pressed) -> Pressed:
     return Pressed(
         pressed.share,
         pressed.step,
@@ -169,7 +172,7 @@ def _point(pressed):
 
 
 @kernel
-def _equations(base, mass_ratio, wall, held):
+def _equations(base: Base, mass_ratio: float, wall: Wall, held: bool) -> Array:
     """The matrix of the coordinates' rates."""
     r = base.frequency_ratio
     mu = reduced_mass(mass_ratio)
@@ -197,7 +200,7 @@ def _equations(base, mass_ratio, wall, held):
 
 
 @kernel
-def _make_pressed(base, mass_ratio, wall, held, between):
+def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between: bool) -> Pressed:
     a = _equations(base, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
     fastest, slowest = contact_rates(-a[5, 4], -a[5, 5])
@@ -272,7 +275,9 @@ def _make_pressed(base, mass_ratio, wall, held, between):
 
 
 @kernel
-def _fill_rows(rows, generator, lift, units, base, wall, share, held):
+def _fill_rows(
+    rows: Array, generator: Array, lift: Array, units: int, base: Base, wall: Wall, share: float, held: bool
+) -> None:
     """Taylor coefficients for each unit start; `lift` gives the six coordinates of those that `generator` moves."""
     here = np.zeros(DIM)
     following = np.zeros(DIM)
@@ -314,7 +319,7 @@ def _fill_rows(rows, generator, lift, units, base, wall, share, held):
 
 
 @kernel
-def combine_rows(which, coordinates, units, rows, out):
+def combine_rows(which: int, coordinates: Floats, units: int, rows: Floats, out: Floats) -> None:
     """Coefficients of one set of rows from the coordinates at the start."""
     at = which * DIM * TERMS
     for n in range(TERMS):

@@ -3,6 +3,7 @@
 from math import inf
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import value
 
@@ -10,7 +11,9 @@ _MOST = 8  # of one segment, whose length is less than a tenth of a period
 
 
 @kernel
-def raised(peak, polynomial, less, rate, t, rate_bend):
+def raised(
+    peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
+) -> float:
     """The larger of a peak and every extremum of |polynomial − less| inside a segment.
 
     Parameters
@@ -23,13 +26,13 @@ def raised(peak, polynomial, less, rate, t, rate_bend):
         Taken from the displacement.
     t : float
         Length of the segment.
-    rate_bend : float
+    rate_curvature : float
         Bound on the rate's second derivative.
     """
     sign = 1.0 if rate[0] > 0.0 else -1.0
     at = 0.0
     for _ in range(_MOST):
-        at = first_crossing(rate, sign, at, t, rate_bend)
+        at = first_crossing(rate, sign, at, t, rate_curvature)
         if at == inf:
             break
         peak = max(peak, abs(value(polynomial, at) - less))

@@ -8,6 +8,7 @@ Newton only when the same bound proves that it is monotone there; everything els
 from math import inf, sqrt
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
@@ -15,7 +16,7 @@ _MAX_STEPS = 400
 
 
 @kernel
-def _newton(polynomial, sign, low, high, t):
+def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) -> float:
     """Root in [low, high] of a function that falls monotonically through zero there: Newton, kept in its bracket."""
     width = high - low
     for _ in range(60):
@@ -41,7 +42,7 @@ def _newton(polynomial, sign, low, high, t):
 
 
 @kernel
-def first_crossing(polynomial, sign, start, end, curvature):
+def first_crossing(polynomial: Floats, sign: float, start: float, end: float, curvature: float) -> float:
     """First time in (start, end] at which sign · p falls through zero.
 
     Parameters

@@ -1,11 +1,12 @@
 """The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.motion.propagator import Base, Medium
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def march_alone(state, halves, base, free):
+def march_alone(state: State, halves: int, base: Base, free: Medium) -> State:
     """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
     The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
@@ -40,5 +41,14 @@ def march_alone(state, halves, base, free):
         v, w = -((vv * v + vw * w) + v_push), -((wv * v + ww * w) + w_push)
     sign = -1.0 if halves % 2 == 1 else 1.0
     return State(
-        v, w, state.slip, sign * state.wall, state.gap, sign * state.p_rate, state.riding, 0, 0, state.dwell
+        v=v,
+        w=w,
+        slip=state.slip,
+        wall=sign * state.wall,
+        gap=state.gap,
+        p_rate=sign * state.p_rate,
+        riding=state.riding,
+        slip_order=0,
+        gap_order=0,
+        dwell=state.dwell,
     )

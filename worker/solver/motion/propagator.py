@@ -8,10 +8,9 @@ from math import ceil, cos, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import by_type, inlined, kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.quadratic_forms import base_forms, medium_forms
 from damperlab.worker.solver.motion.taylor import TERMS, base_rows, motion_rows, slope, value
@@ -86,7 +85,7 @@ class Medium(NamedTuple):
 
 
 @kernel
-def make_base(damping_ratio, frequency_ratio, energies):
+def make_base(damping_ratio: float, frequency_ratio: float, energies: bool | None) -> Base:
     """Windows of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
 
     Parameters
@@ -107,15 +106,31 @@ def make_base(damping_ratio, frequency_ratio, energies):
     cosine[count] = -1.0
     window = half / count
     rows = base_rows(frequency_ratio)
-    forms = _base_forms(rows, window, energies)
+    if energies is None:
+        return Base(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, None)
+    forms = base_forms(rows, window)
     return Base(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, forms)
 
 
 @kernel
-def make_medium(base, inertia, energies):
+def make_medium(base: Any, inertia: float, energies: bool | None) -> Medium:
     """Motion with one inertia, from the Taylor polynomials themselves; `energies` as for `make_base`."""
     relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     h = base.window
+    if energies is None:
+        return _medium(relative, absolute, None, inertia, h)
+    forms = medium_forms(base.two_zeta, base.rows, relative, absolute, h)
+    return _medium(relative, absolute, forms, inertia, h)
+
+
+@kernel
+def _medium(
+    relative: NDArray[np.float64],
+    absolute: NDArray[np.float64],
+    forms: NDArray[np.float64] | None,
+    inertia: float,
+    h: float,
+) -> Medium:
     return Medium(
         1.0 / inertia,
         value(relative[0 * TERMS : 1 * TERMS], h),
@@ -128,53 +143,20 @@ def make_medium(base, inertia, energies):
         slope(relative[3 * TERMS : 4 * TERMS], h),
         relative,
         absolute,
-        _medium_forms(base.two_zeta, base.rows, relative, absolute, h, energies),
+        forms,
     )
-
-
-# Chosen by type, not by a branch on None, of which the compiler would make a value that may be absent at run time.
-
-
-def _base_forms(rows: Any, window: float, energies: bool | None) -> Any:
-    return None if energies is None else base_forms(rows, window)
-
-
-@by_type(_base_forms)
-def _base_forms_by_type(rows, window, energies):
-    if isinstance(energies, types.NoneType):
-        return lambda rows, window, energies: None
-    return lambda rows, window, energies: base_forms(rows, window)
-
-
-def _medium_forms(
-    two_zeta: float, base: Any, relative: Any, absolute: Any, window: float, energies: bool | None
-) -> Any:
-    return None if energies is None else medium_forms(two_zeta, base, relative, absolute, window)
-
-
-@by_type(_medium_forms)
-def _medium_forms_by_type(two_zeta, base, relative, absolute, window, energies):
-    if isinstance(energies, types.NoneType):
-        return lambda two_zeta, base, relative, absolute, window, energies: None
-    return lambda two_zeta, base, relative, absolute, window, energies: medium_forms(
-        two_zeta, base, relative, absolute, window
-    )
-
-
-def _address_if(array: Any) -> Any:
-    """Address of an array that may be absent."""
-    return None if array is None else address(array, 0)
-
-
-@by_type(_address_if)
-def _address_if_by_type(array):
-    if isinstance(array, types.NoneType):
-        return lambda array: None
-    return lambda array: address(array, 0)
 
 
 @inlined
-def point_base(base):
+def _address_if(array: NDArray[np.float64] | None) -> Any:
+    """Address of an array that may be absent."""
+    if array is None:
+        return None
+    return address(array, 0)
+
+
+@inlined
+def point_base(base: Base) -> Base:
     """The same base with addresses for arrays; the arrays must outlive it."""
     return Base(
         base.frequency_ratio,
@@ -189,7 +171,7 @@ def point_base(base):
 
 
 @inlined
-def point_medium(medium):
+def point_medium(medium: Medium) -> Medium:
     """The same medium with addresses for arrays; the arrays must outlive it."""
     return Medium(
         medium.compliance,

@@ -1,4 +1,4 @@
-"""Integrals over a whole quiet window as quadratic forms of what it starts from.
+"""Integrals over a whole event-free window as quadratic forms of what it starts from.
 
 Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ), so the work done, the loss in the dashpot and the mean
 square over a window of fixed length are quadratic in these four numbers: ten coefficients each, the same for every window.
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
 # Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
@@ -23,7 +24,7 @@ WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
 
 
 @kernel
-def base_forms(rows, window):
+def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     """Integrals of the base over a window.
 
     Returns
@@ -45,7 +46,13 @@ def base_forms(rows, window):
 
 
 @kernel
-def medium_forms(two_zeta, base, relative, absolute, window):
+def medium_forms(
+    two_zeta: float,
+    base: NDArray[np.float64],
+    relative: NDArray[np.float64],
+    absolute: NDArray[np.float64],
+    window: float,
+) -> NDArray[np.float64]:
     """Integrals over a window of slip.
 
     Parameters
@@ -100,13 +107,13 @@ def medium_forms(two_zeta, base, relative, absolute, window):
 
 
 @inlined
-def products(a, b, c, d):
+def products(a: float, b: float, c: float, d: float) -> tuple[float, ...]:
     """The ten products of two of four numbers."""
     return a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d
 
 
 @inlined
-def quadratic(forms, start, p):
+def quadratic(forms: Floats, start: int, p: tuple[float, ...]) -> float:
     """One integral: ten coefficients against the ten products of the window's start."""
     a = (forms[start] * p[0] + forms[start + 1] * p[1]) + (forms[start + 2] * p[2] + forms[start + 3] * p[3])
     b = (forms[start + 4] * p[4] + forms[start + 5] * p[5]) + (

@@ -3,8 +3,12 @@
 from math import cos, exp, sin, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.memory import Floats
+
+Array = NDArray[np.float64]
 
 DIM = 6
 """Coordinates X, X', sin φ, cos φ, y, y' of a contact (`motion.py`)."""
@@ -13,7 +17,7 @@ _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go
 
 
 @kernel
-def contact_rates(square, damping):
+def contact_rates(square: float, damping: float) -> tuple[float, float]:
     """Moduli of the two roots of λ² − damping λ + square, the larger first."""
     bend = 0.25 * damping * damping - square
     if bend <= 0.0:
@@ -23,7 +27,7 @@ def contact_rates(square, damping):
 
 
 @kernel
-def split(a, fast):
+def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
     """P, B, F and its inverse, of the last `fast` coordinates; and whether the iterations for them converged."""
     n = DIM - fast
     p = np.zeros((fast, n))
@@ -93,7 +97,7 @@ def split(a, fast):
 
 
 @kernel
-def _inverse(matrix):
+def _inverse(matrix: Array) -> Array:
     out = np.empty(matrix.shape)
     if matrix.shape[0] == 1:
         out[0, 0] = 1.0 / matrix[0, 0]
@@ -107,7 +111,7 @@ def _inverse(matrix):
 
 
 @kernel
-def fast_later(rates, first, second, t):
+def fast_later(rates: Floats, first: float, second: float, t: float) -> tuple[float, float]:
     """f a time t later: exp(Ft) f."""
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]
     middle = 0.5 * (a + d)

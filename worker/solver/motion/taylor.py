@@ -10,8 +10,10 @@ four; a segment's coefficients are then a sum of four constant rows, which the p
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.memory import Floats
 
 ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
@@ -20,7 +22,7 @@ TERMS = ORDER + 1
 
 
 @kernel
-def base_rows(frequency_ratio):
+def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
     """Coefficients of s = sin(φ + r t) for sin φ = 1 and for cos φ = 1: flat array, 2 · TERMS."""
     rows = np.zeros(2 * TERMS)
     rows[0] = 1.0
@@ -33,7 +35,9 @@ def base_rows(frequency_ratio):
 
 
 @kernel
-def motion_rows(two_zeta, compliance, base):
+def motion_rows(
+    two_zeta: float, compliance: float, base: Floats
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients of the slipping motion for each unit start (x, w, sin φ, cos φ).
 
     Parameters
@@ -71,7 +75,7 @@ def motion_rows(two_zeta, compliance, base):
 
 
 @inlined
-def combine(x, w, sine, cosine, rows, out):
+def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: Floats) -> None:
     """Coefficients of a segment from the four rows of its medium."""
     for n in range(TERMS):
         out[n] = (x * rows[n] + w * rows[TERMS + n]) + (
@@ -80,7 +84,7 @@ def combine(x, w, sine, cosine, rows, out):
 
 
 @inlined
-def stand(v, relative, absolute):
+def stick(v: float, relative: Floats, absolute: Floats) -> None:
     """Coefficients of the motion while friction holds the mass: v is constant; `absolute` holds the base's own."""
     for n in range(TERMS):
         relative[n] = 0.0
@@ -89,7 +93,7 @@ def stand(v, relative, absolute):
 
 
 @inlined
-def value(p, t):
+def value(p: Floats, t: float) -> float:
     """Value of a polynomial at t, by Estrin's scheme: a tree of depth four instead of a chain of fifteen."""
     t2 = t * t
     t4 = t2 * t2
@@ -101,7 +105,7 @@ def value(p, t):
 
 
 @inlined
-def change(p, t):
+def change(p: Floats, t: float) -> float:
     """Value of a polynomial at t less its value at 0, to the digits of the change itself."""
     t2 = t * t
     t4 = t2 * t2
@@ -113,7 +117,7 @@ def change(p, t):
 
 
 @inlined
-def bend(p, t):
+def beyond_tangent(p: Floats, t: float) -> float:
     """Value of a polynomial at t less its tangent at 0, to the digits of the difference itself."""
     t2 = t * t
     t4 = t2 * t2
@@ -125,7 +129,7 @@ def bend(p, t):
 
 
 @kernel
-def curvature_bound(p, t):
+def curvature_bound(p: Floats, t: float) -> float:
     """Bound on the second derivative of a polynomial over [0, t]: Σ n (n − 1) |pₙ| tⁿ⁻²."""
     t2 = t * t
     t4 = t2 * t2
@@ -137,7 +141,7 @@ def curvature_bound(p, t):
 
 
 @inlined
-def slope(p, t):
+def slope(p: Floats, t: float) -> float:
     """First derivative of a polynomial at t."""
     t2 = t * t
     t4 = t2 * t2
@@ -149,7 +153,7 @@ def slope(p, t):
 
 
 @inlined
-def curvature(p, t):
+def curvature(p: Floats, t: float) -> float:
     """Second derivative of a polynomial at t."""
     t2 = t * t
     t4 = t2 * t2
@@ -161,7 +165,7 @@ def curvature(p, t):
 
 
 @inlined
-def rate_into(p, dropped, out):
+def rate_into(p: Floats, dropped: int, out: Floats) -> None:
     """Coefficients of the first derivative of a polynomial, the `dropped` lowest left out (division by t^dropped)."""
     if dropped == 0:  # the common case, with a length that the compiler knows
         for i in range(ORDER):
@@ -175,7 +179,7 @@ def rate_into(p, dropped, out):
 
 
 @inlined
-def acceleration_into(p, out):
+def acceleration_into(p: Floats, out: Floats) -> None:
     """Coefficients of the second derivative of a polynomial."""
     for i in range(ORDER - 1):
         out[i] = (i + 1) * (i + 2) * p[i + 2]

@@ -1,14 +1,15 @@
 """What a meter reads on one segment: true peaks of the closed form, time stuck, and where asked energies and mean square."""
 
 from math import sqrt
-from typing import Any, NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.detection.bounds import u_bend, w_bend
-from damperlab.worker.solver.excitation.base import base_bend
+from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import (
     FRICTION_LOSS,
     PEAK,
@@ -17,6 +18,7 @@ from damperlab.worker.solver.state import (
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
 )
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
@@ -26,63 +28,26 @@ _WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
 _TOP = 13  # 0.4^14/14! = 3e-17: the terms above add nothing to an integral
 
 
-class Segment(NamedTuple):
-    """A stretch of the march without an event inside.
-
-    Attributes
-    ----------
-    start, end : State
-        At its ends.
-    phase, phase_end : Phase
-        The base there.
-    held : bool
-        Whether friction holds the mass.
-    offset : float
-        Of the centre of the motion: ±γ_F in slip, else 0.
-    span : float
-        Length [1/ω_n].
-    w_most, u2_most : float
-        Bounds on |w| and |u''|.
-    """
-
-    start: Any
-    end: Any
-    phase: Any
-    phase_end: Any
-    held: bool
-    offset: float
-    span: float
-    w_most: float
-    u2_most: float
-
-
-class Curves(NamedTuple):
-    """Addresses of the polynomials of a segment, TERMS coefficients each: of x, of x + s, of s, and one to work in."""
-
-    relative: Any
-    absolute: Any
-    shaken: Any
-    scratch: Any
-
-
 @inlined
-def peaks_at_ends(sums, segment, friction, frequency_ratio):
+def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
     """Raise the peaks by the ends of a segment; False where a peak between them may be higher still."""
+    sums = meter.sums
     v_start = segment.start.v
     v_end = segment.end.v
     u_start = v_start + segment.phase.position
     u_end = v_end + segment.phase_end.position
     at_ends = max(abs(u_start), abs(u_end))
     peak = max(sums[PEAK], at_ends)
-    half = 0.5 * segment.span * segment.span
+    half = 0.5 * segment.time * segment.time
     # the slope at one end is beyond the change it can make over the span: no extremum between
-    bulge = half * segment.u2_most
+    bulge = half * segment.bounds.u2
     if at_ends + 0.25 * bulge > peak and abs(u_end - u_start) <= bulge:
         return False
     v_ends = max(abs(v_start), abs(v_end))
     relative_peak = max(sums[RELATIVE_PEAK], v_ends)
-    if friction is None:  # with friction, |v| peaks only where a segment ends
-        bulge = half * (segment.u2_most + frequency_ratio * frequency_ratio)
+    if scene.friction is None:  # with friction, |v| peaks only where a segment ends
+        r = scene.base.frequency_ratio
+        bulge = half * (segment.bounds.u2 + r * r)
         if v_ends + 0.25 * bulge > relative_peak and abs(v_end - v_start) <= bulge:
             return False
     sums[PEAK] = peak
@@ -91,23 +56,25 @@ def peaks_at_ends(sums, segment, friction, frequency_ratio):
 
 
 @inlined
-def measure_window(sums, energies, segment, base, medium, friction):
-    """Add a whole quiet window to a meter, by the quadratic forms of `quadratic_forms.py`; its peaks are not looked at."""
-    if segment.held:
+def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
+    """Add a whole event-free window, by the quadratic forms of `quadratic_forms.py`; its peaks are not looked at."""
+    sums, base, regime = meter.sums, scene.base, segment.regime
+    if regime.sticks:
         sums[STUCK] += base.window
-    if energies is not None:
-        start, offset = segment.start, segment.offset
+    if meter.energies is not None:
+        start, offset = segment.start, regime.offset
         sine = segment.phase.first
         cosine = segment.phase.second
-        if segment.held:
+        if regime.sticks:
             f = base.forms
             v = start.v
-            sums[WORK_IN] += _work_at_rest(segment, medium.compliance, base.frequency_ratio)
+            sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
             moved = f[0] * sine + f[1] * cosine
             square = f[2] * (sine * sine) + (2.0 * f[3] * (sine * cosine) + f[4] * (cosine * cosine))
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
-        f = medium.forms
+        f = regime.medium.forms
+        assert f is not None  # a medium whose motion is metered has them
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
@@ -115,31 +82,31 @@ def measure_window(sums, energies, segment, base, medium, friction):
         u = x + sine
         u_rate = start.w + segment.phase.rate
         square = quadratic(f, SQUARED, products(u, u_rate, sine, cosine))
-        if friction is not None:
+        if scene.friction is not None:
             mean = (f[MEAN] * u + f[MEAN + 1] * u_rate) + (f[MEAN + 2] * sine + f[MEAN + 3] * cosine)
             square += offset * (offset * base.window - 2.0 * mean)
-            sums[FRICTION_LOSS] += friction * abs(segment.end.v - start.v)
+            sums[FRICTION_LOSS] += scene.friction * abs(segment.end.v - start.v)
         sums[SQUARE] += square
 
 
 @inlined
-def _work_at_rest(segment, compliance, frequency_ratio):
+def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
     """Work of the base on a mass at rest on it: its kinetic energy, at the base's speed, grown."""
     r2 = frequency_ratio * frequency_ratio
     before = segment.phase.position
     after = segment.phase_end.position
     fallen = (before - after) * (before + after)
-    return 0.5 * r2 * fallen / compliance
+    return 0.5 * r2 * fallen / segment.regime.medium.compliance
 
 
 @inlined
-def measure_part(sums, energies, segment, base, medium, friction, curves):
-    """Add a segment that is no whole window to a meter: Lobatto's rule, whose ends are known; no peaks."""
-    t = segment.span
-    if segment.held:
+def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
+    """Add a segment that is no whole window: Lobatto's rule, whose ends are known; no peaks."""
+    sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
+    if regime.sticks:
         sums[STUCK] += t
-    if energies is not None:
-        start, end, offset = segment.start, segment.end, segment.offset
+    if meter.energies is not None:
+        start, end, offset = segment.start, segment.end, regime.offset
         rate = segment.phase.rate
         rate_end = segment.phase_end.rate
         a, b, c, d = _NODES[0] * t, _NODES[1] * t, _NODES[2] * t, _NODES[3] * t
@@ -156,8 +123,8 @@ def measure_part(sums, energies, segment, base, medium, friction, curves):
         sums[SQUARE] += (
             outer * (u0 * u0 + u1 * u1) + middle * (ua * ua + ud * ud) + inner * (ub * ub + uc * uc)
         )
-        if segment.held:
-            sums[WORK_IN] += _work_at_rest(segment, medium.compliance, base.frequency_ratio)
+        if regime.sticks:
+            sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
             return
         xa, xb, xc, xd = values(curves.relative, a, b, c, d)
         wa, wb, wc, wd = slopes(curves.relative, a, b, c, d)
@@ -172,12 +139,12 @@ def measure_part(sums, energies, segment, base, medium, friction, curves):
         middles = (two_zeta * wa + xa) * sa + (two_zeta * wd + xd) * sd
         inners = (two_zeta * wb + xb) * sb + (two_zeta * wc + xc) * sc
         sums[WORK_IN] -= outer * ends + (middle * middles + inner * inners)
-        if friction is not None:
-            sums[FRICTION_LOSS] += friction * abs(end.v - start.v)  # w keeps its sign on a segment
+        if scene.friction is not None:
+            sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)  # w keeps its sign on a segment
 
 
 @inlined
-def values(p, a, b, c, d):
+def values(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Values of a polynomial at four times, side by side."""
     fa = fb = fc = fd = p[_TOP]
     for i in range(_TOP):
@@ -190,7 +157,7 @@ def values(p, a, b, c, d):
 
 
 @inlined
-def slopes(p, a, b, c, d):
+def slopes(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Slopes of a polynomial at four times, side by side."""
     fa = fb = fc = fd = _TOP * p[_TOP]
     for i in range(_TOP - 1):
@@ -203,39 +170,40 @@ def slopes(p, a, b, c, d):
 
 
 @inlined
-def find_peaks(sums, segment, base, medium, friction, curves):
+def find_peaks(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Raise the peaks to the largest |u| and |v| of a segment, true extrema of its polynomials."""
-    start, end, held, t = segment.start, segment.end, segment.held, segment.span
+    sums, start, end, t, u2 = meter.sums, segment.start, segment.end, segment.time, segment.bounds.u2
     u_ends = max(abs(start.v + segment.phase.position), abs(end.v + segment.phase_end.position))
     peak = max(sums[PEAK], u_ends)
-    if u_ends + 0.125 * segment.u2_most * t * t > peak and abs(curves.absolute[1]) <= t * segment.u2_most:
-        most = u_bend(3, held, segment.w_most, segment.u2_most, base, segment.phase, medium.compliance)
+    if u_ends + 0.125 * u2 * t * t > peak and abs(curves.absolute[1]) <= t * u2:
+        most = u_derivative_bound(3, segment, scene.base)
         rate_end = end.w + segment.phase_end.rate
-        peak = max(peak, _highest(curves.absolute, segment.offset, rate_end, t, most, curves.scratch))
+        offset = segment.regime.offset
+        peak = max(peak, _highest(curves.absolute, offset, rate_end, t, most, curves.scratch))
     sums[PEAK] = peak
     relative_peak = max(sums[RELATIVE_PEAK], abs(start.v), abs(end.v))
-    if friction is None:  # with friction, |v| peaks only where a segment ends
-        if abs(curves.relative[1]) <= t * (segment.u2_most + base_bend(base, segment.phase, 2)):
-            most = w_bend(0, segment.w_most, segment.u2_most, base, segment.phase, medium.compliance)
+    if scene.friction is None:  # with friction, |v| peaks only where a segment ends
+        if abs(curves.relative[1]) <= t * w_rate_bound(segment, scene.base):
+            most = w_curvature_bound(0, segment, scene.base)
             highest = _highest(curves.relative, 0.0, end.w, t, most, curves.scratch)
             relative_peak = max(relative_peak, highest)
     sums[RELATIVE_PEAK] = relative_peak
 
 
 @inlined
-def _highest(p, offset, rate_end, t, bend, scratch):
+def _highest(p: Floats, offset: float, rate_end: float, t: float, most: float, scratch: Floats) -> float:
     """Largest |p − offset| at an extremum inside a span; 0 where there is none.
 
     Parameters
     ----------
     rate_end : float
         Slope at the end of the span.
-    bend : float
+    most : float
         Bound on the third derivative.
     """
     rate = p[1]
     curve = 2.0 * p[2]
-    if abs(curve) > bend * t:  # the slope is monotone: one extremum where it changes sign, else none
+    if abs(curve) > most * t:  # the slope is monotone: one extremum where it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
         # a parabola through slope and curvature here and the slope there, then Newton: what is left of the error is its
@@ -248,4 +216,4 @@ def _highest(p, offset, rate_end, t, bend, scratch):
         at -= slope(p, at) / curvature(p, at)
         return abs(value(p, at) - offset)
     rate_into(p, 0, scratch)
-    return raised(0.0, p, offset, scratch, t, bend)
+    return raised(0.0, p, offset, scratch, t, most)

@@ -5,10 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.detection.bounds import motion_bounds, u_bend, w_bend
-from damperlab.worker.solver.excitation.base import base_bend, expand_base, phase_of_sine
+from damperlab.worker.solver.detection.bounds import slip_bounds, u_derivative_bound, w_curvature_bound
+from damperlab.worker.solver.excitation.base import base_derivative_bound, expand_base, phase_of_sine
 from damperlab.worker.solver.motion.propagator import make_base, make_medium
 from damperlab.worker.solver.motion.taylor import TERMS, combine
+from damperlab.worker.solver.regime import MotionBounds, Regime, Segment
+from damperlab.worker.steady.start import at_rest
 
 numbers = st.floats(-5, 5)
 PLACES = np.linspace(0.0, 1.0, 33)
@@ -32,7 +34,10 @@ def test_no_motion_leaves_its_bounds(
     medium = make_medium(base, inertia, None)
     span = share * base.window
     phase = phase_of_sine(np.sin(angle), np.cos(angle), r)
-    x_most, w_most, u2_most = in_form(motion_bounds, form)(x, w, span, base, phase, medium.compliance)
+    x_most, bounds = in_form(slip_bounds, form)(x, w, span, base, phase, medium.compliance)
+    state = at_rest(r, None, None)
+    slips = Segment(state, state, phase, phase, Regime(False, 0.0, medium), span, bounds)
+    sticks = slips._replace(regime=Regime(True, 0.0, medium), bounds=MotionBounds(0.0, 0.0))
     relative, absolute, shaken = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
     combine(x, w, phase.first, phase.second, medium.relative, relative)
     combine(x, w, phase.first, phase.second, medium.absolute, absolute)
@@ -45,11 +50,11 @@ def test_no_motion_leaves_its_bounds(
         return float(np.abs(values).max()) * (1 - 64 * EPS)
 
     assert most(relative, 0) <= x_most
-    assert most(relative, 1) <= w_most
-    assert most(absolute, 2) <= u2_most
+    assert most(relative, 1) <= bounds.w
+    assert most(absolute, 2) <= bounds.u2
     for order in (2, 3, 4, 5):
-        bound = in_form(u_bend, form)(order, False, w_most, u2_most, base, phase, medium.compliance)
-        assert most(absolute, order) <= bound
-        assert most(shaken, order) <= base_bend(base, phase, order)
-        assert in_form(u_bend, form)(order, True, 0.0, 0.0, base, phase, 1.0) == base_bend(base, phase, order)
-    assert most(relative, 3) <= in_form(w_bend, form)(0, w_most, u2_most, base, phase, medium.compliance)
+        assert most(absolute, order) <= in_form(u_derivative_bound, form)(order, slips, base)
+        of_base = base_derivative_bound(base, phase, order)
+        assert most(shaken, order) <= of_base
+        assert in_form(u_derivative_bound, form)(order, sticks, base) == of_base
+    assert most(relative, 3) <= in_form(w_curvature_bound, form)(0, slips, base)

@@ -11,14 +11,14 @@ from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, make_base,
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
     acceleration_into,
-    bend,
+    beyond_tangent,
     change,
     combine,
     curvature,
     curvature_bound,
     rate_into,
     slope,
-    stand,
+    stick,
     value,
 )
 
@@ -43,7 +43,7 @@ def test_values_and_derivatives_to_rounding(form: str, p: NDArray[np.float64], t
     for function, derivative, first in (
         (value, 0, 0),
         (change, 0, 1),
-        (bend, 0, 2),
+        (beyond_tangent, 0, 2),
         (slope, 1, 1),
         (curvature, 2, 2),
     ):
@@ -72,7 +72,7 @@ def test_derivatives_as_polynomials(form: str, p: NDArray[np.float64], dropped: 
 @given(p=coefficients, v=st.floats(-10, 10))
 def test_a_mass_that_sticks_moves_with_the_base(form: str, p: NDArray[np.float64], v: float) -> None:
     relative, absolute = np.full(TERMS, np.nan), p.copy()
-    in_form(stand, form)(v, relative, absolute)
+    in_form(stick, form)(v, relative, absolute)
     np.testing.assert_array_equal(relative, [v, *np.zeros(TERMS - 1)])
     np.testing.assert_array_equal(absolute, [p[0] + v, *p[1:]])
 

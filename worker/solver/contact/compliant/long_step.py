@@ -1,12 +1,14 @@
-"""A leap over the vibration of a contact: as far as its envelope proves that it causes no event."""
+"""A long step over the decaying vibration of a contact: as far as its envelope proves that it causes no event."""
 
 from math import sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_leap
-from damperlab.worker.solver.excitation.base import (
-    push_into,
-)
+from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_vibration
+from damperlab.worker.solver.contact.compliant.regime import ContactRegime, Vibration, buffers_of, wall_of
+from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.excitation.base import Phase, expand_push
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact import Pressed
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -16,28 +18,31 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     NOTHING,
     PEAK,
     RELATIVE_PEAK,
     STUCK,
     Dwell,
+    Meter,
     State,
+    advanced,
 )
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of
-FEWEST_STEPS = 8.0  # a leap shorter than this many steps is not worth its proof
+FEWEST_STEPS = 8.0  # a long step of fewer than this many steps is not worth its proof
 _SHORTER = 0.125
 _SAFETY = 2.0  # the envelope of f falls exactly only without the coupling to the slow motion
 
 
 @kernel
-def set_out(state, offset, held, phase, motion, start):
+def coordinates_into(state: State, regime: ContactRegime, phase: Phase, start: Floats) -> None:
     """The six coordinates of a state in contact."""
     y = -state.wall * state.gap
-    y_rate = state.wall * state.dwell.speed
-    start[0] = (state.v + offset) - motion.share * y
-    start[1] = 0.0 if held else state.w - motion.share * y_rate
+    y_rate = state.wall * approach_speed(state.dwell)
+    start[0] = (state.v + regime.offset) - regime.motion.share * y
+    start[1] = 0.0 if regime.sticks else state.w - regime.motion.share * y_rate
     start[2] = phase.first
     start[3] = phase.second
     start[4] = y
@@ -45,7 +50,7 @@ def set_out(state, offset, held, phase, motion, start):
 
 
 @kernel
-def vibration(start, motion):
+def vibration_of(start: Floats, motion: Pressed) -> tuple[Vibration, bool]:
     """The fast part f of the motion, and whether it has died down to the rounding of what it is a difference of."""
     first = 0.0
     second = 0.0
@@ -60,19 +65,30 @@ def vibration(start, motion):
         second_terms += abs(other)
     noise = _NOISE * (motion.weight * first_terms + second_terms)
     settled = sqrt(second * second + (motion.weight * first) ** 2) <= noise
-    return first, second, settled
+    return Vibration(first, second), settled
 
 
 @kernel
-def _least(polynomial, sign, t):
+def _least(polynomial: Floats, sign: float, t: float) -> float:
     """Lower bound of sign · p over [0, t]: between its ends a function sags by at most t²/8 of its curvature."""
     ends = min(sign * polynomial[0], sign * value(polynomial, t))
     return ends - 0.125 * t * t * curvature_bound(polynomial, t)
 
 
 @kernel
-def leap(state, phase, span, offset, held, first, second, wall, base, motion, friction, buffers, meter):
-    """How far the vibration can be proved to cause no event, 0 where that is not worth a leap; slow motion in `buffers`."""
+def longest_step(
+    state: State,
+    phase: Phase,
+    span: float,
+    vibration: Vibration,
+    regime: ContactRegime,
+    scene: Scene,
+    meter: Meter | None,
+) -> float:
+    """How far the vibration can be proved to cause no event, 0 where that is not worth it; the slow motion is expanded."""
+    base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
+    wall, buffers = wall_of(scene), buffers_of(scene)
+    first, second = vibration
     size = _SAFETY * sqrt(second * second + (motion.weight * first) ** 2)
     u = motion.writer
     s = motion.share
@@ -85,8 +101,8 @@ def leap(state, phase, span, offset, held, first, second, wall, base, motion, fr
     scratch, rate = buffers.scratch, buffers.rate
     limit = 0.0
     if friction is not None:
-        if held:
-            push_into(base, phase, 1.0, scratch)
+        if regime.sticks:
+            expand_push(base, phase, 1.0, scratch)
             for i in range(TERMS):
                 scratch[i] -= buffers.push[i]
             scratch[0] -= state.v
@@ -99,7 +115,7 @@ def leap(state, phase, span, offset, held, first, second, wall, base, motion, fr
     while t > FEWEST_STEPS * motion.step:
         clear = _least(buffers.push, state.wall, t) > push_most
         if friction is not None:
-            if held:
+            if regime.sticks:
                 force = max(-_least(scratch, 1.0, t), -_least(scratch, -1.0, t))
                 clear = clear and force < limit
             else:
@@ -126,20 +142,30 @@ def leap(state, phase, span, offset, held, first, second, wall, base, motion, fr
 
 
 @kernel
-def _gain(first, second, weight):
+def _gain(first: float, second: float, weight: float) -> float:
     """Largest value of a linear form of f over its size √(f₂² + Ω²f₁²)."""
     return sqrt((first / weight) ** 2 + second * second)
 
 
 @kernel
-def leapt(state, t, offset, held, first, second, wall, base, motion, friction, buffers, meter):
-    """The state after a leap."""
+def after_long_step(
+    state: State,
+    t: float,
+    vibration: Vibration,
+    regime: ContactRegime,
+    scene: Scene,
+    meter: Meter | None,
+) -> tuple[State, float, int]:
+    """The state after a long step, its length, and that it ends without an event."""
+    motion = regime.motion
+    wall, buffers = wall_of(scene), buffers_of(scene)
+    first, second = vibration
     one, two = fast_later(motion.rates, first, second, t)
     u = motion.writer
     s = motion.share
     v = state.v
     w = 0.0
-    if not held:
+    if not regime.sticks:
         shaken = (u[0] + s * u[8]) * (one - first) + (u[1] + s * u[9]) * (two - second)
         v = state.v + (change(buffers.relative, t) + shaken)
         w = slope(buffers.relative, t) + ((u[2] + s * u[10]) * one + (u[3] + s * u[11]) * two)
@@ -149,22 +175,12 @@ def leapt(state, t, offset, held, first, second, wall, base, motion, friction, b
     if meter is not None:
         sums = meter.sums
         if meter.energies is not None:
-            measure_contact(sums, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
-            measure_leap(sums, offset, held, t, first, second, one, two, wall, base, motion, buffers)
-        elif held:
+            measure_contact(meter, v - state.v, t, wall.damping, regime, scene)
+            measure_vibration(meter, t, vibration, Vibration(one, two), regime, scene)
+        elif regime.sticks:
             sums[STUCK] += t
         sums[PEAK] = max(sums[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t))))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(state.v), abs(v)))
-    end = State(
-        v,
-        w,
-        state.slip,
-        state.wall,
-        -state.wall * y,
-        u_rate - y_rate,
-        1.0,
-        0,
-        0,
-        Dwell(0.0, state.wall * y_rate),
-    )
+    p_rate = u_rate - y_rate
+    end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), 0)
     return end, t, NOTHING

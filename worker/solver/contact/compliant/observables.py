@@ -1,9 +1,18 @@
-"""What a meter reads in a compliant wall: energies, mean square and true peaks, a leap's vibration included exactly."""
+"""What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly."""
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.contact.compliant.regime import (
+    AnyRegime,
+    ContactRegime,
+    Vibration,
+    buffers_of,
+    wall_of,
+)
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     FRICTION_LOSS,
     IMPACT_LOSS,
@@ -13,15 +22,19 @@ from damperlab.worker.solver.state import (
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
 )
 
 TAME = 1e-9
-"""Decay of a vibration over a leap below which its energy is not told from two ends."""
+"""Decay of a vibration over a long step below which its energy is not told from two ends."""
 
 
 @kernel
-def measure_contact(sums, moved, offset, held, t, damping, base, friction, buffers):
-    """Add a segment of length t on the polynomials in `buffers`, over which v changes by `moved`."""
+def measure_contact(
+    meter: Meter, moved: float, t: float, damping: float, regime: AnyRegime, scene: Scene
+) -> None:
+    """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals."""
+    sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     square = base.frequency_ratio * base.frequency_ratio
     work = 0.0
     loss = 0.0
@@ -30,12 +43,12 @@ def measure_contact(sums, moved, offset, held, t, damping, base, friction, buffe
     for i in range(GAUSS):
         at = GAUSS_NODES[i] * t
         w = 0.0
-        if held:
+        if regime.sticks:
             transmitted = value(buffers.push, at) - square * value(buffers.shaken, at)
         else:
             w = slope(buffers.relative, at)
             transmitted = -(base.two_zeta * w + value(buffers.relative, at))
-        u = value(buffers.absolute, at) - offset
+        u = value(buffers.absolute, at) - regime.offset
         depth_rate = slope(buffers.depth, at)
         work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.shaken, at)
         loss += GAUSS_WEIGHTS[i] * w * w
@@ -45,18 +58,19 @@ def measure_contact(sums, moved, offset, held, t, damping, base, friction, buffe
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * mean_square
     sums[IMPACT_LOSS] += t * damping * struck
-    if friction is not None:
-        if held:
+    if scene.friction is not None:
+        if regime.sticks:
             sums[STUCK] += t
         else:
-            sums[FRICTION_LOSS] += friction * abs(moved)  # w keeps its sign on a segment
+            sums[FRICTION_LOSS] += scene.friction * abs(moved)  # w keeps its sign on a segment
 
 
 @kernel
-def raise_peaks(sums, offset, t, friction, buffers):
-    """Raise the peaks to the largest |u| and |v| on the polynomials in `buffers`."""
+def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
+    """Raise the peaks to the largest |u| and |v| on the expanded polynomials."""
+    sums, offset, buffers = meter.sums, regime.offset, buffers_of(scene)
     sums[PEAK] = _largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
-    if friction is None:
+    if scene.friction is None:
         sums[RELATIVE_PEAK] = _largest(buffers.relative, offset, t, sums[RELATIVE_PEAK], buffers.scratch)
     else:  # with friction, |v| peaks only where a segment ends
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
@@ -64,7 +78,7 @@ def raise_peaks(sums, offset, t, friction, buffers):
 
 
 @kernel
-def _largest(polynomial, offset, t, peak, scratch):
+def _largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: Floats) -> float:
     """The larger of a peak and the largest |p − offset| over [0, t]."""
     ends = max(abs(polynomial[0] - offset), abs(value(polynomial, t) - offset))
     peak = max(peak, ends)
@@ -77,14 +91,25 @@ def _largest(polynomial, offset, t, peak, scratch):
 
 
 @kernel
-def measure_leap(sums, offset, held, t, first, second, one, two, wall, base, motion, buffers):
-    """Add what the vibration f, from (first, second) to (one, two), changes in the integrals of the slow motion.
+def measure_vibration(
+    meter: Meter, t: float, before: Vibration, after: Vibration, regime: ContactRegime, scene: Scene
+) -> None:
+    """Add what the vibration f changes in the integrals of the slow motion over a long step.
 
     Notes
     -----
     ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·F⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
     J = ∫ f fᵀ dt solves FJ + JFᵀ = [f fᵀ].
     """
+    sums, base, motion, wall, buffers = (
+        meter.sums,
+        scene.base,
+        regime.motion,
+        wall_of(scene),
+        buffers_of(scene),
+    )
+    first, second = before
+    one, two = after
     u = motion.writer
     s = motion.share
     a, b, c, d = motion.rates[0], motion.rates[1], motion.rates[2], motion.rates[3]
@@ -101,38 +126,49 @@ def measure_leap(sums, offset, held, t, first, second, one, two, wall, base, mot
     x1, x2 = u[0] + s * u[8], u[1] + s * u[9]
     w1, w2 = u[2] + s * u[10], u[3] + s * u[11]
     y1, y2 = u[10], u[11]
-    if held:
+    if regime.sticks:
         x1 = x2 = w1 = w2 = 0.0
     rate, scratch = buffers.rate, buffers.scratch
     rate_into(buffers.shaken, 0, rate)
-    if held:
+    if regime.sticks:
         n1 = wall.stiffness * u[8] + wall.damping * u[10]
         n2 = wall.stiffness * u[9] + wall.damping * u[11]
     else:
         n1 = -(base.two_zeta * w1 + x1)
         n2 = -(base.two_zeta * w2 + x2)
-    sums[WORK_IN] += _by_parts(rate, n1, n2, t, first, second, one, two, motion.inverse, scratch)
+    sums[WORK_IN] += _by_parts(rate, n1, n2, t, before, after, motion.inverse, scratch)
     rate_into(buffers.depth, 0, rate)
-    cross = _by_parts(rate, y1, y2, t, first, second, one, two, motion.inverse, scratch)
+    cross = _by_parts(rate, y1, y2, t, before, after, motion.inverse, scratch)
     own = y1 * y1 * j11 + 2.0 * y1 * y2 * j12 + y2 * y2 * j22
     sums[IMPACT_LOSS] += wall.damping * (2.0 * cross + own)
-    if held:
+    if regime.sticks:
         return
     rate_into(buffers.relative, 0, rate)
-    cross = _by_parts(rate, w1, w2, t, first, second, one, two, motion.inverse, scratch)
+    cross = _by_parts(rate, w1, w2, t, before, after, motion.inverse, scratch)
     own = w1 * w1 * j11 + 2.0 * w1 * w2 * j12 + w2 * w2 * j22
     sums[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + own)
     for i in range(TERMS):
         rate[i] = buffers.absolute[i]
-    rate[0] -= offset
-    cross = _by_parts(rate, x1, x2, t, first, second, one, two, motion.inverse, scratch)
+    rate[0] -= regime.offset
+    cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
     own = x1 * x1 * j11 + 2.0 * x1 * x2 * j12 + x2 * x2 * j22
     sums[SQUARE] += 2.0 * cross + own
 
 
 @kernel
-def _by_parts(polynomial, l1, l2, t, first, second, one, two, inverse, scratch):
+def _by_parts(
+    polynomial: Floats,
+    l1: float,
+    l2: float,
+    t: float,
+    before: Vibration,
+    after: Vibration,
+    inverse: Floats,
+    scratch: Floats,
+) -> float:
     """∫ p l·f dt over [0, t]."""
+    first, second = before
+    one, two = after
     for i in range(TERMS):
         scratch[i] = polynomial[i]
     total = 0.0

@@ -2,76 +2,70 @@
 
 The motion in contact is crossed in one of three ways. Before the contact's own vibration has died down, in spans of half a
 radian of its fastest rate, as polynomials of all six coordinates. Where an envelope of that vibration proves that it cannot
-cause an event, in one leap: the slow motion as polynomials, the vibration by its exponential. And once it has decayed below
-rounding, in whole windows, as a particle that rides: so resting on the stiffest wall costs no more than on a rigid one.
+cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has decayed
+below rounding, in whole windows, as a particle that rides: so resting on the stiffest wall costs no more than on a rigid one.
 
 The wall lets go where its force falls to zero, with some of the spring's energy left. The particle is then still in the
 wall: it flies until it is clear of it, or until spring and dashpot would push again.
 """
 
-from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
-from damperlab.worker.solver.contact.compliant.long_step import FEWEST_STEPS, leap, leapt, set_out, vibration
+from damperlab.worker.solver.budget import spend
+from damperlab.worker.solver.contact.compliant.long_step import (
+    FEWEST_STEPS,
+    after_long_step,
+    coordinates_into,
+    longest_step,
+    vibration_of,
+)
+from damperlab.worker.solver.contact.compliant.regime import buffers_of, contact_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.separation import set_free
+from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
+from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import (
+    Phase,
     acceleration_scale,
     expand_base,
     phase_after,
     phase_at,
-    phase_until,
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM
+from damperlab.worker.solver.regime import Span
+from damperlab.worker.solver.scene import Scene, curves_of
+from damperlab.worker.solver.segments import Log
 from damperlab.worker.solver.state import (
     ARRIVED,
-    BUDGET,
     CLEARANCE,
-    IDLE,
     IMPACT_LOSS,
     IMPACTS,
     NOTHING,
-    OUT_OF_EVENTS,
     RELEASE,
     SEGMENTS,
     SLIP_ONSET,
     SPEED,
-    STALLED,
     TURN,
     TURNS,
     Dwell,
+    Meter,
     State,
+    in_contact,
 )
 from damperlab.worker.solver.state import PUSH as PUSHED
-from damperlab.worker.solver.transitions import record_segment, record_transition
+from damperlab.worker.solver.transitions import Transitions, record_segment, record_transition
 
-_MOST_IDLE = 64  # events without time moving on before the march gives up
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
 
 
-@inlined
-def is_compliant(wall):
-    """Whether walls give way."""
-    return wall is not None
-
-
-@inlined
-def in_wall(state, wall):
-    """Whether the particle is in a compliant wall, pushed by it or not."""
-    if wall is not None:
-        return state.riding > 0.0 or state.gap < 0.0
-    return False
-
-
 @kernel
-def strike(state, side, phase, base, friction, wall, counts, meter):
+def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter | None) -> State:
     """The particle meets a compliant wall: nothing jumps, but the dashpot pushes at once."""
-    if wall is None:
-        return state
+    wall = wall_of(scene)
     u_rate = state.w + phase.rate
     approach = max(side * (u_rate - state.p_rate), 0.0)
-    counts[IMPACTS] += 1
+    scene.counts[IMPACTS] += 1
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
     order = 0
@@ -79,140 +73,111 @@ def strike(state, side, phase, base, friction, wall, counts, meter):
         order = 1 if approach > 0.0 or wall.damping > 0.0 else 2
     slip = state.slip
     slip_order = 0
-    if friction is not None:
+    if scene.friction is not None:
         if slip == 0.0:
-            slip = _judge(state.v, side * wall.damping * approach, phase, base, friction)
+            slip = _slip_from_rest(state.v, side * wall.damping * approach, phase, scene, scene.friction)
             slip_order = 1 if slip != 0.0 else 0
-    return State(
-        state.v,
-        state.w,
-        slip,
-        side,
-        0.0,
-        u_rate - side * approach,
-        1.0,
-        slip_order,
-        order,
-        Dwell(0.0, approach),
-    )
+    p_rate = u_rate - side * approach
+    return in_contact(state, state.w, slip, slip_order, side, p_rate, order, Dwell(0.0, approach))
 
 
 @kernel
-def _judge(v, push, phase, base, friction):
+def _slip_from_rest(v: float, push: float, phase: Phase, scene: Scene, friction: float) -> float:
     """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
-    limit = breakaway(friction, acceleration_scale(base) + abs(push), 1.0)
+    limit = breakaway(friction, acceleration_scale(scene.base) + abs(push), 1.0)
     return slip_direction(phase.push - v - push, limit)
 
 
 @kernel
-def through_wall(state, wall, phase, left, k, base, free, contact, friction, shaken, counts, meter, log):
-    """March a particle that is in a wall to its end, or to the end of the window.
+def through_wall(
+    state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
+) -> tuple[State, Span, int]:
+    """Integrate a particle that is in a wall until it is clear of it, or to the end of the window.
 
     Parameters
     ----------
     state : State
         Anywhere in window k.
-    wall : Wall or None
-        None where walls are rigid: nothing is done.
-    phase : Phase
-        There.
-    left : float
-        Time to the end of the window.
-    shaken : array, shape (TERMS,)
-        Filled with the coefficients of the base over the window.
+    span : Span
+        What is left of the window there.
 
     Returns
     -------
     state : State
-    phase : Phase
-        There.
-    left : float
-        0 at the end of the window.
+    span : Span
+        What is left then; its time is 0 at the end of the window.
     outcome : int
-        ARRIVED, OUT_OF_EVENTS or STALLED.
+        Of `state.Outcome`.
     """
-    if wall is None:
-        return state, phase, left, ARRIVED
+    base, counts, shaken = scene.base, scene.counts, curves_of(scene).shaken
     opening = phase_at(base, k)
     expand_base(base, opening, shaken)
-    while left > 0.0 and in_wall(state, wall):
+    phase, left = span.phase, span.left
+    while left > 0.0 and (state.riding > 0.0 or state.gap < 0.0):
         before = state
         if state.riding > 0.0:
-            state, t, kind = _pressed_on(state, wall, phase, left, base, contact, friction, counts, meter)
+            state, t, kind = _in_contact(state, phase, left, scene, meter)
         else:
-            state, t, kind = set_free(state, wall, phase, left, base, free, contact, friction, meter)
+            state, t, kind = separate(state, phase, left, scene, meter)
         record_segment(log, before, (k + 1) * base.window - left, t, kind)
         if kind != NOTHING:
             counts[SEGMENTS] += 1
-        if counts[SEGMENTS] > counts[BUDGET]:
-            return state, phase, left, OUT_OF_EVENTS
-        if t <= 1e-15 * contact.slipping.step:
-            counts[IDLE] += 1
-            if counts[IDLE] > _MOST_IDLE:
-                return state, phase, left, STALLED
-        else:
-            counts[IDLE] = 0
+        outcome = spend(counts, t, scene.loaded.slipping.step)
+        if outcome != ARRIVED:
+            return state, Span(phase, span.end, left, False), outcome
         left = max(left - t, 0.0)
-        phase = phase_until(base, k)
+        phase = span.end
         if left > 0.0:
             phase = phase_after(base, opening, shaken, base.window - left)
         reached = state
         if kind != NOTHING:
-            state = _pass(state, kind, phase, base, friction, wall, counts, meter)
+            state = _after_event(state, kind, phase, scene, meter)
         record_transition(log, t, kind, reached, state, phase)
-    return state, phase, left, ARRIVED
+    return state, Span(phase, span.end, left, False), ARRIVED
 
 
 @kernel
-def _pressed_on(state, wall, phase, left, base, contact, friction, counts, meter):
+def _in_contact(
+    state: State, phase: Phase, left: float, scene: Scene, meter: Meter | None
+) -> tuple[State, float, int]:
     """One segment while the wall pushes: the state at its end, its length, and the event there."""
-    buffers = contact.buffers
-    held = False
-    offset = 0.0
-    motion = contact.slipping
-    between = contact.slipping_between
-    if friction is not None:
-        held = state.slip == 0.0
-        offset = state.slip * friction
-        if held:
-            motion = contact.held
-            between = contact.held_between
+    buffers = buffers_of(scene)
+    regime = contact_regime_of(state, scene)
+    motion = regime.motion
     start = buffers.start
-    set_out(state, offset, held, phase, motion, start)
-    expand_base(base, phase, buffers.shaken)
+    coordinates_into(state, regime, phase, start)
+    expand_base(scene.base, phase, buffers.shaken)
     if motion.fast > 0:
-        first, second, settled = vibration(start, motion)
-        if not settled and between.fast > 0:
-            _, _, follows = vibration(start, between)
+        vibration, settled = vibration_of(start, motion)
+        if not settled and regime.between.fast > 0:
+            _, follows = vibration_of(start, regime.between)
             if follows:
-                counts[SEGMENTS] += 1
-                expand(start, DIM - 1, between.slow_rows, buffers)
-                t = min(left, between.slow_step)
-                return to_event(state, wall, phase, t, offset, held, base, friction, buffers, meter)
+                scene.counts[SEGMENTS] += 1
+                expand(start, DIM - 1, regime.between.slow_rows, buffers)
+                t = min(left, regime.between.slow_step)
+                return to_event(state, phase, t, regime, scene, meter)
         if settled or left > FEWEST_STEPS * motion.step:
             t = min(left, motion.slow_step)
             if not settled:
+                first, second = vibration
                 for i in range(DIM):
                     start[i] -= motion.writer[2 * i] * first + motion.writer[2 * i + 1] * second
             expand(start, DIM - motion.fast, motion.slow_rows, buffers)
             if settled:
-                return to_event(state, wall, phase, t, offset, held, base, friction, buffers, meter)
-            t = leap(
-                state, phase, t, offset, held, first, second, wall, base, motion, friction, buffers, meter
-            )
+                return to_event(state, phase, t, regime, scene, meter)
+            t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
-                return leapt(
-                    state, t, offset, held, first, second, wall, base, motion, friction, buffers, meter
-                )
-            set_out(state, offset, held, phase, motion, start)
-        counts[SEGMENTS] += 1
+                return after_long_step(state, t, vibration, regime, scene, meter)
+            coordinates_into(state, regime, phase, start)
+        scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, buffers)
-    return to_event(state, wall, phase, min(left, motion.step), offset, held, base, friction, buffers, meter)
+    return to_event(state, phase, min(left, motion.step), regime, scene, meter)
 
 
 @kernel
-def _pass(state, kind, phase, base, friction, wall, counts, meter):
+def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
     """What an event in the wall changes."""
+    wall = wall_of(scene)
     slip = state.slip
     slip_order = state.slip_order
     order = state.gap_order
@@ -220,16 +185,17 @@ def _pass(state, kind, phase, base, friction, wall, counts, meter):
     w = state.w
     riding = state.riding
     dwell = state.dwell
+    speed = approach_speed(dwell)
     u_rate = w + phase.rate
     leaving = state.wall * (state.p_rate - u_rate)
-    if friction is not None:
+    if scene.friction is not None:
         if kind in (TURN, SLIP_ONSET):
             push = 0.0
             if riding > 0.0:
-                push = state.wall * (wall.damping * dwell.speed - wall.stiffness * gap)
+                push = state.wall * (wall.damping * speed - wall.stiffness * gap)
             if kind == TURN:
-                counts[TURNS] += 1
-                slip = _judge(state.v, push, phase, base, friction)
+                scene.counts[TURNS] += 1
+                slip = _slip_from_rest(state.v, push, phase, scene, scene.friction)
             else:
                 force = phase.push - state.v - push
                 slip = 1.0 if force > 0.0 else -1.0
@@ -237,13 +203,13 @@ def _pass(state, kind, phase, base, friction, wall, counts, meter):
             slip_order = 1 if slip != 0.0 else 0
     if kind == RELEASE:
         riding = 0.0
-        leaving = -dwell.speed
+        leaving = -speed
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
             # the particle came to rest on the wall: how it yields is beyond the digits of the velocities
             if meter is not None:
                 if meter.energies is not None:
                     meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
-            return release(state, phase, base, friction)
+            return release(state, phase, scene)
         dwell = Dwell(0.0, 0.0)
         order = 1
         if wall.damping == 0.0 or gap >= 0.0:
@@ -253,7 +219,7 @@ def _pass(state, kind, phase, base, friction, wall, counts, meter):
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED:
         if leaving < 0.0:  # rounding has left the particle a little in the wall that it is about to strike
-            return strike(state, state.wall, phase, base, friction, wall, counts, meter)
+            return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0
             order = 1 if leaving > 0.0 else 2
@@ -261,4 +227,15 @@ def _pass(state, kind, phase, base, friction, wall, counts, meter):
             riding = 1.0
             dwell = Dwell(0.0, gap * wall.stiffness / wall.damping)
             order = 1
-    return State(state.v, w, slip, state.wall, gap, state.p_rate, riding, slip_order, order, dwell)
+    return State(
+        v=state.v,
+        w=w,
+        slip=slip,
+        wall=state.wall,
+        gap=gap,
+        p_rate=state.p_rate,
+        riding=riding,
+        slip_order=slip_order,
+        gap_order=order,
+        dwell=dwell,
+    )

@@ -5,11 +5,10 @@ from math import inf
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
-from damperlab.worker.solver.excitation.base import (
-    acceleration_scale,
-    push_into,
-)
-from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
+from damperlab.worker.solver.contact.compliant.regime import AnyRegime, ContactRegime, buffers_of, wall_of
+from damperlab.worker.solver.excitation.base import Phase, acceleration_scale, expand_push
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, Buffers, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -19,6 +18,7 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     NOTHING,
     RELEASE,
@@ -26,12 +26,14 @@ from damperlab.worker.solver.state import (
     STUCK,
     TURN,
     Dwell,
+    Meter,
     State,
+    advanced,
 )
 
 
 @kernel
-def expand(start, units, rows, buffers):
+def expand(start: Floats, units: int, rows: Floats, buffers: Buffers) -> None:
     """Polynomials of x, x + s, y and the push into the buffers, from the first `units` coordinates."""
     combine_rows(RELATIVE, start, units, rows, buffers.relative)
     combine_rows(ABSOLUTE, start, units, rows, buffers.absolute)
@@ -40,59 +42,55 @@ def expand(start, units, rows, buffers):
 
 
 @kernel
-def to_event(state, wall, phase, span, offset, held, base, friction, buffers, meter):
+def to_event(
+    state: State, phase: Phase, span: float, regime: ContactRegime, scene: Scene, meter: Meter | None
+) -> tuple[State, float, int]:
     """To the first event on the expanded polynomials of contact, or to the end of the span."""
-    relative, depth = buffers.relative, buffers.depth
-    t, kind = friction_event(state, held, phase, span, base, friction, buffers)
+    buffers = buffers_of(scene)
+    relative, depth, scratch = buffers.relative, buffers.depth, buffers.scratch
+    t, kind = friction_event(state, phase, span, regime, scene)
     order = state.gap_order
     for i in range(TERMS - order):
-        buffers.scratch[i] = buffers.push[i + order]
+        scratch[i] = buffers.push[i + order]
     for i in range(TERMS - order, TERMS):
-        buffers.scratch[i] = 0.0
-    found = first_crossing(buffers.scratch, state.wall, 0.0, t, curvature_bound(buffers.scratch, t))
+        scratch[i] = 0.0
+    found = first_crossing(scratch, state.wall, 0.0, t, curvature_bound(scratch, t))
     if found < inf:
         t, kind = found, RELEASE
     v = state.v
     w = 0.0
-    if not held:
+    if not regime.sticks:
         v = state.v + change(relative, t)
         w = slope(relative, t)
     y = value(depth, t)
     y_rate = slope(depth, t)
     if meter is not None:
         if meter.energies is not None:
-            measure_contact(meter.sums, v - state.v, offset, held, t, wall.damping, base, friction, buffers)
-        elif held:
+            measure_contact(meter, v - state.v, t, wall_of(scene).damping, regime, scene)
+        elif regime.sticks:
             meter.sums[STUCK] += t
-        raise_peaks(meter.sums, offset, t, friction, buffers)
+        raise_peaks(meter, t, regime, scene)
     order = order if t == 0.0 else 0  # two events at once
-    end = State(
-        v,
-        w,
-        state.slip,
-        state.wall,
-        -state.wall * y,
-        slope(buffers.absolute, t) - y_rate,
-        1.0,
-        0,
-        order,
-        Dwell(0.0, state.wall * y_rate),
-    )
+    p_rate = slope(buffers.absolute, t) - y_rate
+    end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
     return end, t, kind
 
 
 @kernel
-def friction_event(state, held, phase, span, base, friction, buffers):
+def friction_event(
+    state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
+) -> tuple[float, int]:
     """When the mass stops, or is torn loose, against the structure and the force of the wall in `buffers.push`."""
     t = span
     kind = NOTHING
-    if friction is not None:
+    if scene.friction is not None:
+        buffers = buffers_of(scene)
         scratch = buffers.scratch
-        if held:
-            push_into(base, phase, -1.0, scratch)
+        if regime.sticks:
+            expand_push(scene.base, phase, -1.0, scratch)
             for i in range(TERMS):
                 scratch[i] += buffers.push[i]
-            limit = breakaway(friction, acceleration_scale(base) + abs(buffers.push[0]), 1.0)
+            limit = breakaway(scene.friction, acceleration_scale(scene.base) + abs(buffers.push[0]), 1.0)
             scratch[0] += state.v + limit
             most = curvature_bound(scratch, t)
             found = first_crossing(scratch, 1.0, 0.0, t, most)

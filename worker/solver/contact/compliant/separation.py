@@ -5,11 +5,10 @@ from math import inf
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import spring_energy
 from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
+from damperlab.worker.solver.contact.compliant.regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.segment import friction_event
-from damperlab.worker.solver.excitation.base import (
-    carry,
-    expand_base,
-)
+from damperlab.worker.solver.excitation.base import Phase, add_start_of_base, expand_base
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -17,16 +16,12 @@ from damperlab.worker.solver.motion.taylor import (
     combine,
     curvature_bound,
     slope,
-    stand,
+    stick,
     value,
 )
-from damperlab.worker.solver.state import (
-    CLEARANCE,
-    IMPACT_LOSS,
-    STUCK,
-    Dwell,
-    State,
-)
+from damperlab.worker.solver.regime import regime_of
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import CLEARANCE, IMPACT_LOSS, STUCK, Dwell, Meter, State, advanced
 from damperlab.worker.solver.state import PUSH as PUSHED
 
 _NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
@@ -34,29 +29,28 @@ _WIDER = 16.0
 
 
 @kernel
-def set_free(state, wall, phase, left, base, free, contact, friction, meter):
+def separate(
+    state: State, phase: Phase, left: float, scene: Scene, meter: Meter | None
+) -> tuple[State, float, int]:
     """One segment of a particle that the wall has let go while still in it: nothing pulls it."""
-    buffers = contact.buffers
+    base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, depth, scratch = buffers.relative, buffers.absolute, buffers.depth, buffers.scratch
-    held = False
-    offset = 0.0
-    if friction is not None:
-        held = state.slip == 0.0
-        offset = state.slip * friction
+    regime = regime_of(state, scene)
     expand_base(base, phase, buffers.shaken)
-    if held:
+    if regime.sticks:
         expand_base(base, phase, absolute)
-        stand(state.v, relative, absolute)
+        stick(state.v, relative, absolute)
     else:
-        combine(state.v + offset, state.w, phase.first, phase.second, free.relative, relative)
-        combine(state.v + offset, state.w, phase.first, phase.second, free.absolute, absolute)
-        carry(base, phase, absolute)
+        x = state.v + regime.offset
+        combine(x, state.w, phase.first, phase.second, scene.free.relative, relative)
+        combine(x, state.w, phase.first, phase.second, scene.free.absolute, absolute)
+        add_start_of_base(base, phase, absolute)
     for i in range(TERMS):
         buffers.push[i] = 0.0
         depth[i] = state.wall * absolute[i]
     depth[0] = -state.gap
     depth[1] = state.wall * (absolute[1] - state.p_rate)
-    t, kind = friction_event(state, held, phase, left, base, friction, buffers)
+    t, kind = friction_event(state, phase, left, regime, scene)
     near = 2.0 * depth[0] / -depth[1] if depth[1] < 0.0 else _NEAR * t
     found = _crossing_from(depth, near, t)
     if found < inf:
@@ -76,24 +70,24 @@ def set_free(state, wall, phase, left, base, free, contact, friction, meter):
         t, kind = found, PUSHED
     v = state.v
     w = 0.0
-    if not held:
+    if not regime.sticks:
         v = state.v + change(relative, t)
         w = slope(relative, t)
     pen = 0.0 if kind == CLEARANCE else value(depth, t)
     if meter is not None:
         if meter.energies is not None:
-            measure_contact(meter.sums, v - state.v, offset, held, t, 0.0, base, friction, buffers)
+            measure_contact(meter, v - state.v, t, 0.0, regime, scene)
             lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen)
             meter.sums[IMPACT_LOSS] += lost
-        elif held:
+        elif regime.sticks:
             meter.sums[STUCK] += t
-        raise_peaks(meter.sums, offset, t, friction, buffers)
-    end = State(v, w, state.slip, state.wall, -pen, state.p_rate, 0.0, 0, 0, Dwell(0.0, 0.0))
+        raise_peaks(meter, t, regime, scene)
+    end = advanced(state, v, w, -pen, state.p_rate, Dwell(0.0, 0.0), 0)
     return end, t, kind
 
 
 @kernel
-def _crossing_from(polynomial, near, span):
+def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
     """First fall through zero, looked for in spans that grow from `near`.
 
     The curvature over the whole span would hide a root that is close: out of a stiff wall the particle moves slowly.

@@ -1,0 +1,24 @@
+"""How many events an integration may take, and how many without time moving on."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.state import ARRIVED, BUDGET, IDLE, OUT_OF_EVENTS, SEGMENTS, STALLED
+
+_MOST_IDLE = 64  # events without time moving on before the integration gives up
+_NO_TIME = 1e-15  # relative
+
+
+@inlined
+def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
+    """Outcome after a segment, already counted, of this length: ARRIVED where the integration may go on."""
+    if counts[SEGMENTS] > counts[BUDGET]:
+        return OUT_OF_EVENTS
+    if time <= _NO_TIME * scale:
+        counts[IDLE] += 1
+        if counts[IDLE] > _MOST_IDLE:
+            return STALLED
+    else:
+        counts[IDLE] = 0
+    return ARRIVED

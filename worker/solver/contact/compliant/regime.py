@@ -1,0 +1,68 @@
+"""The regime of a motion in contact with a compliant wall."""
+
+from typing import NamedTuple
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.motion.contact import Buffers, Pressed
+from damperlab.worker.solver.regime import Regime
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State, Wall
+
+
+class ContactRegime(NamedTuple):
+    """Which linear equation holds while the wall pushes.
+
+    Attributes
+    ----------
+    sticks, offset
+        As of `Regime`.
+    motion, between : Pressed
+        The motion in contact, and the same with y' alone as fast.
+    """
+
+    sticks: bool
+    offset: float
+    motion: Pressed
+    between: Pressed
+
+
+AnyRegime = Regime | ContactRegime
+
+
+class Vibration(NamedTuple):
+    """The fast part f of a motion in contact (`motion.contact`)."""
+
+    first: float
+    second: float
+
+
+@inlined
+def wall_of(scene: Scene) -> Wall:
+    """The compliant wall of a scene that has one."""
+    assert scene.particle is not None
+    assert scene.particle.wall is not None
+    return scene.particle.wall
+
+
+@inlined
+def buffers_of(scene: Scene) -> Buffers:
+    """Where a motion in contact is expanded."""
+    buffers: Buffers = scene.loaded.buffers
+    return buffers
+
+
+@inlined
+def contact_regime_of(state: State, scene: Scene) -> ContactRegime:
+    """Regime of a state that the wall pushes."""
+    contact = scene.loaded
+    sticks = False
+    offset = 0.0
+    motion = contact.slipping
+    between = contact.slipping_between
+    if scene.friction is not None:
+        sticks = state.slip == 0.0
+        offset = state.slip * scene.friction
+        if sticks:
+            motion = contact.held
+            between = contact.held_between
+    return ContactRegime(sticks, offset, motion, between)

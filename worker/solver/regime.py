@@ -1,0 +1,109 @@
+"""The regime of a motion between events, and one segment of it."""
+
+from typing import NamedTuple
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.excitation.base import Phase, RecordBase, phase_at, phase_until
+from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
+
+
+class Regime(NamedTuple):
+    """Which linear equation holds between two events.
+
+    Attributes
+    ----------
+    sticks : bool
+        Whether friction holds the mass on the base.
+    offset : float
+        Of the centre of the motion: ±γ_F in slip, else 0.
+    medium : Medium
+        The motion in slip, of the mass alone or with the particle riding on it.
+    """
+
+    sticks: bool
+    offset: float
+    medium: Medium
+
+
+class MotionBounds(NamedTuple):
+    """Bounds on |w| and |u''| over a span."""
+
+    w: float
+    u2: float
+
+
+class Span(NamedTuple):
+    """What is left of a window.
+
+    Attributes
+    ----------
+    phase, end : Phase
+        The base now, and at the end of the window.
+    left : float
+        Time between the two [1/ω_n].
+    whole : bool
+        Whether that is the whole window.
+    """
+
+    phase: Phase
+    end: Phase
+    left: float
+    whole: bool
+
+
+class Segment(NamedTuple):
+    """A stretch of the motion in one regime.
+
+    Attributes
+    ----------
+    start, end : State
+        At its ends; before events are looked for, `end` is where the motion comes to without one.
+    phase, phase_end : Phase
+        The base there.
+    regime : Regime
+        Of the whole of it.
+    time : float
+        Length [1/ω_n].
+    bounds : MotionBounds
+        Of the motion over it.
+    """
+
+    start: State
+    end: State
+    phase: Phase
+    phase_end: Phase
+    regime: Regime
+    time: float
+    bounds: MotionBounds
+
+
+@inlined
+def window_at(base: Base | RecordBase, k: int) -> Span:
+    """Window k as a whole."""
+    return Span(phase_at(base, k), phase_until(base, k), base.window, True)
+
+
+@inlined
+def regime_of(state: State, scene: Scene) -> Regime:
+    """Regime of a state outside a compliant wall."""
+    sticks = False
+    offset = 0.0
+    if scene.friction is not None:
+        sticks = state.slip == 0.0
+        offset = state.slip * scene.friction
+    return Regime(sticks, offset, medium_of(state.riding, scene))
+
+
+@inlined
+def medium_of(riding: float, scene: Scene) -> Medium:
+    """What the mass moves in: with the particle as one body where that rides on a rigid wall, else alone."""
+    if scene.particle is not None and scene.particle.wall is None:
+        return _choose(scene.free, scene.loaded, riding)
+    return scene.free
+
+
+@inlined
+def _choose(free: Medium, loaded: Medium, riding: float) -> Medium:
+    return loaded if riding > 0.0 else free
