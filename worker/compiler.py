@@ -23,7 +23,6 @@ from llvmlite import binding
 from llvmlite import ir as llvm
 from numba import _dynfunc, types
 from numba.core import compiler, config, ir, lowering, typed_passes, untyped_passes
-from numba.core.analysis import must_use_alloca
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 
@@ -134,8 +133,8 @@ _DOUBLE = llvm.DoubleType()
 class _FromTyped(lowering.Lower):  # type: ignore[misc]
     """From typed IR to LLVM IR, with two ways of its own.
 
-    A variable that is set once is its value. numba gives one that is used in several blocks a place in memory, and loads all
-    of it at each use: of a scene with a hundred fields most is work for LLVM to clear away again.
+    An argument that is never set anew is its value. numba gives one that is used in several blocks a place in memory, and
+    loads all of it at each use: of a scene with a hundred fields most is work for LLVM to clear away again.
 
     A product and a sum are rounded once where both stand in one expression, as in C (FP_CONTRACT ON).
 
@@ -146,17 +145,15 @@ class _FromTyped(lowering.Lower):  # type: ignore[misc]
 
     def _find_singly_assigned_variable(self) -> None:
         super()._find_singly_assigned_variable()
-        in_memory = must_use_alloca(self.func_ir.blocks)
         times = Counter(
             statement.target.name
             for block in self.func_ir.blocks.values()
             for statement in block.find_insts(ir.Assign)
         )
-        self._singly_assigned_vars |= {
-            name
-            for name, count in times.items()
-            if count == 1 and name not in in_memory and not self._counts_references(name)
-        }
+        for statement in self.func_ir.blocks[min(self.func_ir.blocks)].find_insts(ir.Assign):
+            name = statement.target.name
+            if isinstance(statement.value, ir.Arg) and times[name] == 1 and not self._counts_references(name):
+                self._singly_assigned_vars.add(name)
 
     def _counts_references(self, name: str) -> bool:
         return bool(self.context.data_model_manager[self.typeof(name)].contains_nrt_meminfo())

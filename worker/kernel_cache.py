@@ -28,7 +28,7 @@ from numba.core.serialize import dumps
 from damperlab.worker.compiler import PROCESSOR, TRIPLE
 
 _HERE = Path(__file__).parent
-_SOURCES = ("jit.py", "compiler.py", "kernel_cache.py", "rk4.py")
+_SOURCES = ("jit.py", "compiler.py", "kernel_cache.py", "rk4.py", "accuracy/march.py")
 _SOURCE_FOLDERS = ("physics", "solver", "steady")
 
 

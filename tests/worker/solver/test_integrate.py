@@ -1,0 +1,31 @@
+"""A motion has the same bits whatever is measured or logged on the way."""
+
+import numpy as np
+
+from damperlab.studies.variables import Status
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segments import empty_log
+from damperlab.worker.solver.state import ARRIVED, BUDGET, METERS, Meter, Outcome, Particle, State
+from damperlab.worker.steady.start import at_rest
+
+FRICTION, R = 0.3, 0.97
+PARTICLE = Particle(2.0, 0.6, 0.2)
+
+
+def test_a_motion_has_the_same_bits_with_and_without_a_meter_and_a_log() -> None:
+    ends: list[State] = []
+    for meter, log in ((None, None), (Meter(np.zeros(METERS)), empty_log(10_000))):
+        scene = make_scene(0.02, R, FRICTION, PARTICLE, True)
+        scene.counts[BUDGET] = 10**6
+        state = at_rest(R, FRICTION, PARTICLE)
+        for _ in range(80):
+            state, outcome = half_cycle(state, scene, meter, log)
+            assert outcome == ARRIVED
+        ends.append(State(*state))
+    assert ends[0] == ends[1]
+
+
+def test_every_outcome_is_a_status_by_its_number() -> None:
+    assert {int(outcome) for outcome in Outcome} <= {int(status) for status in Status}
+    assert [Status(outcome).name for outcome in Outcome] == ["CONVERGED", "TOO_MANY_EVENTS", "NO_PROGRESS"]
