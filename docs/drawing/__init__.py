@@ -1,0 +1,1 @@
+"""Figures of the documentation that the solver computes: `make docs-figures` writes them to `docs/figures`."""

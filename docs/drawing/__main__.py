@@ -1,0 +1,12 @@
+"""Write every figure of the documentation, or those that are named."""
+
+import sys
+from pathlib import Path
+
+from docs.drawing.figures import FIGURES, write
+
+FOLDER = Path(__file__).parents[1] / "figures"
+
+for name in sys.argv[1:] or FIGURES:
+    write(name, FOLDER)
+    print(f"{name}.svg", (FOLDER / f"{name}.svg").stat().st_size)

@@ -1,0 +1,46 @@
+"""Every figure of the documentation by name, and how one is written."""
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from damperlab.service.figures.style import styled
+from docs.drawing.motion import EXAMPLES, draw_class
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    f"response-{name}": partial(draw_class, name) for name in EXAMPLES
+}
+"""Drawn by the function of its name."""
+
+# letters as shapes: a picture in a page has no access to the fonts of this machine
+ALONE = {"svg.fonttype": "path", "path.simplify_threshold": 0.2}
+
+
+def write(name: str, folder: Path) -> Path:
+    """Write a figure as SVG; the same solver writes the same bytes.
+
+    Parameters
+    ----------
+    name : str
+        One of `FIGURES`.
+    folder : path
+        Exists.
+    """
+    path = folder / f"{name}.svg"
+    with styled(ALONE):
+        FIGURES[name]().savefig(path, metadata={"Date": None}, facecolor="white")
+    path.write_text(rounded(path.read_text()))
+    return path
+
+
+def rounded(svg: str) -> str:
+    """Round the coordinates of a drawing to a tenth of a point, which no eye sees: half of its bytes remain."""
+
+    def shorter(path: re.Match[str]) -> str:
+        numbers = re.sub(r"-?\d+\.\d+", lambda number: f"{round(float(number[0]), 1):g}", path[0])
+        return re.sub(r"\s*\n", " ", numbers)
+
+    return re.sub(r' (?:d|x|y)="[^"]*"', shorter, svg)
