@@ -5,13 +5,21 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from docs.drawing.contact import draw_contact
+from docs.drawing.motion import EXAMPLES, draw_class
+from docs.drawing.sketches import draw_cluster, draw_friction, draw_layers, draw_scene, draw_stores
 from matplotlib.figure import Figure
 
 from damperlab.service.figures.style import styled
-from docs.drawing.motion import EXAMPLES, draw_class
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    f"response-{name}": partial(draw_class, name) for name in EXAMPLES
+    **{f"response-{name}": partial(draw_class, name) for name in EXAMPLES},
+    "contact": draw_contact,
+    "scene": draw_scene,
+    "friction": draw_friction,
+    "cluster": draw_cluster,
+    "stores": draw_stores,
+    "layers": draw_layers,
 }
 """Drawn by the function of its name."""
 

@@ -1,0 +1,160 @@
+"""Commands that the documentation shows, run again: `python -m docs.console PAGE` writes what they print into the page.
+
+A block marked ```console holds commands behind `$ ` and below each what it prints. A block with a title, as in
+```yaml title="damper.yaml", is a file that the commands find. `…` stands for what is chance: a time, a duration, or for
+lines left out.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+FIGURES = ROOT / "docs" / "figures"
+BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+TITLED = re.compile(r'^```\w+ title="([^"]+)"\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)")
+
+CHANCE = (
+    (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?: UTC)?"), "…"),
+    (re.compile(r"(?<![\w.])\d+(?:\.\d+)? (s|min|h)\b"), r"… \1"),
+    (re.compile(r"^(run_time +)\S+ +", re.MULTILINE), r"\1…  "),
+)
+"""What differs from run to run."""
+
+SAME = 2e-5
+"""Relative: two roundings to six digits."""
+ROUNDING = 1e-9
+"""Absolute: distances from periodicity and balances of energy are rounding."""
+IRREGULAR = 0.12
+"""Relative, where responses are chaotic: four times √2 standard errors of 2 %, to which a mean is known on any processor."""
+ELSEWHERE = 0.05
+"""Share of the values in a map that may lie further off: where two responses are possible, rounding may decide between them."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A command of a page and what the page says that it prints."""
+
+    command: str
+    printed: str
+
+
+def shown_in(text: str) -> Iterator[Shown]:
+    """Find the commands of a page in order."""
+    for block in BLOCK.finditer(text):
+        for part in re.split(r"^\$ ", block[1], flags=re.MULTILINE)[1:]:
+            command, _, printed = part.partition("\n")
+            while command.endswith("\\"):
+                more, _, printed = printed.partition("\n")
+                command = f"{command}\n{more}"
+            yield Shown(command, printed)
+
+
+def put_files(text: str, folder: Path) -> None:
+    """Write the titled blocks of a page as the files that its commands read."""
+    for block in TITLED.finditer(text):
+        (folder / block[1]).write_text(block[2])
+
+
+def run(command: str, folder: Path) -> str:
+    """Run a command as a reader would, in a folder of its own, and give what it prints on standard output.
+
+    Raises
+    ------
+    RuntimeError
+        Where it fails.
+    """
+    environment = os.environ | {"DAMPERLAB_DATA_DIR": str(folder / "data"), "COLUMNS": "110", "NO_COLOR": "1"}
+    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    command = command.replace(".venv/bin/damperlab", "damperlab")
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        raise RuntimeError(f"{command}: exit status {done.returncode}\n{done.stderr[-2000:]}")
+    return "\n".join(line.rstrip() for line in done.stdout.splitlines()) + "\n" * bool(done.stdout)
+
+
+def difference(shown: Shown, found: str) -> str:
+    """Compare what a page shows with what was printed; "" where nothing but chance differs."""
+    mapped = shown.command.split()[1:2] == ["map"]
+    irregular = mapped or re.search(
+        r"\b(chaotic|modulated)\b", found, re.IGNORECASE
+    )
+    tolerance = IRREGULAR if irregular else SAME
+    pattern, numbers = "", []
+    for line in shown.printed.splitlines():
+        pattern += r"(?:.*\n)*?" if line.strip() == "…" else _pattern(line, numbers) + r"\s*\n"
+    match = re.fullmatch(pattern, found)
+    if match is None:
+        return f"$ {shown.command}\n--- the page shows\n{shown.printed}--- it prints\n{found}"
+    far = [
+        f"{told} is {now}"
+        for told, now in zip(numbers, match.groups(), strict=True)
+        if abs(float(now) - float(told)) > ROUNDING + tolerance * abs(float(told))
+    ]
+    if len(far) <= (ELSEWHERE * len(numbers) if mapped else 0):
+        return ""
+    return f"$ {shown.command}\n" + "; ".join(far)
+
+
+def _pattern(line: str, numbers: list[str]) -> str:
+    """Write a line as an expression: any number where one stands, anything for `…`, any white space for some."""
+    parts, end = [], 0
+    for found in NUMBER.finditer(line):
+        parts += [_words(line[end : found.start()]), r"([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)"]
+        numbers.append(found[0])
+        end = found.end()
+    return "".join([*parts, _words(line[end:].rstrip())])
+
+
+def _words(text: str) -> str:
+    pieces = (r"\s+".join(map(re.escape, re.split(r"\s+", piece))) for piece in text.split("…"))
+    return ".*?".join(pieces)
+
+
+def renewed(text: str, folder: Path) -> str:
+    """Give a page with what its commands print now; what differs by chance alone stays as it is."""
+    put_files(text, folder)
+
+    def block(found: re.Match[str]) -> str:
+        parts = []
+        for shown in shown_in(found[0]):
+            print("$", shown.command, flush=True)
+            printed = run(shown.command, folder)
+            if not difference(shown, printed):
+                printed = shown.printed
+            else:
+                for what, instead in CHANCE:
+                    printed = what.sub(instead, printed)
+            parts.append(f"$ {shown.command}\n{printed}")
+        return "```console\n" + "".join(parts) + "```"
+
+    return BLOCK.sub(block, text)
+
+
+def figures_of(page: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Pair each figure that commands of a page wrote with its place in the documentation, `figures/PAGE-NAME`."""
+    for made in sorted(folder.glob("*.png")):
+        yield made, FIGURES / f"{page.stem.lower()}-{made.name}"
+
+
+def main() -> None:
+    """Renew the pages that are named."""
+    import tempfile
+
+    for name in sys.argv[1:]:
+        page = ROOT / name
+        with tempfile.TemporaryDirectory() as folder:
+            page.write_text(renewed(page.read_text(), Path(folder)))
+            for made, kept in figures_of(page, Path(folder)):
+                kept.write_bytes(made.read_bytes())
+
+
+if __name__ == "__main__":
+    main()
