@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo warm test lint docs bench faults kernels dist lock audit clean
+.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures bench faults kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -51,7 +51,13 @@ lint: install-dev docs ## style, types, layers, documentation
 	@if [ -x node_modules/.bin/tsc ]; then node_modules/.bin/tsc; elif [ -n "$$CI" ]; then echo "npm is needed to check the page" >&2; exit 1; fi
 
 docs: install-dev ## the documentation site, in site/; a broken link is an error
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+docs-figures: install-dev ## the figures, printed answers, notebooks and screenshots of the documentation, all computed again
+	$(BIN)/python -m docs.drawing
+	$(BIN)/python -m docs.console README.md docs/tutorial.md docs/contact.md
+	$(BIN)/python -m docs.executed
+	$(BIN)/python -m docs.screens
 
 install-bench: $(VENV)/.installed-bench
 

@@ -4,6 +4,7 @@ import base64
 import html
 import json
 import re
+import warnings
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -70,7 +71,11 @@ def _displayed(found: re.Match[str]) -> str:
 
 def _equation(source: str, inline: bool) -> str:
     """Draw one equation; a reader who listens hears its LaTeX."""
-    from ziamath import Latex
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore", DeprecationWarning
+        )  # it finds its font in the way of older versions of Python
+        from ziamath import Latex
 
     drawn = Latex(" ".join(source.split()), size=16 if inline else 19, color="currentColor", inline=inline)
     spoken = html.escape(" ".join(source.split()), quote=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from docs.drawing.contact import draw_contact
 from docs.drawing.motion import EXAMPLES, draw_class
 from docs.drawing.sketches import draw_cluster, draw_friction, draw_layers, draw_scene, draw_stores
+from docs.drawing.speed import draw_speed
 from matplotlib.figure import Figure
 
 from damperlab.service.figures.style import styled
@@ -20,6 +21,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "cluster": draw_cluster,
     "stores": draw_stores,
     "layers": draw_layers,
+    "speed": draw_speed,
 }
 """Drawn by the function of its name."""
 

@@ -42,7 +42,7 @@ def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -
 
 def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:
     command = re.search(r"^    curl (.*)$", EXAMPLE, re.MULTILINE)
-    study = README.partition("```yaml\n")[2].partition("```")[0]
+    study = README.partition('```yaml title="cavities.yaml"\n')[2].partition("```")[0]
     assert command is not None
     assert "'Content-Type: application/yaml' --data-binary" in command[1]
     url = command[1].split()[-1].replace("http://127.0.0.1:8000", service.url)

@@ -1,43 +1,48 @@
-"""The notebooks run from top to bottom against a real service, and show what they say they show."""
+"""The notebooks run from top to bottom against a real service, and print and draw what is kept in them."""
 
-import os
+import re
 from pathlib import Path
 from typing import Any
 
 import nbformat
 import pytest
-from nbclient import NotebookClient
+from docs.executed import NOTEBOOKS, execute, lasting
 
-NOTEBOOKS = Path(__file__).parents[3] / "docs" / "notebooks"
 FIGURES = {"figure-11": 2, "robust-design": 2, "tuned-mass-damper": 2}
-WORDS = {
-    "figure-11": "best over the band",
-    "robust-design": "best in the worst case: ",
-    "tuned-mass-damper": "5 % off: peak",
-}
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def test_every_notebook_is_known_here_and_kept_without_outputs() -> None:
+def texts_of(notebook: Any) -> list[str]:
+    """Give what a notebook prints, numbers left out: chaotic responses differ between processors."""
+    found = []
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            text = output.get("text") or output.get("data", {}).get("text/plain", "")
+            found.append(re.sub(r"\s+", " ", NUMBER.sub("#", text)))
+    return found
+
+
+def pictures_of(notebook: Any) -> int:
+    return sum(
+        "image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])
+    )
+
+
+def test_every_notebook_is_known_here_and_kept_with_its_figures() -> None:
     assert {path.stem for path in NOTEBOOKS.glob("*.ipynb")} == set(FIGURES)
     for path in NOTEBOOKS.glob("*.ipynb"):
-        for cell in nbformat.read(path, as_version=4).cells:
-            assert not cell.get("outputs")
+        assert pictures_of(nbformat.read(path, as_version=4)) == FIGURES[path.stem]
 
 
 # the kernel's own sockets and event loops are not this project's
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("name", FIGURES)
-def test_notebook_runs(service: Any, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
-    monkeypatch.setitem(os.environ, "DAMPERLAB_URL", service.url)
-    monkeypatch.setitem(os.environ, "IPYTHONDIR", str(tmp_path / "ipython"))
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    nbformat.write(notebook, tmp_path / "executed.ipynb")
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    kinds = [set(output.get("data", {})) for output in outputs]
-    assert sum("image/png" in kind for kind in kinds) == FIGURES[name]
-    texts = "".join(output.get("text", "") for output in outputs)
-    assert WORDS[name] in texts
+def test_notebook_runs(service: Any, name: str, tmp_path: Path) -> None:
+    done = execute(NOTEBOOKS / f"{name}.ipynb", service.url, tmp_path)
+    outputs = [output for cell in done.cells for output in cell.get("outputs", [])]
     # the bar of the notebook, and nothing on standard error
     assert any("<progress" in output.get("data", {}).get("text/html", "") for output in outputs)
     assert not [output for output in outputs if output.get("name") == "stderr"]
+    kept = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
+    assert pictures_of(done) == FIGURES[name]
+    assert texts_of(lasting(done)) == texts_of(kept)

@@ -1,0 +1,36 @@
+"""Figures of the documentation are those that the solver draws today."""
+
+import re
+from pathlib import Path
+
+import pytest
+from docs.drawing.figures import FIGURES, write
+
+KEPT = Path(__file__).parents[2] / "docs" / "figures"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+FIXED = [name for name in FIGURES if name not in ("response-chaotic", "response-modulated", "contact")]
+"""Motions that repeat, and sketches: another processor draws the same lines."""
+POINTS = 0.25
+"""Distance on paper: a coordinate is rounded to 0.1, and what is left of a path is chosen to 0.2."""
+
+
+def test_every_figure_is_kept() -> None:
+    assert {f"{name}.svg" for name in FIGURES} == {path.name for path in KEPT.glob("*.svg")}
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_figure_is_what_is_drawn_today(name: str, tmp_path: Path) -> None:
+    new, old = write(name, tmp_path).read_text(), (KEPT / f"{name}.svg").read_text()
+    assert NUMBER.sub("#", new) == NUMBER.sub("#", old)
+    far = [
+        (one, other)
+        for one, other in zip(NUMBER.findall(new), NUMBER.findall(old), strict=True)
+        if abs(float(one) - float(other)) > POINTS
+    ]
+    assert far == []
+
+
+@pytest.mark.parametrize("name", ["response-chaotic", "response-modulated"])
+def test_motion_that_does_not_repeat_is_still_of_its_class(name: str, tmp_path: Path) -> None:
+    # drawing another class is refused
+    assert "cavity" in write(name, tmp_path).read_text()
