@@ -55,7 +55,7 @@ docs: install-dev ## the documentation site, in site/; a broken link is an error
 
 docs-figures: install-dev ## the figures, printed answers, notebooks and screenshots of the documentation, all computed again
 	$(BIN)/python -m docs.drawing
-	$(BIN)/python -m docs.console README.md docs/tutorial.md docs/contact.md
+	$(BIN)/python -m docs.console README.md docs/tutorial.md docs/contact.md docs/how-to/earthquakes.md
 	$(BIN)/python -m docs.executed
 	$(BIN)/python -m docs.screens
 

@@ -5,10 +5,11 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+import httpx
 
 PATIENCE_SECONDS = 120.0
 
@@ -48,8 +49,9 @@ def _await(url: str, process: "subprocess.Popen[bytes]") -> None:
     give_up = time.monotonic() + PATIENCE_SECONDS
     while time.monotonic() < give_up and process.poll() is None:
         try:
-            urllib.request.urlopen(f"{url}/health/ready", timeout=5.0).close()
-            return
-        except OSError:
-            time.sleep(0.2)
+            if httpx.get(f"{url}/health/ready", timeout=5.0).is_success:
+                return
+        except httpx.TransportError:
+            pass
+        time.sleep(0.2)
     raise RuntimeError("damperlab serve did not answer")
