@@ -16,6 +16,9 @@ from damperlab.studies.text import MOST_STUDIES
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
+MOST_VALUES = 1_000_000
+"""Most values along all axes of a list's studies: they are in memory at once, as one study's are."""
+
 
 def submit_list(
     service: Service, documents: list[Any], *, dry_run: bool, reuse: bool, key: str | None
@@ -73,14 +76,21 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
             Fault("Idempotency-Key", "a key for a list of studies", "one for a single study", advice)
         )
     studies: list[AnyStudy] = []
+    values = 0
     for place, document in enumerate(documents):
         try:
             studies.append(parse_study(document, shelf))
+            values += sum(studies[-1].shape)
+            if values > MOST_VALUES:
+                found, allowed = f"axes of {values:,} values up to here", f"{MOST_VALUES:,} in one list"
+                raise StudyFaults([Fault("axes", found, allowed, "send studies with long axes alone")])
         except StudyFaults as error:
             faults += [
                 Fault(join(f"[{place}]", fault.field), fault.found, fault.allowed, fault.advice)
                 for fault in error.faults
             ]
+        if values > MOST_VALUES:
+            break
     if faults:
         raise StudyFaults(faults)
     return studies

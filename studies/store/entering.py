@@ -29,7 +29,7 @@ from damperlab.studies.store.tables import events, keys, studies
 from damperlab.studies.store.turns import Turns
 
 _AT_ONCE = 500  # values in one statement
-_MOST = 64  # requests that share a transaction: others want to write too
+_MOST = 256  # studies that share a transaction: others want to write too
 
 _Item = TypeVar("_Item")
 
@@ -107,7 +107,7 @@ class Entering(StoreBase):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._turns = Turns[Sequence[Submission], Entered](self._submit_lists, _MOST)
+        self._turns = Turns[Sequence[Submission], Entered](self._submit_lists, _MOST, len)
 
     def submit(
         self,

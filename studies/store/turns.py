@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Generic, TypeVar
 
 Asked = TypeVar("Asked")
@@ -26,12 +27,20 @@ class Turns(Generic[Asked, Answer]):
     work : callable
         Takes what was asked, in the order in which it came, and gives an answer to each, or an exception in its place.
     most : int
-        What is done in one turn at most.
+        What may weigh in one turn at most, unless it is one thing alone.
+    weigh : callable
+        Says what something weighs.
     """
 
-    def __init__(self, work: Callable[[Sequence[Asked]], Sequence[Answer | Exception]], most: int) -> None:
+    def __init__(
+        self,
+        work: Callable[[Sequence[Asked]], Sequence[Answer | Exception]],
+        most: int,
+        weigh: Callable[[Asked], int] = lambda asked: 1,
+    ) -> None:
         self._work = work
         self._most = most
+        self._weigh = weigh
         self._lock = threading.Lock()
         self._queue: list[_Waiting[Asked, Answer]] = []
         self._taken = False
@@ -53,7 +62,9 @@ class Turns(Generic[Asked, Answer]):
 
     def _take_turn(self) -> None:
         with self._lock:
-            some, self._queue = self._queue[: self._most], self._queue[self._most :]
+            weights = accumulate(self._weigh(one.asked) for one in self._queue)
+            number = max(1, sum(weight <= self._most for weight in weights))
+            some, self._queue = self._queue[:number], self._queue[number:]
         answers: Sequence[Answer | Exception] = [RuntimeError("the work was broken off")] * len(some)
         try:
             answers = self._work([one.asked for one in some])

@@ -61,6 +61,9 @@ def test_lists_that_no_list_may_be(client: httpx.Client) -> None:
         assert (answer.status_code, answer.json()["errors"][0]["allowed"]) == (422, "1 to 200 studies")
     answer = client.post(STUDIES, json=[point(21)], headers={"Idempotency-Key": "one"})
     assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "Idempotency-Key")
+    long = {"particle": False, "axes": {"frequency_ratio": {"start": 0.5, "stop": 2, "num": 400_000}}}
+    answer = client.post(STUDIES, json=[{**long, "damping_ratio": 0.1 + 0.01 * place} for place in range(9)])
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "[2].axes")
     estimates = client.post(STUDIES, params={"dry_run": "true"}, json=[point(22), point(23)]).json()[
         "studies"
     ]
