@@ -24,6 +24,8 @@ WAIT_SECONDS = 120.0
 """How long a study waits, unless told otherwise, while no worker can compute."""
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
+FETCH_SECONDS = 1.0
+"""How long an answer, a few bytes, may take from its worker before it is looked whether that is still there."""
 LATE_SECONDS = 10.0
 """How long the first workers are waited for once one of them has answered; the others join later."""
 
@@ -177,6 +179,8 @@ class Window:
                 ended = self._end(key, self._flying.pop(key))
                 if ended is not None:
                     yield ended
+                if self._looked < 0.0:
+                    return
             elif key in self._examined:
                 future, address = self._examined.pop(key)
                 answer = self._examination_of(future, address)
@@ -251,7 +255,14 @@ class Window:
                 return None
             return self.crew.failed(key, error, time.monotonic())
         try:
-            outcome: BlockOutcome = future.result(timeout=ANSWER_SECONDS)
+            outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
+        except TimeoutError:
+            # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
+            self._require_scheduler()
+            self._flying[key] = future
+            self._ended.put(key)
+            self._looked = -LOOK_SECONDS
+            return None
         # lost with its worker before it was fetched, or never begun; whatever the library says of that
         except (Exception, CancelledError):
             self._require_scheduler()
