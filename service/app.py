@@ -241,6 +241,8 @@ def serve(settings: Settings) -> None:
         proxy_headers=False,
         ws="none",
         lifespan="on",
+        # longer than clients usually keep one: a connection that ends as it is used again loses a request
+        timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,
         timeout_graceful_shutdown=DRAIN_SECONDS,
