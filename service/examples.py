@@ -139,7 +139,7 @@ COMPARISON_BODY: dict[str, Any] = {
 
 
 def complete(document: dict[str, Any]) -> None:
-    """Mend the framework's OpenAPI document in place.
+    """Correct the framework's OpenAPI document in place.
 
     Bodies are read by hand, so the schema of a study and of its parts is added by hand; the framework's own form of
     a validation error goes, because no route answers with it.

@@ -88,7 +88,7 @@ def read_range(text: str) -> str:
             return text
     except ValueError:
         pass
-    raise ValueError("two numbers, lower,higher")
+    raise ValueError("two numbers, the lower one first, written as lower,higher")
 
 
 def pair(text: str) -> tuple[float, float]:
@@ -129,6 +129,8 @@ def _single(field: Field) -> Any:
         more["examples"] = [field.example]
     # a list that is not given is told from one without a name in it
     optional = default is None
+    if "http" in field.explicit:
+        optional, default = False, ...
     return kind | None if optional else kind, Described(
         default, alias=field.key, description=described(field), **more
     )

@@ -72,7 +72,7 @@ class Settings(BaseSettings):
         True, description="Compile missing kernels of the usual scenes in the background from the start."
     )
     studies_at_once: int = Field(
-        2, ge=1, le=64, description="Studies that run side by side on the one cluster."
+        2, ge=1, le=64, description="Number of studies that run at the same time; they share one cluster."
     )
     catalogue_wait_seconds: float = Field(
         10.0,
@@ -94,7 +94,7 @@ class Settings(BaseSettings):
         ge=0,
         description="Questions to cubes of as many points are answered in such a process too, and kept.",
     )
-    connections_limit: int = Field(1000, ge=1, description="Most connections at a time.")
+    connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."
     )
@@ -103,7 +103,7 @@ class Settings(BaseSettings):
         (), description="Web origins that may call from a browser; none by default."
     )
     log_level: Literal["critical", "error", "warning", "info", "debug"] = Field(
-        "info", description="What is logged."
+        "info", description="Lowest severity that is logged."
     )
     log_format: Literal["text", "json"] = Field(
         "text", description="How it is logged: lines for people, or a JSON object a line."

@@ -142,7 +142,7 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
             continue
         if value in first:
             found = f"{describe(item)}, the value of entry {first[value]} again"
-            faults.append(Fault(f"{field}[{index}]", found, "each value once", "remove one of the two"))
+            faults.append(Fault(f"{field}[{index}]", found, "each value once", "remove the duplicate"))
         else:
             first[value] = index
     if faults:

@@ -66,7 +66,9 @@ class StudyFaults(ValueError):
             more = len(listed) - MAX_FAULTS
             listed = listed[:MAX_FAULTS]
             listed.append(
-                Fault("study", f"{more} more faults", "none", "fix the ones listed first, then submit again")
+                Fault(
+                    "study", f"{more} more faults", "none", "correct those that are listed, then submit again"
+                )
             )
         self.faults: tuple[Fault, ...] = tuple(listed)
         super().__init__("\n".join(str(fault) for fault in listed))

@@ -158,7 +158,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
         if name in Physical.model_fields and not fed and not ignored:
             allowed = "a number, because no ratio is made of it here"
             faults.append(
-                Fault(here, describe(raw[name]), allowed, "write one number, or vary the ratio in `axes`")
+                Fault(here, describe(raw[name]), allowed, "give one number here, or vary the ratio in `axes`")
             )
         if len(fed) > 1:
             found = f"an axis that moves {' and '.join(fed)} together"

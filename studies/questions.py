@@ -96,7 +96,11 @@ class Amplitudes(Listed):
     """Over which base amplitudes the worst case is taken."""
 
     amplitudes: Range = asked(
-        (0.5, 2.0), "Range of the base amplitude, relative to the nominal one.", form="LO,HI", example="0.5,2"
+        (0.5, 2.0),
+        "Range of the base amplitude, relative to the nominal one.",
+        form="LO,HI",
+        example="0.5,2",
+        explicit=("http", "client"),
     )
 
 

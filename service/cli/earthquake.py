@@ -197,7 +197,7 @@ def read_file(file: Path, units: str | None, name: str) -> Any:
     try:
         content = file.read_bytes()
     except OSError as error:
-        raise typer.BadParameter(f"found {file}, which cannot be read: {error.strerror}") from None
+        raise typer.BadParameter(f"found {file}, which cannot be read ({error.strerror})") from None
     layout: Any = "at2" if file.suffix.lower() == ".at2" else "csv"
     return read_record(content, layout, name or file.stem, units)
 

@@ -73,7 +73,8 @@ def gc(
         str, typer.Option(metavar="TIME", help="Keep files younger than this, as in 90s, 30min, 12h or 7d.")
     ] = "1h",
     trash_after: Annotated[
-        str, typer.Option(metavar="TIME", help="How long a cube stays in the trash before it is removed.")
+        str,
+        typer.Option(metavar="TIME", help="How long a deleted cube stays in the trash before it is removed."),
     ] = "7d",
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List what would be removed; change nothing.")
@@ -91,7 +92,7 @@ def gc(
     for line in swept.what:
         note(f"{'Would ' if dry_run else ''}{line}")
     for line in swept.unknown:
-        note(f"Left alone: {line}. `damperlab rebuild` adds it to the catalogue if it is a cube.")
+        note(f"Not touched: {line}. `damperlab rebuild` adds it to the catalogue if it is a cube.")
     verb = "Would remove or move" if dry_run else "Removed or moved"
     note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
     if as_json:

@@ -24,11 +24,11 @@ def create(
     scope: Annotated[
         Scope,
         typer.Option(
-            help="read: ask. submit: also submit, and change one's own studies. admin: everybody's."
+            help="What the key allows: read asks; submit also submits studies and changes one's own; admin changes everyone's."
         ),
     ] = "submit",
     expires: Annotated[
-        str | None, typer.Option(help="After how long it ends, as in 90d or 12h; never by default.")
+        str | None, typer.Option(help="Time until the key expires, as in 90d or 12h; never by default.")
     ] = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,

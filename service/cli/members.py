@@ -43,7 +43,10 @@ def worker(
     ] = 25.0,
     notice: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Leave once this file is there, as at a notice of a spot market."),
+        typer.Option(
+            metavar="FILE",
+            help="Leave the cluster as soon as this file exists, as when a spot instance is about to be reclaimed.",
+        ),
     ] = None,
     memory_limit: Annotated[str, typer.Option(help="As Dask takes it: auto, 4GB, 0 for none.")] = "auto",
     name: Annotated[str | None, typer.Option(help="What to call it.", show_default=False)] = None,

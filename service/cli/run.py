@@ -211,7 +211,7 @@ def compute(
                     wait_seconds=wait_seconds,
                 )
             except StudyBusy as error:
-                note(f"{error} Watching it until it ends.")
+                note(f"{error} Following it until it ends.")
                 record = _watch(store, record.id, progress, stop)
                 if record.ended or stop.is_set():
                     return record

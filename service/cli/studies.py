@@ -100,7 +100,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
     store = open_store(data_dir)
     record = store.find(study)
     if record.state == "cancelled":
-        note(f"Study {label(record)} was cancelled before.")
+        note(f"Study {label(record)} is already cancelled.")
     elif record.ended:
         raise CommandFailed(
             "study-ended", f"study {label(record)} is {record.state} already; there is nothing to cancel."

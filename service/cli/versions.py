@@ -46,7 +46,7 @@ def recompute(
     if newer.state != "done":
         note(
             f"damperlab: study {label(newer)} is {newer.state}; both versions are kept. "
-            f"Go on with: damperlab recompute {older.id} --data-dir {store.data_dir}"
+            f"Continue with: damperlab recompute {older.id} --data-dir {store.data_dir}"
         )
         raise typer.Exit(FAILED)
     if replaced:

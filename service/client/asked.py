@@ -42,7 +42,8 @@ def parameters(*questions: object) -> dict[str, Any]:
     for question in questions:
         kind: Any = type(question)
         fields = {each.name: each for each in fields_of(kind)}
-        for name, value in given(question).items():
+        explicit = {name: getattr(question, name) for name, each in fields.items() if "http" in each.explicit}
+        for name, value in (explicit | given(question)).items():
             found |= value if fields[name].is_named else {fields[name].key: value}
     return found
 

@@ -123,7 +123,7 @@ class Questions(Asked):
     @explained(Amplitudes, Judging)
     def robust_designs(
         self,
-        amplitudes: Range = Amplitudes.amplitudes,
+        amplitudes: Range,
         objective: Objective | None = None,
         band: Range | None = None,
         top: int = Amplitudes.top,

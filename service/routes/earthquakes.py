@@ -38,10 +38,11 @@ class RecordQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     format: Literal["at2", "csv"] | None = Field(
-        None, description="at2: PEER's; csv: two columns. By default csv for text/csv, else at2."
+        None,
+        description="File format: at2 is that of the PEER database, csv has two columns, time and acceleration. By default csv for text/csv, otherwise at2.",
     )
     units: AccelerationUnits | None = Field(
-        None, description="Of the acceleration, where the file does not say."
+        None, description="Units of the acceleration where the file does not state them."
     )
     name: str = Field("", max_length=200, description="Name of the record.")
 
@@ -102,7 +103,15 @@ def _generated(body: bytes) -> GroundMotion:
             ]
         allowed = '{"kanai_tajimi": {…}}'
         raise StudyFaults(
-            faults or [Fault("body", describe(document), allowed, "or send a file as text/plain or text/csv")]
+            faults
+            or [
+                Fault(
+                    "body",
+                    describe(document),
+                    allowed,
+                    "write what to generate, or send a file as text/plain or text/csv",
+                )
+            ]
         )
     return read_kanai_tajimi(document["kanai_tajimi"])
 

@@ -57,7 +57,7 @@ async def sign_in(request: Request) -> Document:
     key = await run_sync(guard.of_key, secret) if secret.isascii() else None
     if key is None:
         fault = Fault(
-            "key", "no key that is valid", "a key of this service", "copy the whole key, from dlk_ on"
+            "key", "a key that is not valid", "a key of this service", "copy the whole key, from dlk_ on"
         )
         raise Problem(
             401, "no-key", "This is no key of this service, or it has expired or was revoked.", (fault,)

@@ -94,7 +94,7 @@ class Work:
             fault = Fault("requests", f"{WAITING} that wait", "fewer", f"try again in {RETRY_SECONDS} s")
             headers = {"Retry-After": str(RETRY_SECONDS)}
             raise Problem(
-                429, "too-many-waiting", "Too much of yours waits already.", (fault,), headers
+                429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
         except (TimeoutError, BrokenWorkerProcess) as error:
             # a process that used up its processor time, or more memory than the machine has, is ended by the system

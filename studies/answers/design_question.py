@@ -78,7 +78,7 @@ class DesignQuestion:
                 Fault(
                     "band",
                     describe(list(band)),
-                    "nothing with objective resonance",
+                    "no band with objective resonance",
                     "choose peak or a band mean",
                 )
             )

@@ -77,7 +77,7 @@ def race_designs(
     require_stored(parent, "race", "amplitude_error", otherwise="")
     ranked = merged_designs(cubes, judging, MOST_DESIGNS, confidence)
     if ranked.sizes["rank"] == 0:
-        advice = "wait for the study, resume it, or ask for less"
+        advice = "wait for the study, resume it, or loosen what is asked"
         raise QueryFault(Fault("race", "no design that qualifies", "a study with a best design", advice))
     low, high = ranked["lowest"].values, ranked["highest"].values
     left = np.flatnonzero(contend(low, high))

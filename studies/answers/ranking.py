@@ -49,7 +49,9 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
         return worst_case_designs(cube, ranking.metric, ranking.top, ranking.records, judging.ranges)
     if ranking.pareto is not None and ranking.with_:
         found = describe(",".join(ranking.with_))
-        raise QueryFault(Fault("with", found, "nothing where `pareto` is given", "leave one of the two out"))
+        raise QueryFault(
+            Fault("with", found, "no follow-up where `pareto` is given", "leave one of the two out")
+        )
     if ranking.pareto is not None:
         return pareto_front(cube, ranking.pareto, judging).isel(rank=slice(ranking.top))
     if ranking.with_:

@@ -68,7 +68,7 @@ def refine_optimum(
     tolerance, value_tolerance, budget = search.tolerance, search.value_tolerance, search.budget
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        advice = "wait for the study, resume it, or ask for less"
+        advice = "wait for the study, resume it, or loosen what is asked"
         raise QueryFault(Fault("refine", "no design that qualifies", "a study with a best design", advice))
     parent = next(iter(cubes.values()))
     asked = DesignQuestion.ask(parent, judging)

@@ -124,7 +124,7 @@ def resonance_map(
     free = tuple(name for name in (x, y, over, inner) if name is not None)
     if interpolate:
         if not kind_of(cube.sizes).interpolates:
-            advice = "leave it out: a response to a ground motion may change by chance from point to point"
+            advice = "leave it out: the response to a ground motion may change abruptly between neighbouring points"
             raise QueryFault(Fault("interpolate", "true", "false for a ground-motion suite", advice))
         if over is not None:
             advice = "leave `over` out, or ask without `interpolate`"

@@ -137,7 +137,9 @@ class Survey:
         if lost:
             advice = "upload the record again"
             raise StudyFaults(
-                Fault("records", f"{each}, whose samples are gone", "a record that is there", advice)
+                Fault(
+                    "records", f"{each}, whose samples are gone", "a record whose samples are stored", advice
+                )
                 for each in lost
             )
         return {record.key: self.motions[record.id].content for record in self.records}

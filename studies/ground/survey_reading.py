@@ -128,7 +128,7 @@ def _records(
             continue
         if source.id in found:
             words = f"{source.id} a second time"
-            faults.append(Fault(place, words, "each record once", "remove one of the two"))
+            faults.append(Fault(place, words, "each record once", "remove the duplicate"))
         found[source.id] = source, motion
     return list(found.values())
 

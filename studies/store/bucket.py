@@ -185,7 +185,7 @@ def open_bucket(address: str) -> Bucket:
     prefix = (found[2] or "").strip("/") if found else ""
     if found is None or (prefix and not {"", ".", ".."}.isdisjoint(prefix.split("/"))):
         raise StoreFault(
-            Fault("store", _without_secrets(address), _ALLOWED, "write small letters, digits and hyphens")
+            Fault("store", _without_secrets(address), _ALLOWED, "use lower-case letters, digits and hyphens")
         )
     variables = tuple(sorted(item for item in os.environ.items() if item[0].startswith("AWS_")))
     return Bucket(_client(found[1], variables), found[1], prefix)

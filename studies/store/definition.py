@@ -78,6 +78,6 @@ def _damaged(digest: str, found: str) -> DefinitionDamaged:
             f"definition of study {digest[:12]}",
             found,
             f"a definition with digest {digest}",
-            "find what is damaged with `damperlab verify`; nothing is computed from it",
+            "run `damperlab verify` to find what is damaged; the study is not computed meanwhile",
         )
     )

@@ -289,7 +289,7 @@ class _Asked:
                     Fault(
                         "Idempotency-Key",
                         f"{describe(one.key)}, given to study {known[:12]} before",
-                        "a key of its own for each study",
+                        "a different key for each study",
                         "send the same definition as before, or another key",
                     )
                 )

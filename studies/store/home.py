@@ -225,7 +225,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked:
                 "data_dir",
                 f"none of the cubes of {catalogue.name} in {folder.address}",
                 "the folder that holds them",
-                "see whether its disk is mounted; if the cubes are lost for good, restore a backup",
+                "check that its disk is mounted; if the cubes are lost for good, restore a backup",
             )
         )
 
@@ -259,7 +259,7 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
                 "store",
                 f"{bucket.address}, which holds none of this catalogue's cubes",
                 elsewhere,
-                "leave it out; or copy everything there first, and name it then",
+                "leave it out, or copy everything there before you name it",
             )
         )
     try:

@@ -153,7 +153,7 @@ def number_before(cursor: str) -> int:
     except (binascii.Error, ValueError):
         pass
     raise StoreFault(
-        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
+        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out to get the first page")
     )
 
 

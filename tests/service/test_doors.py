@@ -109,7 +109,9 @@ def test_a_route_takes_the_fields_of_its_question_and_no_others(
         description, default = found.pop(field.key)
         if field.key != "record" or path.startswith(STUDY):  # a body may hold what generates one
             assert description.startswith(field.help)
-        if (path, field.key) not in OWN_HTTP_DEFAULTS:
+        if "http" in field.explicit:
+            assert default is None
+        elif (path, field.key) not in OWN_HTTP_DEFAULTS:
             assert default == written(field), field
     assert set(found) <= named | EVERYWHERE | set(QUANTITIES)
 
@@ -147,6 +149,8 @@ def test_a_method_takes_the_fields_of_its_question_and_no_others(
         assert field.help in inspect.getdoc(method), field
         if field.is_named:
             assert parameter.kind is inspect.Parameter.VAR_KEYWORD
+        elif "client" in field.explicit:
+            assert parameter.default is inspect.Parameter.empty
         elif (method.__name__, field.name) in OWN_DEFAULTS:
             assert parameter.default == OWN_DEFAULTS[method.__name__, field.name]
         else:
