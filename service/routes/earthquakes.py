@@ -39,7 +39,8 @@ class RecordQuery(BaseModel):
 
     format: Literal["at2", "csv"] | None = Field(
         None,
-        description="File format: at2 is that of the PEER database, csv has two columns, time and acceleration. By default csv for text/csv, otherwise at2.",
+        description="File format: at2 is that of the PEER database, csv has two columns, time and acceleration. "
+        "By default csv for text/csv, otherwise at2.",
     )
     units: AccelerationUnits | None = Field(
         None, description="Units of the acceleration where the file does not state them."

@@ -13,6 +13,9 @@ from damperlab.service.security.origins import refusal
 from damperlab.studies.faults import Fault, printable
 from damperlab.studies.store.submitter import submitter
 
+WITHOUT_A_KEY = "nobody"
+"""How a caller without a key stands in the audit."""
+
 
 class Gate:
     """ASGI middleware: refuses what comes from elsewhere, from nobody, or from somebody who may not.
@@ -81,7 +84,7 @@ class Gate:
         self.guard.audit.note(
             request=scope.get("request_id"),
             who=caller.owner if caller else "",
-            how=caller.how if caller else "nobody",
+            how=caller.how if caller else WITHOUT_A_KEY,
             key=caller.key_id if caller else "",
             address=peer,
             method=scope["method"],
