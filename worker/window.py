@@ -133,7 +133,7 @@ class Window:
                 if canary is None or self._truth or address not in alike:
                     self._judge(address, answer)
                 else:
-                    reason = "the workers disagree on the bits of the same points, and nobody knows which are right"
+                    reason = "the workers disagree on the bits of the same points, and which are right is not known"
                     self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
             if self.crew.usable:
                 return next(one.facts for address, one in alike.items())
