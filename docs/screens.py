@@ -35,7 +35,7 @@ def take(browser: Browser, url: str, study: str) -> None:
         page.screenshot(path=FIGURES / f"page-{name}.png")
     _go(page, f"{url}/#/studies/{study}", drawn=True)
     page.get_by_role("button", name="Look at the best design").click()
-    page.wait_for_selector(f".point {DRAWN}", timeout=PATIENCE_MILLISECONDS)
+    page.get_by_role("heading", name=re.compile("^Motion")).wait_for(timeout=PATIENCE_MILLISECONDS)
     page.wait_for_timeout(SETTLED_MILLISECONDS)
     page.screenshot(path=FIGURES / "page-map.png")
     page.get_by_role("heading", name="Designs", exact=True).scroll_into_view_if_needed()
