@@ -66,5 +66,5 @@ def test_an_answer_is_kept_while_the_study_stays_as_it_is(client: httpx.Client, 
     first, again = (client.get(f"{url}/frequency-response").json() for _ in range(2))
     assert first == again
     assert first["complete"] == record["points_done"] / record["points_total"] == 1.0
-    client.delete(url).raise_for_status()
+    helpers.wait_until(lambda: client.delete(url).status_code == 204)
     assert client.get(f"{url}/frequency-response").status_code == 404
