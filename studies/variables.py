@@ -46,7 +46,8 @@ _STATUS_SENTENCES = {
     Status.CONVERGED: "The steady response was found: its orbit, or its mean to `steady.tolerance`.",
     Status.MAX_CYCLES: (
         "The run reached its limit on cycles or events before the mean was known to `steady.tolerance`; values are given "
-        "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`."
+        "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "
+        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends there."
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
     Status.UNBOUNDED: "The response grows without bound (no damping at resonance).",

@@ -14,7 +14,8 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
-from damperlab.worker.steady.orbit import around, coordinates, state_at
+from damperlab.worker.steady.coordinates import coordinates, state_at
+from damperlab.worker.steady.newton import around
 from damperlab.worker.steady.response import Response
 
 PLAIN_CYCLES = 4000
@@ -140,15 +141,15 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
     """Of half a cycle, by central differences: step 1e-6, so its square; a held mass has no w to vary."""
     point = Point(0.02, 0.8, 0.5, Particle(1.0, 0.1, 1.0))
     scene = make_scene(*point, True)
-    base, free, loaded, friction, particle, work, counts = scene
-    counts[BUDGET] = 100_000
+    particle = scene.particle
+    scene.counts[BUDGET] = 100_000
     state = point.rest()
     for _ in range(40):
         state, outcome = half_cycle(state, scene, None, None)
         assert outcome == ARRIVED
     log = empty_transitions(1000)
     jacobian = np.zeros((4, 4))
-    around(state, 1, base, free, loaded, friction, particle, work, counts, log, jacobian)
+    around(state, 1, scene, log, jacobian)
     rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
     let_go = (rows[:, BEFORE + RIDING] > 0.0) & (rows[:, AFTER + RIDING] == 0.0)
     assert (let_go & (rows[:, EVENT] == TURN)).any()

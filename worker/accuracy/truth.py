@@ -19,6 +19,7 @@ from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.physics.contact import wall_constants
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
 from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.section import LONGEST
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.statistics import mean_and_error
@@ -32,10 +33,12 @@ SIGMA = 4.0
 HALF_WIDTH = 1.96
 """Stated errors on either side of a 95 % interval."""
 
-_LONGEST = 128  # half cycles
+_LONGEST_REPEAT = 128  # half cycles
 _SAME = 1e-7  # relative: peaks of a march that repeats
 TRANSIENT = "a transient longer than the run"
 """The verdict on an answer that is not periodic, where a march becomes so after the answer's run had ended."""
+WARNED = "a transient that the answer warns of"
+"""The same, where the answer's status says that a stable orbit lies beside it."""
 _REMEMBERED = 1024  # half cycles in which a period is looked for
 _EXACT = 1e-6  # relative: amplitudes of one orbit, with what the march has not settled yet
 
@@ -143,7 +146,7 @@ def truth_of(halves: Halves) -> Truth:
 
 def _lag(halves: Halves) -> int:
     scale = _SAME * max(1.0, float(halves[:, 0].max()))
-    for lag in range(1, min(_LONGEST, halves.shape[0] // 2) + 1):
+    for lag in range(1, min(_LONGEST_REPEAT, halves.shape[0] // 2) + 1):
         apart = np.abs(halves[lag:, :2] - halves[:-lag, :2]).max()
         if apart <= scale and (halves[lag:, 2] == halves[:-lag, 2]).all():
             return lag
@@ -163,12 +166,14 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         if response.response_class == ResponseClass.LOCKED:
             return "agrees", np.nan
         # lags of peaks may be half of those of states
+        other_impacts = abs(response.impacts_per_cycle - truth.impacts) > 1e-6
+        if other_impacts and abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude:
+            # a chatter ends when what is left of it is too short to matter: one impact more or less is no other motion
+            return "agrees but for an impact in a chatter", np.nan
         if truth.period not in (response.period, 0.5 * response.period):
             return "another period", np.nan
-        if abs(response.impacts_per_cycle - truth.impacts) > 1e-6:
-            # a chatter ends when what is left of it is too short to matter: one impact more or less is no other motion
-            same = abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude
-            return "agrees but for an impact in a chatter" if same else "other impacts", np.nan
+        if other_impacts:
+            return "other impacts", np.nan
         if (
             not response.floquet_multiplier < 1.0 + 1e-6
             and response.floquet_multiplier == response.floquet_multiplier
@@ -180,7 +185,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= SIGMA * truth.error:
             return "agrees", np.nan  # the march is still on its way
         return "periodic where the march is not", np.nan
-    if truth.lag > 0:
+    if 0 < truth.lag <= LONGEST:
         return "not periodic where the march is", np.nan
     error = float(np.hypot(response.amplitude_error, truth.error))
     deviation = (response.amplitude_ratio - truth.amplitude) / error if error > 0.0 else 0.0
@@ -216,7 +221,7 @@ def compared(point: Point, cycles: int) -> Compared | None:
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)
             if outcome == ARRIVED and _lag(halves) == 0:
-                verdict = TRANSIENT
+                verdict = TRANSIENT if response.status == Status.CONVERGED else WARNED
     return Compared(point, response, truth, verdict, deviation)
 
 

@@ -3,14 +3,11 @@
 from math import inf, log, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.contact import Contact
-from damperlab.worker.solver.motion.propagator import Base, Medium
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.solver.state import ARRIVED, State
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.variational import SIZE, propagate
 
@@ -22,13 +19,7 @@ def is_chaotic(
     state: State,
     cycles: int,
     least: float,
-    base: Base,
-    free: Medium,
-    loaded: Medium | Contact | None,
-    friction: float | None,
-    particle: Particle | None,
-    work: NDArray[np.float64],
-    counts: NDArray[np.int64],
+    scene: Scene,
     log_: Transitions,
     size: int,
 ) -> bool:
@@ -54,7 +45,6 @@ def is_chaotic(
         tangent[2, 0] = 0.3
         tangent[3, 0] = 0.7
     length = max(cycles // _BATCHES, 1)
-    scene = Scene(base, free, loaded, friction, particle, work, counts)
     total = 0.0
     square = 0.0
     for batch in range(_BATCHES + 1):
@@ -64,7 +54,7 @@ def is_chaotic(
             state, outcome = half_cycle(state, scene, None, log_)
             if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
                 return False
-            propagate(log_, base, free, loaded, friction, particle, tangent)
+            propagate(log_, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, tangent)
             norm = 0.0
             for i in range(size):
                 norm += tangent[i, 0] ** 2

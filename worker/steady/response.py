@@ -6,8 +6,8 @@ from typing import NamedTuple
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
 from damperlab.worker.steady.energy import unbalanced
-from damperlab.worker.steady.run import impacts_of_cycle, losses_of_cycle
 from damperlab.worker.steady.statistics import mean_and_error
+from damperlab.worker.steady.trace import IMPACTS_SO_FAR, LOSSES
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
@@ -137,7 +137,7 @@ def mean_of_run(notes, first, last):
     for i in range(first, last):
         amplitude += peaks[i, 0]
         relative += peaks[i, 1]
-        series[i] = impacts_of_cycle(trace, i)
+        series[i] = trace[2 * i + 2, IMPACTS_SO_FAR] - trace[2 * i, IMPACTS_SO_FAR]
     _, impacts_error = mean_and_error(series, first, last)
     count = last - first
     return Mean(
@@ -149,23 +149,20 @@ def mean_of_run(notes, first, last):
 def _error_of_shares(trace, series, first, last):
     """Largest standard error of the three shares of dissipation: that of a ratio of means, linearised."""
     total = 0.0
-    for i in range(first, last):
-        for which in range(3):
-            total += losses_of_cycle(trace, i, which)
+    for loss in LOSSES:
+        total += trace[2 * last, loss] - trace[2 * first, loss]
     if not total > 0.0:
         return 0.0
     per_cycle = total / (last - first)
     worst = 0.0
-    for which in range(3):
-        part = 0.0
+    for loss in LOSSES:
+        share = (trace[2 * last, loss] - trace[2 * first, loss]) / total
         for i in range(first, last):
-            part += losses_of_cycle(trace, i, which)
-        share = part / total
-        for i in range(first, last):
-            loss = 0.0
-            for other in range(3):
-                loss += losses_of_cycle(trace, i, other)
-            series[i] = (losses_of_cycle(trace, i, which) - share * loss) / per_cycle
+            of_cycle = 0.0
+            for other in LOSSES:
+                of_cycle += trace[2 * i + 2, other] - trace[2 * i, other]
+            of_mechanism = trace[2 * i + 2, loss] - trace[2 * i, loss]
+            series[i] = (of_mechanism - share * of_cycle) / per_cycle
         _, error = mean_and_error(series, first, last)
         worst = max(worst, error)
     return worst

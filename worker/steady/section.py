@@ -23,36 +23,43 @@ _FAR_BETTER = (
 
 @kernel
 def recurrence(ring, now, lag):
-    """Distance between the section points `now` and `now − lag`, indices counted from the start of the march."""
-    a = ring[now % RING]
-    b = ring[(now - lag) % RING]
+    """Distance between the section points `now` and `now − lag`, indices counted from the start of the run."""
+    here = now % RING
+    there = (now - lag) % RING
     total = 0.0
     for i in range(SIZE):
-        total += (a[i] - b[i]) ** 2
+        total += (ring[here, i] - ring[there, i]) ** 2
     return sqrt(total)
+
+
+@kernel
+def note_recurrences(ring, now, apart, before):
+    """Distances of a section point from those up to `LONGEST` half cycles ago into `apart`, the last ones into `before`."""
+    for lag in range(1, min(LONGEST, now // 2) + 1):
+        before[lag] = apart[lag]
+        apart[lag] = recurrence(ring, now, lag)
 
 
 @kernel
 def extent(ring, now):
     """Size of the section point `now`, at least 1: the scale that distances are judged by."""
-    a = ring[now % RING]
     total = 1.0
     for i in range(SIZE):
-        total += a[i] ** 2
+        total += ring[now % RING, i] ** 2
     return sqrt(total)
 
 
 @kernel
-def settled_period(ring, now, before, span, scale, tolerance):
-    """Shortest period [half cycles] to which the march has settled, 0 for none, and the distance from it.
+def settled_period(ring, now, apart, before, span, scale, tolerance):
+    """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
 
     The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrence `before`, `span` half cycles ago.
+    series, d λ/(1 − λ). λ is read from the recurrences `apart` now and `before`, `span` half cycles ago.
     """
     found = 0
     left = inf
     for lag in range(1, min(LONGEST, now // 2) + 1):
-        d = recurrence(ring, now, lag)
+        d = apart[lag]
         earlier = before[lag]
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, left = lag, d
@@ -68,7 +75,7 @@ def settled_period(ring, now, before, span, scale, tolerance):
         if found > 0:
             break
     for shorter in range(1, found):
-        if found % shorter == 0 and recurrence(ring, now, shorter) <= SAME * scale:
+        if found % shorter == 0 and apart[shorter] <= SAME * scale:
             return shorter, left
     return found, left
 
@@ -86,7 +93,7 @@ def stays_closed(ring, now, lag, distance):
 
 
 @kernel
-def near_period(ring, now, scale):
+def near_period(apart, longest, scale):
     """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
 
     A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then
@@ -95,14 +102,14 @@ def near_period(ring, now, scale):
     """
     found = 0
     nearest = _NEAR * scale
-    for lag in range(1, min(LONGEST, now // 2) + 1):
+    for lag in range(1, longest + 1):
         if found == 0:
             closest = nearest
         elif lag % found == 0:
             closest = _FAR_BETTER * nearest * found / lag
         else:
             continue
-        d = recurrence(ring, now, lag)
+        d = apart[lag]
         if d <= closest:
             found = lag
             nearest = d

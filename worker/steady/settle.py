@@ -6,11 +6,12 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED
+from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.lyapunov import is_chaotic
-from damperlab.worker.steady.orbit import around, coordinates, orbit_multiplier
+from damperlab.worker.steady.newton import around
+from damperlab.worker.steady.orbit import orbit_multiplier, repels
 from damperlab.worker.steady.response import (
     Kind,
     failed,
@@ -20,16 +21,17 @@ from damperlab.worker.steady.response import (
     periodic_class,
 )
 from damperlab.worker.steady.run import (
+    advance,
     begin_beside,
     begin_trace,
     beside,
     make_notes,
-    metered_half,
-    stretch_of,
 )
-from damperlab.worker.steady.search import Settings, search
+from damperlab.worker.steady.search import search
 from damperlab.worker.steady.section import SAME
 from damperlab.worker.steady.start import at_rest
+from damperlab.worker.steady.stopping import Settings
+from damperlab.worker.steady.trace import stretch_of
 from damperlab.worker.steady.variational import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
@@ -88,34 +90,30 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
 @kernel
 def _measured_orbit(found, scene, probe, particle, notes):
     """Response over one period, and the state after it."""
-    base, free, loaded, friction, _, work, counts = probe
     state = found.orbit.state
     cycles = found.look.half // 2
-    lag = _shortest_period(state, found, scene, probe, particle)
+    lag = _shortest_period(state, found, probe, particle, scene, notes)
     # whole cycles: the mirrored map of an odd lag is half a period
     halves = 2 * lag if lag % 2 == 1 else lag
     begin_beside(probe, scene, halves)
     begin_trace(state, probe, notes)
-    for row in range(halves):
-        state, outcome = metered_half(state, row + 1, probe, notes)
-        if outcome != ARRIVED:
-            return failed(outcome, cycles), state
+    state, _, outcome = advance(state, 0, halves, 0, probe, notes)
+    if outcome != ARRIVED:
+        return failed(outcome, cycles), state
     stretch = stretch_of(notes.trace, 0, halves)
     begin_beside(probe, scene, lag)
     multiplier = nan
-    _, complete = around(
-        state, lag, base, free, loaded, friction, particle, work, counts, notes.log, notes.monodromy
-    )
+    _, complete = around(state, lag, probe, notes.log, notes.monodromy)
     if complete:
         size = 2 if stretch.impacts == 0.0 else found.look.size
         multiplier = orbit_multiplier(notes.monodromy, size, lag)
-    stuck = stretch.stuck * base.frequency_ratio / (halves * np.pi)
+    stuck = stretch.stuck * probe.base.frequency_ratio / (halves * np.pi)
     kind, period = periodic_class(lag, stuck, stretch.impacts)
     error = found.orbit.error
     response = measured_response(
         stretch,
         notes.meter.energies,
-        base.frequency_ratio,
+        probe.base.frequency_ratio,
         mean_of_period(notes.trace, lag, error),
         Kind(kind, period, multiplier, error, cycles, _CONVERGED),
     )
@@ -125,7 +123,6 @@ def _measured_orbit(found, scene, probe, particle, notes):
 @kernel
 def _measured_run(found, scene, probe, particle, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
-    base, free, loaded, friction, _, work, counts = probe
     state = found.state
     mean = found.mean
     chaotic = False
@@ -133,23 +130,12 @@ def _measured_run(found, scene, probe, particle, notes):
         if not chaotic:
             begin_beside(probe, scene, 4 * cycles)
             chaotic = is_chaotic(
-                state,
-                min(cycles, found.look.half // 2),
-                least,
-                base,
-                free,
-                loaded,
-                friction,
-                particle,
-                work,
-                counts,
-                notes.log,
-                found.look.size,
+                state, min(cycles, found.look.half // 2), least, probe, notes.log, found.look.size
             )
     response = measured_response(
         stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
         notes.meter.energies,
-        base.frequency_ratio,
+        probe.base.frequency_ratio,
         mean_of_run(notes, mean.first, mean.last),
         Kind(
             _CHAOTIC if chaotic else _MODULATED,
@@ -164,28 +150,21 @@ def _measured_run(found, scene, probe, particle, notes):
 
 
 @kernel
-def _shortest_period(state, found, scene, probe, particle):
-    """The shortest part of a period after which the state repeats already."""
-    for shorter in range(1, found.orbit.lag):
-        if found.orbit.lag % shorter == 0:
-            begin_beside(probe, scene, shorter)
-            if _closes(state, shorter, found.look.scale, probe, particle):
-                return shorter
-    return found.orbit.lag
+def _shortest_period(state, found, probe, particle, scene, notes):
+    """The shortest part of a period after which the state repeats already, on an orbit that does not repel.
 
-
-@kernel
-def _closes(state, lag, scale, probe, particle):
-    """Whether a state repeats after `lag` mirrored half cycles."""
+    Just beyond a period doubling the shorter orbit lies as near as rounding allows, but it repels.
+    """
+    lag = found.orbit.lag
     start = np.empty(SIZE)
     end = np.empty(SIZE)
     coordinates(state, particle, start)
-    for _ in range(lag):
-        state, outcome = half_cycle(state, probe, None, None)
-        if outcome != ARRIVED:
-            return False
-    coordinates(state, particle, end)
-    total = 0.0
-    for i in range(SIZE):
-        total = max(total, abs(end[i] - start[i]))
-    return total <= SAME * scale
+    for shorter in range(1, lag):
+        if lag % shorter == 0:
+            begin_beside(probe, scene, shorter)
+            there, complete = around(state, shorter, probe, notes.log, notes.monodromy)
+            coordinates(there, particle, end)
+            apart = np.abs(end - start).max()
+            if complete and apart <= SAME * found.look.scale and not repels(notes.monodromy, found.look.size):
+                return shorter
+    return lag

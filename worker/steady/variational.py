@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.contact import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
@@ -39,7 +39,7 @@ SIZE = 4
 """Components of a tangent vector."""
 
 
-@kernel
+@inlined
 def propagate(
     log: Transitions,
     base: Base,
@@ -71,7 +71,7 @@ def propagate(
         _propagate(log, base, free, None, friction, None, None, tangents)
 
 
-@kernel
+@inlined
 def _propagate(
     log_arrays: Transitions,
     base: Base,

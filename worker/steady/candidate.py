@@ -1,0 +1,210 @@
+"""Stable orbits near a run: which it is that the run tends to, and whether one lies beside a run that does not repeat.
+
+An orbit is taken for the response only where the run closes in on it just as its linearisation says.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter
+from damperlab.worker.steady.coordinates import coordinates
+from damperlab.worker.steady.eigenvalues import spectral_radius
+from damperlab.worker.steady.newton import norm
+from damperlab.worker.steady.orbit import Orbit, newton_orbit
+from damperlab.worker.steady.run import begin_beside
+from damperlab.worker.steady.section import LONGEST, RING, near_period
+from damperlab.worker.steady.variational import SIZE
+
+Array = NDArray[np.float64]
+
+_NEWTON_STEPS = 4  # that Newton's method takes at the least
+_ATTRACTS = 1.0 - 1e-9  # largest multiplier of an orbit that attracts
+_REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
+_FAR_REACH = 0.5  # and over which one may lie beside the run
+# Share of the first distance to an orbit to which the run has to come; and if it has followed the linearisation for long.
+_CLOSED_IN = 0.3
+_CLOSED_IN_SLOWLY = 0.7
+_LONG = 256  # half cycles
+_AT_THE_ORBIT = 1e-8  # relative distance that is as good
+_NEARER = 0.7  # of its first distance: a run that comes so much nearer to an orbit, as predicted, tends to it
+_ARRIVED_SHARE = 1e-4  # so near that no prediction is needed
+
+LEAVES, FOLLOWS, APPROACHES = range(3)
+"""What a run does about an orbit."""
+
+
+class Candidate(NamedTuple):
+    """A stable orbit that waits for the run to close in on it.
+
+    Attributes
+    ----------
+    orbit : Orbit
+    met : int
+        Half cycle of the run at which it was found.
+    since : int
+        Half cycle of the run's departure from it that was noted last.
+    share : float
+        Of the first distance, what was left then.
+    """
+
+    orbit: Orbit
+    met: int
+    since: int
+    share: float
+
+
+@kernel
+def no_candidate(state):
+    """That no orbit waits."""
+    return Candidate(Orbit(state, 0, inf), 0, 0, 1.0)
+
+
+@kernel
+def stable_orbit_nearby(state, look, spare, scene, probe, particle, notes):
+    """A stable orbit within reach of the run, noted for its confirmation; whether the run can but tend to it; half cycles.
+
+    Newton is not begun where it would take more half cycles than there are to `spare`.
+    """
+    nothing = no_candidate(state)
+    lag = near_period(notes.apart, min(LONGEST, look.half // 2), look.scale)
+    if lag == 0 or _NEWTON_STEPS * lag > spare:
+        return nothing, False, 0
+    reach = inf if particle is None else 2.0 * _REACH * look.scale
+    orbit, found, halves = newton_orbit(state, lag, reach, look, scene, probe, particle, notes)
+    if not found or not spectral_radius(notes.monodromy, look.size) < _ATTRACTS:
+        return nothing, False, halves
+    point = notes.ring[look.half % RING]
+    coordinates(orbit.state, particle, notes.orbit)
+    for i in range(SIZE):
+        notes.departure[i] = point[i] - notes.orbit[i]
+        if particle is not None:
+            if abs(notes.departure[i]) > _REACH * look.scale:
+                return nothing, False, halves
+    notes.jacobian[:] = notes.monodromy
+    certain = _attracts_all(orbit, point, scene, probe, particle, notes)
+    return Candidate(orbit, look.half, look.half, 1.0), certain, halves
+
+
+@kernel
+def is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes):
+    """Whether Newton, from where the run is, leads to a stable orbit of this lag; and the half cycles that it took.
+
+    A run that does not repeat while such an orbit exists may be a transient that ends there.
+    """
+    reach = _FAR_REACH * look.scale
+    _, found, halves = newton_orbit(state, lag, reach, look, scene, probe, particle, notes)
+    return found and spectral_radius(notes.monodromy, look.size) < _ATTRACTS, halves
+
+
+@kernel
+def _attracts_all(orbit, point, scene, probe, particle, notes):
+    """Whether the run can but tend to a stable orbit.
+
+    Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never grows. So
+    a stable periodic one attracts them all, unless the mass may still come to a wall on its way.
+    """
+    if particle is not None:
+        if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
+            return False
+        begin_beside(probe, scene, 2)
+        far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
+        meter = Meter(np.zeros(METERS), notes.meter.energies)
+        state = orbit.state
+        for _ in range(2):
+            state, outcome = half_cycle(state, probe, meter, None)
+            if outcome != ARRIVED:
+                return False
+        return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio
+    return True
+
+
+@kernel
+def closing_in(candidate, look, scene, probe, particle, notes):
+    """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether the run tends to it.
+
+    The run has to close in on the orbit just as its linearisation says, stretch after stretch, until it is nearer by
+    `_CLOSED_IN`, or has done so for `_LONG`: a run may look for a while as if it approached an orbit of which the basin ends
+    close by.
+    """
+    orbit = candidate.orbit
+    nothing = no_candidate(orbit.state)
+    periods = (look.half - candidate.since) // orbit.lag
+    at = candidate.since + periods * orbit.lag
+    point = notes.ring[at % RING]
+    verdict = _follows(point, notes.orbit, notes.departure, notes.jacobian, periods, look.size, look.scale)
+    if verdict == LEAVES:
+        return nothing, False
+    if verdict != APPROACHES:
+        return candidate, False
+    if scene.counts[IMPACTS] == 0:
+        certain = _attracts_all(orbit, point, scene, probe, particle, notes)
+        return (candidate, True) if certain else (nothing, False)
+    first = 0.0
+    now = 0.0
+    for i in range(look.size):
+        first += notes.departure[i] ** 2
+        notes.departure[i] = point[i] - notes.orbit[i]
+        now += notes.departure[i] ** 2
+    share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
+    enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
+    arrives = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
+    return Candidate(orbit, candidate.met, at, share), arrives
+
+
+@kernel
+def _follows(
+    ring_now: Array,
+    orbit_point: Array,
+    departure: Array,
+    monodromy: Array,
+    periods: int,
+    size: int,
+    scale: float,
+) -> int:
+    """Whether the run approaches the orbit as its linearisation says, `periods` after a known departure from it.
+
+    Parameters
+    ----------
+    ring_now : array, shape (SIZE,)
+        Section coordinates of the run now.
+    orbit_point : array, shape (SIZE,)
+        Those of the orbit.
+    departure : array, shape (SIZE,)
+        Run minus orbit, `periods` periods ago.
+    monodromy : array, shape (SIZE, SIZE)
+        Jacobian over one period.
+    periods, size : int
+    scale : float
+        Size of the motion.
+
+    Returns
+    -------
+    verdict : int
+        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. The middle one is no proof: about an
+        orbit with a multiplier near the unit circle a run may wander for good and look for a while as if it settled.
+    """
+    predicted = departure.copy()
+    for _ in range(periods):
+        moved = np.zeros(SIZE)
+        for i in range(size):
+            for j in range(size):
+                moved[i] += monodromy[i, j] * predicted[j]
+        predicted = moved
+    off = 0.0
+    now = 0.0
+    for i in range(size):
+        gone = ring_now[i] - orbit_point[i]
+        now += gone * gone
+        off += (gone - predicted[i]) ** 2
+    now = sqrt(now)
+    first = norm(departure, size)
+    if now <= _ARRIVED_SHARE * first:
+        return APPROACHES
+    if sqrt(off) > 0.25 * now + 1e-10 * scale:
+        return LEAVES
+    return APPROACHES if now <= _NEARER * first or now <= 1e-10 * scale else FOLLOWS

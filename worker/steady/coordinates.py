@@ -1,0 +1,130 @@
+"""Section coordinates: what of a state a periodic response repeats, and the state that belongs to them."""
+
+from math import ceil, inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.state import IMPACTS, Dwell, Particle, State, Wall
+from damperlab.worker.steady.variational import is_contact
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def coordinates(state: State, particle: Particle | None, out: Array) -> None:
+    """Section coordinates of a state into `out`, shape (SIZE,): v, w, p, p' at phase 0, where s = 0.
+
+    In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
+    time until the particle is let go and the speed at which it came.
+    """
+    out[0] = state.v
+    out[1] = state.w
+    out[2] = 0.0
+    out[3] = 0.0
+    if particle is not None:
+        out[2] = state.v - state.wall * (particle.clearance_ratio - state.gap)
+        out[3] = state.p_rate
+        _contact_coordinates(state, state.dwell, particle.wall, out)
+
+
+@inlined
+def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, out: Array) -> None:
+    if dwell is not None:
+        if is_contact(state.riding, dwell.speed, wall):
+            out[2] = -state.wall * state.gap if wall is not None else state.wall * dwell.left
+            out[3] = state.wall * dwell.speed
+
+
+@inlined
+def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
+    """Whether the last two coordinates are those of a contact."""
+    if dwell is not None:
+        return is_contact(state.riding, dwell.speed, wall)
+    return False
+
+
+@kernel
+def state_at(point: Array, like: State, particle: Particle | None) -> tuple[State, bool]:
+    """State at section coordinates, in the regime (slip, wall, riding) of another state.
+
+    Returns
+    -------
+    state : State
+    possible : bool
+        False where the particle would lie beyond a wall, or slip against its direction.
+    """
+    v, w = point[0], point[1]
+    gap = 0.0
+    p_rate = 0.0
+    dwell = like.dwell
+    possible = w * like.slip >= 0.0
+    if particle is not None:
+        if like.riding > 0.0:
+            p_rate = like.p_rate + (w - like.w)
+            gap, p_rate, dwell, allowed = _contact_at(
+                point, like, p_rate, like.dwell, particle.wall, particle.contact_time, particle.restitution
+            )
+            possible = possible and allowed
+        else:
+            gap = particle.clearance_ratio - like.wall * (v - point[2])
+            p_rate = point[3]
+            least = 0.0
+            if like.gap < 0.0:  # let go while still in a compliant wall
+                least = -inf
+            possible = possible and least <= gap <= 2.0 * particle.clearance_ratio
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
+
+
+@inlined
+def _contact_at(
+    point: Array,
+    like: State,
+    p_rate: float,
+    dwell: Any,
+    wall: Wall | None,
+    contact_time: float | None,
+    restitution: float,
+) -> tuple[float, float, Any, bool]:
+    """Gap, particle velocity and dwell of a contact at section coordinates, and whether there is such a one."""
+    gap = 0.0
+    allowed = True
+    if dwell is not None:
+        speed = like.wall * point[3]
+        if wall is not None:
+            gap = -like.wall * point[2]
+            p_rate -= like.wall * (speed - dwell.speed)
+            allowed = gap <= 0.0 and wall.damping * speed - wall.stiffness * gap >= 0.0
+            dwell = Dwell(0.0, speed)
+        if contact_time is not None:
+            if dwell.speed > 0.0:
+                # beyond its ends lies the contact before or the one after, about as it is in a chatter
+                left = like.wall * point[2]
+                later = 1.0 - ceil(left / contact_time)
+                left += later * contact_time
+                speed *= restitution**later
+                allowed = 0.0 < left <= contact_time and 0.0 < speed < inf
+                dwell = Dwell(left, speed)
+    return gap, p_rate, dwell, allowed
+
+
+@kernel
+def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
+    """Leading coordinates that an orbit closes in: a particle at rest that was never struck takes no part."""
+    if particle is not None:
+        if counts[IMPACTS] > 0 or state.p_rate != 0.0:
+            return 4
+    return 2
+
+
+@inlined
+def same_regime(one: State, other: State, particle: Particle | None) -> bool:
+    """Whether the coordinates of two states mean the same."""
+    same = one.riding == other.riding and one.slip == other.slip
+    if particle is not None:
+        same = same and has_contact(one, one.dwell, particle.wall) == has_contact(
+            other, other.dwell, particle.wall
+        )
+    return same

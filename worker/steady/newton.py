@@ -1,0 +1,178 @@
+"""Periodic orbits by Newton on the section, with the exact Jacobian of the event-driven map."""
+
+from math import inf, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.steady.coordinates import active_size, coordinates, has_contact, same_regime, state_at
+from damperlab.worker.steady.variational import SIZE, propagate
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 10
+_CLOSED = 1e-13  # relative distance from closure that counts as rounding
+_SINGULAR = 1e-11  # pivot below which the orbit is not isolated
+
+
+@kernel
+def around(
+    state: State,
+    lag: int,
+    scene: Scene,
+    log: Transitions,
+    monodromy: Array,
+) -> tuple[State, bool]:
+    """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`, shape (SIZE, SIZE).
+
+    Returns
+    -------
+    state : State
+    complete : bool
+        False where the march or its record ended early; the Jacobian is then of no use.
+    """
+    for i in range(SIZE):
+        for j in range(SIZE):
+            monodromy[i, j] = 1.0 if i == j else 0.0
+    for _ in range(lag):
+        log.cursor[0] = 0
+        state, outcome = half_cycle(state, scene, None, log)
+        if outcome != ARRIVED or log.cursor[0] > log.capacity:
+            return state, False
+        propagate(log, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, monodromy)
+    return state, True
+
+
+@kernel
+def _newton_step(
+    monodromy: Array,
+    residual: Array,
+    state: State,
+    size: int,
+    friction: float | None,
+    particle: Particle | None,
+    step: Array,
+) -> bool:
+    """Solve (1 − M) step = residual in the coordinates that are free; False where it is singular.
+
+    A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
+    """
+    free = np.ones(SIZE, np.bool_)
+    if friction is not None:
+        if state.slip == 0.0:
+            free[1] = False
+    if particle is not None:
+        if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
+            free[2] = False
+            free[3] = False
+    index = np.empty(SIZE, np.int64)
+    n = 0
+    for i in range(size):
+        step[i] = 0.0
+        if free[i]:
+            index[n] = i
+            n += 1
+    a = np.empty((n, n + 1))
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = (1.0 if i == j else 0.0) - monodromy[index[i], index[j]]
+        a[i, n] = residual[index[i]]
+    for column in range(n):
+        pivot = column
+        for i in range(column + 1, n):
+            if abs(a[i, column]) > abs(a[pivot, column]):
+                pivot = i
+        if abs(a[pivot, column]) < _SINGULAR:
+            return False
+        for j in range(n + 1):
+            a[column, j], a[pivot, j] = a[pivot, j], a[column, j]
+        for i in range(n):
+            if i != column:
+                factor = a[i, column] / a[column, column]
+                for j in range(column, n + 1):
+                    a[i, j] -= factor * a[column, j]
+    for i in range(n):
+        step[index[i]] = a[i, n] / a[i, i]
+    return True
+
+
+@kernel
+def norm(vector: Array, size: int) -> float:
+    """Length of the leading part of a vector."""
+    total = 0.0
+    for i in range(size):
+        total += vector[i] * vector[i]
+    return sqrt(total)
+
+
+@kernel
+def find_orbit(
+    state: State,
+    lag: int,
+    scale: float,
+    reach: float,
+    scene: Scene,
+    log: Transitions,
+    monodromy: Array,
+) -> tuple[State, float, int]:
+    """Periodic orbit near a state.
+
+    Parameters
+    ----------
+    state : State
+        On the section, close to the orbit.
+    lag : int
+        Period in half cycles of the mirrored map.
+    scale : float
+        Size of the motion.
+    reach : float
+        Longest step believed.
+    monodromy : array, shape (SIZE, SIZE)
+        Filled with the Jacobian of the orbit found.
+
+    Returns
+    -------
+    orbit : State
+        On the orbit; meaningless unless found.
+    error : float
+        Estimated distance from the exact orbit; inf where none was found.
+    halves : int
+        Half cycles marched.
+    """
+    friction, particle = scene.friction, scene.particle
+    size = active_size(state, particle, scene.counts)
+    point = np.empty(SIZE)
+    end = np.empty(SIZE)
+    step = np.zeros(SIZE)
+    coordinates(state, particle, point)
+    here = state
+    halves = 0
+    previous = inf
+    for _ in range(_ITERATIONS):
+        there, complete = around(here, lag, scene, log, monodromy)
+        halves += lag
+        if not complete or not same_regime(there, here, particle):
+            return state, inf, halves
+        coordinates(there, particle, end)
+        for i in range(SIZE):
+            end[i] -= point[i]
+        if not _newton_step(monodromy, end, here, size, friction, particle, step):
+            return state, inf, halves
+        distance = norm(step, size)
+        if norm(end, size) <= _CLOSED * scale and (distance <= _CLOSED * scale or distance > 0.5 * previous):
+            return here, distance, halves  # no step makes it better
+        previous = distance
+        if not distance <= reach:
+            return state, inf, halves
+        for i in range(size):
+            point[i] += step[i]
+        here, possible = state_at(point, here, particle)
+        if not possible:
+            return state, inf, halves
+        coordinates(here, particle, point)  # a riding particle has moved with the mass
+    return state, inf, halves

@@ -1,0 +1,98 @@
+"""Rules by which a run ends, each by its name."""
+
+from math import log, pi
+from typing import NamedTuple
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.state import State
+from damperlab.worker.steady.section import recurrence
+
+LARGEST_BURN_IN = 0.2
+"""Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""
+FEWEST_MEASURED = 768
+"""Cycles before a standard error is believed."""
+
+_TRANSIENT_LEFT = 0.01  # share of a free vibration that is left after the burn-in
+_CORRELATIONS = 50.0  # correlation times that have to be measured
+_MARGIN = 1.1  # of the cycles that the next look is planned at, over those that the last one asks for
+# Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
+_CREEP = 1e-2
+_TIE = 1e-12
+
+
+class Settings(NamedTuple):
+    """When to stop: the study's `steady` block; and whether energies are measured (as in `scene.Meter`)."""
+
+    max_cycles: int
+    tolerance: float
+    periodic_tolerance: float
+    energies: bool | None = True
+
+
+@kernel
+def burn_in_of(base, settings):
+    """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
+
+    Until `_TRANSIENT_LEFT` of it is left, ln(100) r/(2πζ) = 0.73 r/ζ cycles. What then is still no steady response is found by
+    its data (`statistics.estimate`).
+    """
+    most = LARGEST_BURN_IN * settings.max_cycles
+    if base.two_zeta <= 0.0:
+        return 2 * int(most)
+    needed = -log(_TRANSIENT_LEFT) * base.frequency_ratio / (pi * base.two_zeta)
+    return 2 * int(min(needed, most))
+
+
+@kernel
+def is_known(mean, settings):
+    """Whether the mean of a response that does not repeat is known to the tolerance, from enough of it, without a drift."""
+    measured = mean.last - mean.first
+    return (
+        mean.error <= settings.tolerance * mean.mean
+        and measured >= FEWEST_MEASURED
+        and measured >= _CORRELATIONS * mean.correlation
+        and mean.stationary
+    )
+
+
+@kernel
+def next_look(mean, settings):
+    """Metered cycles of the next look, planned from this one.
+
+    Looks are few, and each at a length fixed before its data are seen: a mean that was looked at again and again, until its
+    error happened to be small, would be off by more than its error.
+    """
+    measured = mean.last - mean.first
+    needed = max(
+        measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, _CORRELATIONS * mean.correlation
+    )
+    return mean.first + int(min(max(_MARGIN * needed, 1.25 * measured), 3.0 * measured))
+
+
+@kernel
+def creep_limit(state, friction, frequency_ratio):
+    """Locked state that a one-sided creep tends to.
+
+    For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by
+    less than the excess squared, so the edge is reached only as 1/N: take the limit instead of stepping towards it.
+    """
+    square = frequency_ratio * frequency_ratio
+    edge = friction - square
+    if edge < 0.0 and edge > -_TIE * square:
+        edge = 0.0  # γ_F = r² but for the rounding of r²
+    # a slip of the excess force x lasts about √(8x)/r² and goes about x²/r⁴ far
+    if edge >= 0.0 and state.slip == 0.0 and edge < abs(state.v) <= edge + _CREEP * min(1.0, square * square):
+        v = edge if state.v > 0.0 else -edge
+        return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0, state.dwell), True
+    return state, False
+
+
+@kernel
+def is_locked(state, friction, frequency_ratio, ring, half):
+    """Whether friction has held the mass for a cycle and holds it for good: r² + |v| ≤ γ_F, and the particle is at rest."""
+    return (
+        state.slip == 0.0
+        and state.p_rate == 0.0
+        and frequency_ratio * frequency_ratio + abs(state.v) <= friction
+        and recurrence(ring, half, 2) == 0.0
+    )

@@ -1,0 +1,130 @@
+"""The trace of a metered run: one row a half cycle, and what rows tell of a stretch of it."""
+
+from typing import NamedTuple
+
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.state import (
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    PEAK,
+    RELATIVE_PEAK,
+    SPEED,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+)
+
+# Columns of a trace: of the half cycle alone,
+HALF_PEAK = 0
+HALF_RELATIVE_PEAK = 1
+HALF_SPEED = 2
+# and totals since metering began, with the energy stored at the end of the half cycle.
+IMPACTS_SO_FAR = 3
+STORED = 4
+_TOTALS = 5  # the first of the meter's totals, in the order of the meter
+COLUMNS = _TOTALS + 6
+"""Of a trace."""
+LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3)
+"""Columns of the losses: viscous, friction, impact."""
+_METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK)
+
+
+class Stretch(NamedTuple):
+    """Totals over metered half cycles of a trace, from row `first` to row `last`.
+
+    Attributes
+    ----------
+    first, last : int
+        Rows.
+    impacts : float
+    work, viscous, friction, impact : float
+        Work done by the base and losses, over k Z².
+    square, stuck : float
+        ∫u² dτ, and the time in which friction holds the mass.
+    stored_before, stored_after : float
+        Energy stored at the ends.
+    speed, peak, relative_peak : float
+        Largest impact speed, |u| and |v|.
+    """
+
+    first: int
+    last: int
+    impacts: float
+    work: float
+    viscous: float
+    friction: float
+    impact: float
+    square: float
+    stuck: float
+    stored_before: float
+    stored_after: float
+    speed: float
+    peak: float
+    relative_peak: float
+
+
+@inlined
+def clear_peaks(sums):
+    """Before a half cycle: peaks and speeds are those of it alone."""
+    sums[PEAK] = 0.0
+    sums[RELATIVE_PEAK] = 0.0
+    sums[SPEED] = 0.0
+
+
+@inlined
+def note_half(line, sums, impacts, stored):
+    """Write one row of a trace."""
+    line[HALF_PEAK] = sums[PEAK]
+    line[HALF_RELATIVE_PEAK] = sums[RELATIVE_PEAK]
+    line[HALF_SPEED] = sums[SPEED]
+    line[IMPACTS_SO_FAR] = impacts
+    line[STORED] = stored
+    for i in range(6):
+        line[_TOTALS + i] = sums[_METERED[i]]
+
+
+@kernel
+def stretch_of(trace, first, last):
+    """Totals over the half cycles of the rows first + 1 … last."""
+    before = trace[first]
+    after = trace[last]
+    return Stretch(
+        first,
+        last,
+        after[IMPACTS_SO_FAR] - before[IMPACTS_SO_FAR],
+        after[_TOTALS] - before[_TOTALS],
+        after[_TOTALS + 1] - before[_TOTALS + 1],
+        after[_TOTALS + 2] - before[_TOTALS + 2],
+        after[_TOTALS + 3] - before[_TOTALS + 3],
+        after[_TOTALS + 4] - before[_TOTALS + 4],
+        after[_TOTALS + 5] - before[_TOTALS + 5],
+        before[STORED],
+        after[STORED],
+        trace[first + 1 : last + 1, HALF_SPEED].max(),
+        trace[first + 1 : last + 1, HALF_PEAK].max(),
+        trace[first + 1 : last + 1, HALF_RELATIVE_PEAK].max(),
+    )
+
+
+@kernel
+def cycle_peaks(trace, rows, peaks):
+    """Peaks per cycle that a motion and its mirror image share, which is the same motion half a cycle later.
+
+    Parameters
+    ----------
+    trace : array
+        Metered from row 1 on.
+    rows : int
+        Half cycles metered.
+    peaks : array, shape (≥ rows // 2, 2)
+        Filled with the mean of the peaks over the two windows of one cycle that begin in each cycle; of the last, which may
+        lack the half cycle after it, over one.
+    """
+    for column in range(2):
+        for i in range(rows // 2):
+            first = trace[2 * i + 1, column]
+            second = trace[2 * i + 2, column]
+            peaks[i, column] = max(first, second)
+            if 2 * i + 3 <= rows:
+                peaks[i, column] = 0.5 * (peaks[i, column] + max(second, trace[2 * i + 3, column]))
