@@ -51,6 +51,32 @@ def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> Non
     assert response.amplitude_ratio == pytest.approx(windows.mean(), rel=1e-9)
 
 
+def test_just_beyond_a_period_doubling_the_shorter_orbit_is_not_the_response() -> None:
+    """It repels, and lies within 1e-6 of the longer one: a march repeats after four cycles, not after two."""
+    point = Point(
+        0.002113120949328602,
+        1.2060100753492171,
+        0.33740107370351746,
+        Particle(0.7103487631805168, 0.42226738758543764, 0.016265346921454663),
+    )
+    response, _ = solved(point)
+    assert response.period == 4
+    assert response.floquet_multiplier < 1.0
+
+
+def test_a_run_that_does_not_repeat_beside_a_stable_orbit_goes_on() -> None:
+    """Irregular for 1,400 cycles and longer, until it falls on an orbit that Newton finds from far off."""
+    point = Point(
+        0.009233224930901911,
+        0.7036191425014381,
+        None,
+        Particle(1.938181525781893, 0.9444221886987241, 0.09318002579619684),
+    )
+    response, _ = solved(point)
+    assert response.period == 1
+    assert response.amplitude_ratio == pytest.approx(2.39104, rel=1e-5)
+
+
 CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
 
 
