@@ -11,7 +11,7 @@ from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.lyapunov import is_chaotic
 from damperlab.worker.steady.newton import around
-from damperlab.worker.steady.orbit import orbit_multiplier, repels
+from damperlab.worker.steady.orbit import orbit_multiplier
 from damperlab.worker.steady.response import (
     Kind,
     failed,
@@ -28,7 +28,6 @@ from damperlab.worker.steady.run import (
     make_notes,
 )
 from damperlab.worker.steady.search import search
-from damperlab.worker.steady.section import SAME
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.stopping import Settings
 from damperlab.worker.steady.trace import stretch_of
@@ -40,6 +39,7 @@ _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
+_CLOSED = 1e-9  # relative distance within which a state repeats
 # Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.
 _LYAPUNOV = ((32, 0.2), (96, 0.1), (320, 0.01))
 
@@ -151,11 +151,12 @@ def _measured_run(found, scene, probe, particle, notes):
 
 @kernel
 def _shortest_period(state, found, probe, particle, scene, notes):
-    """The shortest part of a period after which the state repeats already, on an orbit that does not repel.
+    """The shortest part of a period after which the state repeats already, to what the orbit is known to.
 
-    Just beyond a period doubling the shorter orbit lies as near as rounding allows, but it repels.
+    Just beyond a period doubling the shorter orbit, which repels, lies very near.
     """
     lag = found.orbit.lag
+    known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
     start = np.empty(SIZE)
     end = np.empty(SIZE)
     coordinates(state, particle, start)
@@ -164,7 +165,6 @@ def _shortest_period(state, found, probe, particle, scene, notes):
             begin_beside(probe, scene, shorter)
             there, complete = around(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, particle, end)
-            apart = np.abs(end - start).max()
-            if complete and apart <= SAME * found.look.scale and not repels(notes.monodromy, found.look.size):
+            if complete and np.abs(end - start).max() <= known:
                 return shorter
     return lag
