@@ -8,7 +8,7 @@ from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, Point, every, points
+from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, WARNED, Point, every, points
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
@@ -25,12 +25,16 @@ def solved(point: Point, settings: Settings = SETTINGS, start: State | None = No
 def test_random_answers_of_every_contact_model_are_what_plain_marches_come_to() -> None:
     """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is."""
     answers = list(every(islice(points(5, MODELS), 180), 5000))
-    wrong = [one for one in answers if not one.verdict.startswith(("agrees", "several responses", TRANSIENT))]
+    wrong = [
+        one
+        for one in answers
+        if not one.verdict.startswith(("agrees", "several responses", TRANSIENT, WARNED))
+    ]
     assert len(answers) >= 175
     assert wrong == []
     assert sum(one.verdict.startswith("several responses") for one in answers) <= 6
-    # irregular for longer than the run: known to happen, and no more often than in one answer of fifty
-    assert sum(one.verdict == TRANSIENT for one in answers) <= 180 // 50
+    # one irregular answer of seventy settles later than its run ended (docs/accuracy.md): three of the thirty here have odds of 1 %
+    assert sum(one.verdict == TRANSIENT for one in answers) <= 2
 
 
 def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> None:
@@ -64,17 +68,12 @@ def test_just_beyond_a_period_doubling_the_shorter_orbit_is_not_the_response() -
     assert response.floquet_multiplier < 1.0
 
 
-def test_a_run_that_does_not_repeat_beside_a_stable_orbit_goes_on() -> None:
-    """Irregular for 1,400 cycles and longer, until it falls on an orbit that Newton finds from far off."""
-    point = Point(
-        0.009233224930901911,
-        0.7036191425014381,
-        None,
-        Particle(1.938181525781893, 0.9444221886987241, 0.09318002579619684),
-    )
-    response, _ = solved(point)
-    assert response.period == 1
-    assert response.amplitude_ratio == pytest.approx(2.39104, rel=1e-5)
+def test_a_run_that_does_not_repeat_beside_a_stable_orbit_goes_on_until_it_is_caught() -> None:
+    """Irregular for thousands of cycles, while its mean is known to the tolerance after one thousand."""
+    particle = Particle(5.647954248171946, 0.7734920644219078, 0.12917198227863555)
+    response, _ = solved(Point(0.0033761187698884477, 0.978118903312964, None, particle))
+    assert response.period == 2
+    assert response.amplitude_ratio == pytest.approx(7.827611794647, rel=1e-10)
 
 
 CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
