@@ -33,7 +33,7 @@ def test_random_answers_of_every_contact_model_are_what_plain_marches_come_to() 
     assert len(answers) >= 175
     assert wrong == []
     assert sum(one.verdict.startswith("several responses") for one in answers) <= 6
-    # one irregular answer of seventy settles later than its run ended (docs/accuracy.md): three of the thirty here have odds of 1 %
+    # one irregular answer of a hundred settles after its run has ended (docs/accuracy.md): of the thirty here, hardly three
     assert sum(one.verdict == TRANSIENT for one in answers) <= 2
 
 
