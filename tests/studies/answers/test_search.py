@@ -4,7 +4,6 @@ import json
 import zlib
 from collections.abc import Callable
 from itertools import product
-from itertools import product
 from typing import Any
 
 import numpy as np
