@@ -49,6 +49,7 @@ from damperlab.worker.tasks import failed_values, run_block
 from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
 if TYPE_CHECKING:
+    import xarray as xr
     from distributed import Client
 
     from damperlab.worker.crew import Crew, Member
@@ -261,11 +262,18 @@ class _Run:
                 canary = canary_of(self._plan, int(index))
                 cube = self._store.cube(self._study_id)
                 names = [variable.name for variable in stored_variables(study)]
-                # no worker is measured by a block that was given up
-                where = dict(zip(study.coordinates, canary.slices, strict=True))
-                if not (cube["status"].isel(where).values >= Status.BLOCK_FAILED).any():
-                    return canary, stored_bits(cube, study, canary, names)
+                # no worker is measured by a block that was given up, or whose file is not there or goes meanwhile
+                if self._is_known(cube, canary):
+                    truth = stored_bits(cube, study, canary, names)
+                    if self._is_known(cube, canary):
+                        return canary, truth
         return canary_of(self._plan, int(pending[0])), ""
+
+    def _is_known(self, cube: "xr.Dataset", canary: Block) -> bool:
+        """Whether every one of some points has a computed result in the store."""
+        where = dict(zip(self._plan.study.coordinates, canary.slices, strict=True))
+        status = cube["status"].isel(where).values
+        return bool(((status >= 0) & (status < Status.BLOCK_FAILED)).all())
 
     def _look_on(self, window: "Window") -> bool:
         """Let everybody see what is waited for; False where the study shall stop."""
