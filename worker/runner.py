@@ -308,7 +308,8 @@ class _Run:
 
     def _begin_blocks(self, work_left: float) -> None:
         """Go over from preparation to blocks; what it took says nothing about their pace."""
-        self._enter(None)
+        # what was waited for is there
+        self._enter(None, message=self._left_out)
         self._meter = Meter(_progress(self._record), work_left)
 
     def _compiling(self, done: int, total: int) -> None:
