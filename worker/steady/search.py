@@ -148,8 +148,8 @@ def search(start, scene, probe, friction, particle, notes, settings):
         if metered >= 0 and metered % _FAR_EVERY == 0 and not rival:
             if scene.counts[IMPACTS] > 0:
                 lag = 1 + metered // _FAR_EVERY % 2
-                rival, halves = is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes)
-                beside += halves
+                # bounded by how seldom it is done: taken from the others' share, it would leave them nothing
+                rival, _ = is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes)
         if metered >= 2 * look_at:
             cycle_peaks(notes.trace, metered, notes.cycles)
             mean = estimate(notes.cycles[:, 0], 0, metered // 2)
