@@ -1,6 +1,7 @@
 """Commands for keys: who may ask a service that listens beyond loopback."""
 
 import getpass
+import os
 from typing import Annotated
 
 import typer
@@ -37,6 +38,7 @@ def create(
     from damperlab.studies.store.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
+    os.umask(0o077)  # as the service's: a folder that this makes no other user can read
     store = open_store(data_dir)
     try:
         key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)

@@ -14,6 +14,7 @@ SOURCES: tuple[str, ...] = (
     "studies/contact.py",
     "studies/definition.py",
     "studies/ground/motion.py",
+    "studies/ground/quantities.py",
     "studies/ground/source.py",
     "studies/ground/survey.py",
     "studies/ground/survey_reading.py",
