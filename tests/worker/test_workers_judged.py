@@ -104,14 +104,23 @@ tasks.solve_block = other
 """
 
 
+class AfterABlock(threading.Event):
+    """Set once a block of a study is done, however seldom progress is told."""
+
+    def __init__(self, store: Store, study_id: str) -> None:
+        super().__init__()
+        self._store, self._study_id = store, study_id
+
+    def is_set(self) -> bool:
+        return self._store.find(self._study_id).blocks_done > 0
+
+
 def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(store: Store, tmp_path: Path) -> None:
     """One holds other sources, one computes other bits, one has no data folder; two compute."""
     record = submit(store)
-    stop = threading.Event()
     # a block or more are known when the workers come
-    record = run_study(
-        store, record.id, never, lambda now: stop.set() if now.blocks_done else None, stop, here_seconds=60.0
-    )
+    stop = AfterABlock(store, record.id)
+    record = run_study(store, record.id, never, ignore, stop, here_seconds=60.0)
     known = record.blocks_done
     assert record.state == "cancelled"
     assert 1 <= known < BLOCKS

@@ -60,6 +60,8 @@ def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
     before = store.taken()
     with store.catalogue.writing() as connection:
         for statement in (
+            "DROP TABLE access_keys",
+            "DROP INDEX waiting",
             "DROP INDEX digest",
             *(
                 f"ALTER TABLE studies DROP COLUMN {name}"
