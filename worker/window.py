@@ -70,6 +70,7 @@ class Window:
         self._sent = 0
         self._looked = -LOOK_SECONDS
         self._able = time.monotonic()
+        self._computed: set[str] = set()
 
     @property
     def empty(self) -> bool:
@@ -296,8 +297,10 @@ class Window:
             self._examined.pop(key)[0].cancel()
         if examine:
             self._examine(now)
-        # a worker that compiles before it answers is no want of workers
-        compiles = self._examination is not None and self._examination[-1] is not None and self._examined
+        # a worker that compiles before it answers is no want of workers; one that has computed has compiled before
+        self._computed.update(one.address for one in self.crew.usable)
+        new = any(address not in self._computed for _, address in self._examined.values())
+        compiles = self._examination is not None and self._examination[-1] is not None and new
         if self._flying or self.crew.usable or compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:

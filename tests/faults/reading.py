@@ -176,9 +176,7 @@ def run_reading(reads: int, seed: int, patience: float) -> Reading:
     processes = [
         dask(folder / "scheduler.log", "scheduler", "--port", str(scheduler)),
         dask(folder / "worker.log", "worker", address, "--no-nanny", "--nthreads", "1", *preload),
-        Process(
-            folder / "service.log", sys.executable, "-m", "damperlab.service.cli.main", "serve", **settings
-        ),
+        Process(folder / "service.log", sys.executable, "-m", "tests.faults.believing", "serve", **settings),
     ]
     result = Reading(seed)
     # compiled before anybody waits for it
