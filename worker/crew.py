@@ -85,6 +85,8 @@ class Member:
     blamed: set[int] = field(default_factory=set)  # blocks that failed here, nobody knows yet by whose fault
     confirmed: int = 0  # of these, computed elsewhere since
     last_error: str = ""
+    admitted: bool = False  # at any time: its kernels are compiled
+    failing: bool = False  # left out since it last computed a block
 
     @property
     def doubtful(self) -> bool:
@@ -117,6 +119,13 @@ class Crew:
     def usable(self) -> list[Member]:
         """The workers that compute."""
         return [member for member in self.members.values() if member.standing == "usable"]
+
+    @property
+    def able(self) -> bool:
+        """Whether somebody computes; one that was left out and is used again has yet to show that it can."""
+        return any(
+            (one.standing == "usable" or one.held) and not one.failing for one in self.members.values()
+        )
 
     @property
     def waiting(self) -> int:
@@ -181,7 +190,7 @@ class Crew:
         if member is not None and member.standing in ("joining", "out"):
             if member.standing == "out":
                 self.news.append(f"worker {address} is used again")
-            member.standing, member.reason, member.unreadable = "usable", "", 0
+            member.standing, member.reason, member.unreadable, member.admitted = "usable", "", 0, True
             self._hungry[address] = None
             self._threads += member.threads
 
@@ -202,7 +211,7 @@ class Crew:
             return
         if (member.standing, member.reason) != ("out", reason):
             self.news.append(f"worker {address} is left out: {reason}")
-        member.standing, member.reason, member.again_at = "out", reason, again_at
+        member.standing, member.reason, member.again_at, member.failing = "out", reason, again_at, True
         self._count()
 
     def notice(self, address: str) -> list[str]:
@@ -259,7 +268,7 @@ class Crew:
         """Hear that a block is computed: who failed at it before is to blame."""
         member = self.members[self._where[key]]
         attempt = self._take(key)
-        member.unreadable = 0
+        member.unreadable, member.failing = 0, member.standing == "out"
         member.blamed.clear()
         for address in attempt.avoid:
             other = self.members.get(address)
@@ -350,8 +359,7 @@ class Crew:
             for member in self.members.values()
             if member.standing != "usable"
         ]
-        more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
-        return f"none of the {len(self.members)} workers can compute: {'; '.join(told[:3])}{more}"
+        return f"none of the {len(self.members)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
         """Count the workers by their standing."""
@@ -371,6 +379,10 @@ class Crew:
     def left_out(self) -> list[Member]:
         """Give the workers that are left out."""
         return [member for member in self.members.values() if member.standing == "out"]
+
+    def reasons(self) -> str:
+        """Say who is left out and why; empty where nobody is."""
+        return _some([f"{member.address}: {member.reason}" for member in self.left_out()])
 
     def _count(self) -> None:
         self._threads = sum(member.threads for member in self.members.values() if member.standing == "usable")
@@ -393,3 +405,9 @@ class Crew:
                 return attempt
         index = self._backlog.take()
         return None if index is None else Attempt(index)
+
+
+def _some(told: list[str]) -> str:
+    """Join what is told of workers; a few stand for many."""
+    more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
+    return "; ".join(told[:3]) + more

@@ -10,6 +10,7 @@ import numpy as np
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block, Plan
+from damperlab.studies.variables import Status
 from damperlab.worker.provenance import computing, require_code
 from damperlab.worker.tasks import solve_stored
 
@@ -95,6 +96,8 @@ def bits_of(values: Mapping[str, Any]) -> str:
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
     """Hash the stored answer of some points as `bits_of` does a worker's.
 
+    Empty where one of them has no computed result: its block was given up, or its file is not there, or goes meanwhile.
+
     Parameters
     ----------
     cube : Dataset
@@ -107,7 +110,15 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
         What is stored.
     """
     where = dict(zip(study.coordinates, canary.slices, strict=True))
-    return bits_of({name: cube[name].isel(where).values for name in names})
+
+    def known() -> bool:
+        status = cube["status"].isel(where).values
+        return bool(((status >= 0) & (status < Status.BLOCK_FAILED)).all())
+
+    if not known():
+        return ""
+    bits = bits_of({name: cube[name].isel(where).values for name in names})
+    return bits if known() else ""
 
 
 def majority(answers: Mapping[str, str]) -> str | None:

@@ -22,7 +22,6 @@ from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import sweep
-from damperlab.studies.variables import Status
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.examination import canary_of, stored_bits
@@ -49,10 +48,9 @@ from damperlab.worker.tasks import failed_values, run_block
 from damperlab.worker.warm import Scene, compile_apart, missing, scenes
 
 if TYPE_CHECKING:
-    import xarray as xr
     from distributed import Client
 
-    from damperlab.worker.crew import Crew, Member
+    from damperlab.worker.crew import Crew
     from damperlab.worker.window import Window
 
 _log = logging.getLogger(__name__)
@@ -257,23 +255,14 @@ class _Run:
         """Choose points that every worker computes first, and give their bits where they are stored."""
         study = self._plan.study
         done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
-        with suppress(StoreFault, OSError):
-            for index in done[:1]:
-                canary = canary_of(self._plan, int(index))
-                cube = self._store.cube(self._study_id)
-                names = [variable.name for variable in stored_variables(study)]
-                # no worker is measured by a block that was given up, or whose file is not there or goes meanwhile
-                if self._is_known(cube, canary):
-                    truth = stored_bits(cube, study, canary, names)
-                    if self._is_known(cube, canary):
-                        return canary, truth
+        if done.size:
+            canary = canary_of(self._plan, int(done[0]))
+            names = [variable.name for variable in stored_variables(study)]
+            with suppress(StoreFault, OSError):
+                # no worker is measured by what is not there
+                if truth := stored_bits(self._store.cube(self._study_id), study, canary, names):
+                    return canary, truth
         return canary_of(self._plan, int(pending[0])), ""
-
-    def _is_known(self, cube: "xr.Dataset", canary: Block) -> bool:
-        """Whether every one of some points has a computed result in the store."""
-        where = dict(zip(self._plan.study.coordinates, canary.slices, strict=True))
-        status = cube["status"].isel(where).values
-        return bool(((status >= 0) & (status < Status.BLOCK_FAILED)).all())
 
     def _look_on(self, window: "Window") -> bool:
         """Let everybody see what is waited for; False where the study shall stop."""
@@ -285,7 +274,7 @@ class _Run:
         for sentence in window.crew.take_news():
             _log.warning("study %s: %s", self._study_id, sentence)
             self._store.note(self._study_id, sentence)
-        stranded, out = window.stranded, _words(window.crew.left_out())
+        stranded, out = window.stranded, window.crew.reasons()
         if stranded is not None:
             self._enter("waiting", message=stranded)
         elif self._phase[0] == "waiting" or (out != self._left_out and self._phase[0] is None):
@@ -462,13 +451,6 @@ class _Run:
                     now_at, workers=crew.standings(), blocks_in_flight=crew.in_flight, retries=crew.retries
                 )
             self._on_progress(now_at)
-
-
-def _words(members: "Iterable[Member]") -> str:
-    """Name workers that are left out, each with its reason; a few stand for many."""
-    told = [f"{member.address}: {member.reason}" for member in members]
-    more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
-    return "; ".join(told[:3]) + more
 
 
 def _progress(record: Record) -> Progress:

@@ -70,8 +70,6 @@ class Window:
         self._sent = 0
         self._looked = -LOOK_SECONDS
         self._able = time.monotonic()
-        self._computed: set[str] = set()
-        self._failing: set[str] = set()  # left out since they last computed a block
 
     @property
     def empty(self) -> bool:
@@ -271,7 +269,6 @@ class Window:
             self.crew.give_back(key)
             return None
         self.crew.ended(key)
-        self._failing.discard(address)
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:
@@ -299,14 +296,11 @@ class Window:
             self._examined.pop(key)[0].cancel()
         if examine:
             self._examine(now)
-        # a worker that compiles before it answers is no want of workers; one that has computed has compiled before
-        self._computed.update(one.address for one in self.crew.usable)
-        new = any(address not in self._computed for _, address in self._examined.values())
+        # a worker that compiles before it answers is no want of workers; one that was admitted has compiled before
+        asked = {address for _, address in self._examined.values()}
+        new = any(one.address in asked and not one.admitted for one in self.crew.members.values())
         compiles = self._examination is not None and self._examination[-1] is not None and new
-        self._failing.update(one.address for one in self.crew.left_out())
-        at_work = {self.crew.at(key) for key in self._flying} | {one.address for one in self.crew.usable}
-        # one that was left out and is used again has yet to show that it can
-        if at_work - self._failing - {None} or compiles:
+        if self.crew.able or compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:
             raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.crew.words()}")

@@ -6,12 +6,10 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
-import { leading } from "./headline.js";
+import { leading, VALUE } from "./headline.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 
-/** What designs are judged by is an amplitude, of one frequency or of a band. */
-const VALUE = "amplitude_ratio";
 const TOP = 5;
 const FRONT = 50;
 /** @type {Found} */

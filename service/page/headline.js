@@ -4,7 +4,7 @@ import { capital, el, prose } from "./dom.js";
 import { FREQUENCY } from "./selection.js";
 
 /** What designs are judged by is an amplitude, of one frequency or of a band. */
-const VALUE = "amplitude_ratio";
+export const VALUE = "amplitude_ratio";
 
 /**
  * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does

@@ -7,13 +7,11 @@ import { History } from "./history.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
-import { unitFactor } from "./quantities.js";
 import { FREQUENCY } from "./selection.js";
 import { sketch } from "./sketch.js";
-import { DIMENSIONS } from "./vocabulary.js";
+import { designDimensions } from "./vocabulary.js";
 
-const OF_PARTICLE = ["clearance_ratio", "restitution", "mass_ratio"];
-/** Cycles that are shown of a response that repeats: whole periods, about as many as can be told apart. */
+/** Cycles shown of a response that repeats: as many whole periods as fit into so many. */
 const CYCLES = 6;
 const MOST_CYCLES = 60;
 /** Of one that does not repeat, or of which nobody knows. */
@@ -38,7 +36,7 @@ export function motionPanel(session) {
   const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: () => pythonLine(null, "simulate", asked) });
   const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280 });
   const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240 });
-  const units = unitsOf(record.definition, session.shown.inUnits);
+  const units = unitsOf(session.shown);
   /** @type {Record<string, any>} what was asked for last */
   let asked = {};
 
@@ -95,15 +93,14 @@ function cyclesShown(period) {
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
-/** What lengths, speeds and frequencies are shown in. @param {any} definition @param {boolean} wanted */
-function unitsOf({ physical }, wanted) {
-  const amplitude = physical && unitFactor("clearance_ratio", physical);
-  const hertz = physical && unitFactor("frequency_ratio", physical);
-  const inUnits = Boolean(wanted && amplitude && hertz);
+/** What lengths, speeds and frequencies are shown in: all in units or none. @param {import("./shown.js").Shown} shown */
+function unitsOf(shown) {
+  const inUnits = shown.has("impact_speed_max");
+  const factor = (/** @type {string} */ name) => (inUnits ? shown.factor(name) : 1);
   return {
-    ofLength: inUnits ? 1000 * amplitude : 1,
-    ofSpeed: inUnits ? amplitude * 2 * Math.PI * hertz : 1,
-    ofFrequency: inUnits ? hertz : 1,
+    ofLength: factor("amplitude_ratio"),
+    ofSpeed: factor("impact_speed_max"),
+    ofFrequency: factor(FREQUENCY),
     plain: inUnits ? "mm" : "Z",
     length: inUnits ? "[mm]" : "/ Z",
     speed: inUnits ? "[m/s]" : "ẋ / (Z ω<sub>n</sub>)",
@@ -114,9 +111,8 @@ function unitsOf({ physical }, wanted) {
 /** The point as a request. @param {import("./study.js").Session} session @param {number} r @param {number} cycles @returns {any} */
 function design({ selection, record }, r, cycles) {
   const { particle, contact } = record.definition;
-  const names = DIMENSIONS.filter((name) => name !== FREQUENCY && (particle !== false || !OF_PARTICLE.includes(name)));
   /** @type {Record<string, any>} */
-  const ratios = Object.fromEntries(names.map((name) => [name, selection.value(name)]));
+  const ratios = Object.fromEntries(designDimensions(record.definition).map((name) => [name, selection.value(name)]));
   return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), history: cycles, samples: SAMPLES };
 }
 

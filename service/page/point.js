@@ -7,9 +7,8 @@ import { motionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
-import { CLASS_LOOKS, DIMENSIONS } from "./vocabulary.js";
+import { CLASS_LOOKS, designDimensions } from "./vocabulary.js";
 
-const OF_PARTICLE = ["clearance_ratio", "restitution", "mass_ratio"];
 const PATIENCE_MILLISECONDS = 350;
 
 /**
@@ -36,15 +35,14 @@ export function pointPanel(session, best) {
     fill(heading, title(session));
     try {
       const path = studyPath(record.id, "frequency-response");
-      const [response, times] = await Promise.all([
-        ask(path, at, options),
-        session.variables.includes("run_time") ? ask(path, { ...at, metric: "run_time" }, options) : null,
-      ]);
+      const along = (/** @type {string} */ metric) => (session.variables.includes(metric) ? ask(path, { ...at, metric }, options) : null);
+      const [response, times, periods] = await Promise.all([ask(path, at, options), along("run_time"), along("period")]);
       const place = frequencyPlace(response);
       fill(about, stored(session, response, times, place));
       await drawCurve(response, place);
-      const r = response.frequency_ratio[place];
-      await moving.look(r, await periodAt(path, at, place, options), options.signal);
+      // cycles after which the stored response repeats; 0 where it does not, or nobody knows
+      const period = Math.max(0, periods?.values[place] ?? 0);
+      await moving.look(response.frequency_ratio[place], period, options.signal);
       say(`${heading.textContent}: ${about.querySelector("dd")?.textContent ?? ""}`);
     } catch (error) {
       if (options.signal.aborted) return;
@@ -57,13 +55,6 @@ export function pointPanel(session, best) {
     if (!selection.worst) return selection.place[FREQUENCY];
     const values = response.values.map((/** @type {any} */ value) => value ?? -1);
     return values.indexOf(values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)));
-  }
-
-  /** Cycles after which the stored response repeats; 0 where it does not, or nobody knows. @param {string} path @param {any} at @param {number} place @param {RequestInit} options */
-  async function periodAt(path, at, place, options) {
-    if (!session.variables.includes("period")) return 0;
-    const periods = await ask(path, { ...at, metric: "period" }, options);
-    return Math.max(0, periods.values[place] ?? 0);
   }
 
   /** @param {any} response @param {number} place */
@@ -89,8 +80,7 @@ function designOf(design, selection) {
 
 /** The point in symbols. @param {import("./study.js").Session} session */
 function title({ selection, record, shown }) {
-  const named = DIMENSIONS.filter((name) => name !== FREQUENCY && (record.definition.particle !== false || !OF_PARTICLE.includes(name)));
-  return named.flatMap((name, i) => [
+  return designDimensions(record.definition).flatMap((name, i) => [
     i > 0 && " · ",
     el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, selection.value(name))}`),
   ]);

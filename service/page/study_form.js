@@ -6,9 +6,8 @@ import { checkbox, debounced, el, fill, picker, prose, say } from "./dom.js";
 import { count, counted, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
 import { contactField, startField, steadyField } from "./settings_fields.js";
-import { vocabulary } from "./vocabulary.js";
+import { OF_PARTICLE, vocabulary } from "./vocabulary.js";
 
-const OF_PARTICLE = ["clearance_ratio", "mass_ratio", "restitution"];
 const FIRST_SCENE = "figure-11";
 
 /** @type {import("./main.js").View} */

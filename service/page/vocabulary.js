@@ -27,6 +27,14 @@ export const SYMBOLS = {
 
 export const DIMENSIONS = Object.keys(SYMBOLS);
 
+/** Dimensions that mean nothing without a particle. */
+export const OF_PARTICLE = ["clearance_ratio", "mass_ratio", "restitution"];
+
+/** What a design of a study is made of. @param {any} definition */
+export function designDimensions({ particle }) {
+  return DIMENSIONS.filter((name) => name !== "frequency_ratio" && (particle !== false || !OF_PARTICLE.includes(name)));
+}
+
 /** Names for people, of the dimensions of surveys too. @type {Record<string, string>} */
 export const NAMES = {
   damping_ratio: "Structural damping ratio",

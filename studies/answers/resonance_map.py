@@ -21,6 +21,7 @@ from damperlab.studies.answers.selection import (
     coded,
     completeness,
     count,
+    finite,
     main_metric,
     read,
     say,
@@ -157,7 +158,7 @@ def _in_units(
     x, y, over = named
     source = {name: each.source for name, each in units.items()}
     there = {
-        source.get(name, name): _number(name, value) / units[name].factor if name in units else value
+        source.get(name, name): finite(name, value) / units[name].factor if name in units else value
         for name, value in selection.at.items()
     }
     inner = None if over is None else source.get(over, over)
@@ -167,12 +168,6 @@ def _in_units(
         scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
         answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})
     return answer
-
-
-def _number(name: str, value: object) -> float:
-    if not isinstance(value, float | int):
-        raise QueryFault(Fault(name, describe(value), "a finite number", "name a value on the axis"))
-    return float(value)
 
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:

@@ -153,9 +153,14 @@ def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
 
 
 def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
+    return int(np.argmin(np.abs(values - finite(dimension, wanted))))
+
+
+def finite(dimension: str, wanted: object) -> float:
+    """Give a value that is asked for along a dimension; raise `QueryFault` unless it is a finite number."""
     if not isinstance(wanted, float | int) or not math.isfinite(wanted):
         raise QueryFault(Fault(dimension, describe(wanted), "a finite number", "name a value on the axis"))
-    return int(np.argmin(np.abs(values - wanted)))
+    return float(wanted)
 
 
 def say(cube: xr.Dataset, index: Mapping[str, int], at: At) -> str:
