@@ -149,7 +149,7 @@ def ranking_document(answer: xr.Dataset) -> dict[str, Any]:
 
 
 def worst_document(answer: xr.Dataset) -> dict[str, Any]:
-    """Put a survey's ranked dampers into a document.
+    """Put a suite's ranked dampers into a document.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from typing import Any
 
 from damperlab.service.schemas import comparison_schema, simulation_schema
 from damperlab.studies.definition import Study
-from damperlab.studies.examples import EXAMPLES, SURVEY
-from damperlab.studies.ground.schema import survey_json_schema
+from damperlab.studies.examples import EXAMPLES, SUITE
+from damperlab.studies.ground.schema import suite_json_schema
 from damperlab.studies.text import MOST_STUDIES
 from damperlab.studies.vocabulary import STATES
 
@@ -18,7 +18,7 @@ axes:
 particle: false
 """
 
-_EITHER = [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Survey")]
+_EITHER = [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Suite")]
 
 STUDY_BODY: dict[str, Any] = {
     "required": True,
@@ -33,7 +33,7 @@ STUDY_BODY: dict[str, Any] = {
             },
             "examples": {
                 f"example-{number}": {"summary": example["name"], "value": example}
-                for number, example in enumerate((*EXAMPLES, SURVEY), 1)
+                for number, example in enumerate((*EXAMPLES, SUITE), 1)
             },
         },
         "application/yaml": {
@@ -150,7 +150,7 @@ def complete(document: dict[str, Any]) -> None:
     study = Study.model_json_schema(ref_template="#/components/schemas/{model}")
     schemas.update(study.pop("$defs", {}))
     schemas["Study"] = study
-    schemas["Survey"] = survey_json_schema()
+    schemas["Suite"] = suite_json_schema()
     schemas["Simulation"] = simulation_schema()
     schemas["EarthquakeComparison"] = comparison_schema()
     for operations in document["paths"].values():

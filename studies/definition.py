@@ -43,8 +43,8 @@ from damperlab.studies.digest import study_digest
 from damperlab.studies.examples import EXAMPLES
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.survey import Survey
-from damperlab.studies.ground.survey_reading import read_survey
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.ground.suite_reading import read_suite
 from damperlab.studies.guard import guard
 from damperlab.studies.html import card
 from damperlab.studies.metrics import read_metrics
@@ -262,19 +262,19 @@ def _spelled(values: NDArray[np.float64]) -> str:
     return f"{values[0]:g} to {values[-1]:g}, {len(values)} values"
 
 
-def parse_study(document: object, shelf: Shelf | None = None) -> Study | Survey:
-    """Validate a study of either kind: one that names `records` is a survey.
+def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
+    """Validate a study of either kind: one that names `records` is a suite.
 
     Parameters
     ----------
     document : object
         The study as read from JSON or YAML.
     shelf : Shelf, optional
-        Where a survey's records are looked up. A definition that a store has kept needs none.
+        Where a suite's records are looked up. A definition that a store has kept needs none.
 
     Returns
     -------
-    Study or Survey
+    Study or Suite
         Valid, with its defaults filled in.
 
     Raises
@@ -282,10 +282,10 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Survey:
     StudyFaults
         With every fault of the document.
     """
-    if isinstance(document, Survey):
+    if isinstance(document, Suite):
         return document
     if isinstance(document, dict) and "records" in document:
-        return read_survey(document, shelf)
+        return read_suite(document, shelf)
     return parse_harmonic(document)
 
 

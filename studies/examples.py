@@ -33,7 +33,7 @@ EXAMPLES: tuple[dict[str, Any], ...] = (
 )
 """Studies that can be submitted as they stand."""
 
-SURVEY: dict[str, Any] = {
+SUITE: dict[str, Any] = {
     "name": "dampers under two earthquakes",
     "records": ["northridge", {"kanai_tajimi": {"seed": 1, "duration_s": 15, "peak_g": 0.2}}],
     "axes": {
@@ -43,4 +43,4 @@ SURVEY: dict[str, Any] = {
     },
     "starts": 2,
 }
-"""A survey that can be submitted as it stands."""
+"""A suite that can be submitted as it stands."""

@@ -8,13 +8,13 @@ from pathlib import Path
 from damperlab.studies.definition import Study, parse_harmonic, parse_study
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 _FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 
 
-def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = None) -> Study | Survey:
+def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = None) -> Study | Suite:
     """Read and validate a study.
 
     Parameters
@@ -24,7 +24,7 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     format : {"json", "yaml"}
         How it is written.
     shelf : Shelf, optional
-        Where a survey's records are looked up.
+        Where a suite's records are looked up.
 
     Raises
     ------
@@ -34,10 +34,10 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     return parse_study(load_text(text, format), shelf)
 
 
-def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Survey:
+def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     """Read a study from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named study.
 
-    A survey's records are looked up on the shelf.
+    A suite's records are looked up on the shelf.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.choices import Ensemble, Rk4Solver
 from damperlab.studies.definition import Study
-from damperlab.studies.ground.survey import Survey, windows_of
+from damperlab.studies.ground.suite import Suite, windows_of
 from damperlab.studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
@@ -51,14 +51,14 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
     ndarray
         N values [s], all above 0.
     """
-    if isinstance(study, Survey):
-        return _survey(study, coordinates)
+    if isinstance(study, Suite):
+        return _suite(study, coordinates)
     if isinstance(study, Study):
         return _harmonic(study, coordinates)
     raise TypeError(f"no cost is known of a {type(study).__name__}")
 
 
-def _survey(study: Survey, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+def _suite(study: Suite, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
     tail = study.numbers["tail_s"]
     frequency = coordinates["natural_frequency_hz"]
     windows = np.empty(frequency.size)

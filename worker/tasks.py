@@ -10,7 +10,7 @@ import numpy as np
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube import description_of, stored_variables, write_region
@@ -20,7 +20,7 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse import Source, known_points
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.ground.block import solve_survey_block
+from damperlab.worker.ground.block import solve_suite_block
 from damperlab.worker.provenance import computing, require_code, require_identity
 from damperlab.worker.warm import scenes, warm
 
@@ -102,7 +102,7 @@ def run_block(
 
 
 def _solve(
-    cube_path: str, study: Study | Survey, block: Block, sources: tuple[Source, ...]
+    cube_path: str, study: Study | Suite, block: Block, sources: tuple[Source, ...]
 ) -> tuple[dict[str, np.ndarray], int]:
     if not sources:
         return _computed(cube_path, study, block, None), 0
@@ -114,10 +114,10 @@ def _solve(
 
 
 def _computed(
-    cube_path: str, study: Study | Survey, block: Block, known: np.ndarray | None
+    cube_path: str, study: Study | Suite, block: Block, known: np.ndarray | None
 ) -> dict[str, np.ndarray]:
-    if isinstance(study, Survey):
-        return solve_survey_block(study, block, lambda source: _motion(cube_path, source), known)
+    if isinstance(study, Suite):
+        return solve_suite_block(study, block, lambda source: _motion(cube_path, source), known)
     return solve_block(study, block, known)
 
 
@@ -178,7 +178,7 @@ def executing_keys(dask_worker: "Worker") -> list[str]:
 
 
 @lru_cache(maxsize=4)
-def _study(cube_path: str, digest: str) -> Study | Survey:
+def _study(cube_path: str, digest: str) -> Study | Suite:
     described = description_of(open_shelf(cube_path))
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")

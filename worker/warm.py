@@ -20,7 +20,7 @@ import numpy as np
 
 from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.lower import wants_energies
@@ -114,7 +114,7 @@ def scene_named(name: str) -> Scene:
 
 def scenes(study: AnyStudy) -> list[Scene]:
     """Scenes that the blocks of a study need; none where every point has a closed form."""
-    if isinstance(study, Survey):
+    if isinstance(study, Suite):
         dwells = "instant" if study.contact.model == "instant" else "dwell"
         forces, masses = (
             _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")

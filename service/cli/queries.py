@@ -146,8 +146,8 @@ def optimum(
 
 
 def ask(study: str, data_dir: Path | None, harmonic: str = "") -> "tuple[Record, xr.Dataset]":
-    """Find a study and open its cube; `harmonic` names a question that no survey answers."""
-    from damperlab.studies.answers.survey import require_harmonic
+    """Find a study and open its cube; `harmonic` names a question that no suite answers."""
+    from damperlab.studies.answers.suite import require_harmonic
 
     store = open_store(data_dir)
     record = store.find(study)

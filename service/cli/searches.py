@@ -109,7 +109,7 @@ class Pursuit:
 
     def follow(self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool) -> None:
         """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
-        from damperlab.studies.answers.survey import require_harmonic
+        from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
 
         record = self.store.find(study)

@@ -113,7 +113,7 @@ def ranking_sentences(answer: "xr.Dataset") -> tuple[str, ...]:
 
 
 def worst_sentence(answer: "xr.Dataset") -> str:
-    """Say which of a survey's dampers is best, and where its worst case is; nothing where none is left."""
+    """Say which of a suite's dampers is best, and where its worst case is; nothing where none is left."""
     if answer.sizes["rank"] == 0:
         return ""
     best = answer.isel(rank=0)

@@ -147,7 +147,7 @@ def read_response(document: Mapping[str, Any]) -> FrequencyResponse:
 
 
 def read_designs(document: Mapping[str, Any]) -> Designs:
-    """Rebuild ranked designs; see `studies.answers.optimal_designs`, of a survey `studies.answers.survey`."""
+    """Rebuild ranked designs; see `studies.answers.optimal_designs`, of a suite `studies.answers.suite`."""
     designs = document["designs"]
     arrays: dict[str, Any] = {name: [design[name] for design in designs] for name in document["columns"]}
     if "response_class" in arrays:

@@ -104,7 +104,7 @@ class Questions(Asked):
         Returns
         -------
         Designs
-            See `optimal_designs`, `pareto`, `merged` and `survey` of `damperlab.studies.answers`.
+            See `optimal_designs`, `pareto`, `merged` and `suite` of `damperlab.studies.answers`.
         """
         from damperlab.service.client.answers import read_designs
 

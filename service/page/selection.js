@@ -12,7 +12,7 @@ function placeOf(values, wanted) {
 
 /** The point, and whether the frequency is left open: then a map shows the worst over the band. */
 export class Selection extends EventTarget {
-  /** @param {Record<string, any[]>} axes values along each dimension: numbers, of a survey's records texts */
+  /** @param {Record<string, any[]>} axes values along each dimension: numbers, of a suite's records texts */
   constructor(axes) {
     super();
     this.axes = axes;

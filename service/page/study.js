@@ -11,7 +11,7 @@ import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { FREQUENCY, RECORD, Selection } from "./selection.js";
 import { Shown, unitSwitch } from "./shown.js";
-import { surveyTab } from "./survey_tab.js";
+import { suiteTab } from "./suite_tab.js";
 import { vocabulary } from "./vocabulary.js";
 
 /**
@@ -27,9 +27,9 @@ const TABS = [
   ["data", "Data", dataTab],
 ];
 
-/** What a survey can be asked: it knows no frequencies to compare over. @type {[string, string, Tab][]} */
-const SURVEY_TABS = [
-  ["map", "Map and dampers", surveyTab],
+/** What a suite can be asked: it knows no frequencies to compare over. @type {[string, string, Tab][]} */
+const SUITE_TABS = [
+  ["map", "Map and dampers", suiteTab],
   ["data", "Data", dataTab],
 ];
 
@@ -140,7 +140,7 @@ function keepPoint({ selection, kept }) {
  * @param {Session} session
  */
 function tabList(id, current, place, session) {
-  const tabs = RECORD in session.selection.axes ? SURVEY_TABS : TABS;
+  const tabs = RECORD in session.selection.axes ? SUITE_TABS : TABS;
   const [, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(

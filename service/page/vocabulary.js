@@ -35,7 +35,7 @@ export function designDimensions({ particle }) {
   return DIMENSIONS.filter((name) => name !== "frequency_ratio" && (particle !== false || !OF_PARTICLE.includes(name)));
 }
 
-/** Names for people, of the dimensions of surveys too. @type {Record<string, string>} */
+/** Names for people, of the dimensions of suites too. @type {Record<string, string>} */
 export const NAMES = {
   damping_ratio: "Structural damping ratio",
   restitution: "Coefficient of restitution",

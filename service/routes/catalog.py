@@ -6,8 +6,8 @@ from fastapi import APIRouter
 
 from damperlab.service.documents import Document
 from damperlab.studies.answers.pareto import RESPECTS
-from damperlab.studies.ground.variables import DIMENSIONS as SURVEY_DIMENSIONS
-from damperlab.studies.ground.variables import VARIABLES as SURVEY_VARIABLES
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.reading import named_texts
@@ -30,12 +30,12 @@ def catalog() -> Document:
             ],
             "physical": [_bounds(quantity) | {"long_name": quantity.meaning} for quantity in QUANTITIES],
             "variables": [_variable(variable) for variable in VARIABLES.values()],
-            "survey": {
+            "suite": {
                 "dimensions": [
                     {"name": name, "units": units, "long_name": words}
-                    for name, (units, words) in SURVEY_DIMENSIONS.items()
+                    for name, (units, words) in SUITE_DIMENSIONS.items()
                 ],
-                "variables": [_variable(variable) for variable in SURVEY_VARIABLES.values()],
+                "variables": [_variable(variable) for variable in SUITE_VARIABLES.values()],
             },
             "status": {str(status.value): status.sentence for status in Status},
             "response_class": {

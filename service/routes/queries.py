@@ -17,7 +17,7 @@ from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
-from damperlab.studies.answers.survey import require_harmonic
+from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.window import window
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.field import given

@@ -16,7 +16,7 @@ from damperlab.studies.answers.follow_up import Refinement
 from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.robust import robust_designs
-from damperlab.studies.answers.survey import require_harmonic
+from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Amplitudes, Boundary, FollowUps, Judging, Race, Search, Step

@@ -10,7 +10,7 @@ from damperlab.service.parameters import asks
 from damperlab.service.routes.queries import ANSWER, answered
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
-from damperlab.studies.answers.survey import require_harmonic
+from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.questions import Design, Tuning

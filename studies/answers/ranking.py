@@ -8,7 +8,7 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
-from damperlab.studies.answers.survey import worst_case_designs
+from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import given
 from damperlab.studies.kinds import KINDS, SUITE, kind_of

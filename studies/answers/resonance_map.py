@@ -51,7 +51,7 @@ def resonance_map(
 
     A quantity is shown at its largest over the frequencies of the study unless the question says something
     else about the frequency: a map at r = 1 alone recommends designs that are terrible a few per cent away.
-    A survey is likewise shown under its worst record. With `over` both hold: the reduction is that of the worst.
+    A suite is likewise shown under its worst record. With `over` both hold: the reduction is that of the worst.
 
     Parameters
     ----------

@@ -1,17 +1,17 @@
-"""The JSON schema of a survey, for OpenAPI documents and editors."""
+"""The JSON schema of a ground-motion suite, for OpenAPI documents and editors."""
 
 from typing import Any
 
 from damperlab.studies.axes import axis_schema
 from damperlab.studies.ground.quantities import QUANTITIES
-from damperlab.studies.ground.survey import AXES, NUMBERS
-from damperlab.studies.ground.survey_reading import MOST_NAME, MOST_RECORDS
+from damperlab.studies.ground.suite import AXES, NUMBERS
+from damperlab.studies.ground.suite_reading import MOST_NAME, MOST_RECORDS
 from damperlab.studies.ground.variables import VARIABLES
 from damperlab.studies.questions import MOST_STARTS
 
 
-def survey_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a survey, whole in itself."""
+def suite_json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a suite, whole in itself."""
     record = {
         "anyOf": [
             {"type": "string", "description": "the id of a record, or an earthquake's name"},

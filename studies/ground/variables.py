@@ -1,4 +1,4 @@
-"""The dimensions and result variables of a survey: the registry beside that of `damperlab.studies.variables`."""
+"""The dimensions and result variables of a ground-motion suite: the registry beside that of `damperlab.studies.variables`."""
 
 from damperlab.studies.variables import Status, Variable
 
@@ -86,9 +86,9 @@ VARIABLES: dict[str, Variable] = {
         ),
     )
 }  # fmt: skip
-"""The variables of a survey's cube, in its order."""
+"""The variables of a suite's cube, in its order."""
 
 
 def available_variables(starts: int) -> tuple[str, ...]:
-    """Return the names of the variables that a survey gives; the spread needs perturbed starts."""
+    """Return the names of the variables that a suite gives; the spread needs perturbed starts."""
     return tuple(v.name for v in VARIABLES.values() if starts or not v.start)

@@ -7,7 +7,7 @@ import numpy as np
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.faults import Fault
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.shelf import Shelf
 
@@ -16,7 +16,7 @@ class DefinitionDamaged(StoreFault):
     """What a store kept of a study is not what was submitted."""
 
 
-def parse_stored(definition: Any, digest: str) -> Study | Survey:
+def parse_stored(definition: Any, digest: str) -> Study | Suite:
     """Read the definition of a stored study.
 
     Ranges were expanded by sums of doubles once. A study from then keeps the coordinates that its results were computed
@@ -46,7 +46,7 @@ def parse_stored(definition: Any, digest: str) -> Study | Survey:
     return study
 
 
-def with_attachments(study: Study | Survey, shelf: Shelf) -> Study | Survey:
+def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
     """Give a study together with the files that it brought to its cube.
 
     Raises

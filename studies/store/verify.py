@@ -15,7 +15,7 @@ from sqlalchemy import Row, select
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.shelf import Shelf as Records
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
@@ -220,7 +220,7 @@ def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
     return "; ".join(wrong) or None
 
 
-def _description(shelf: Shelf, record: Record, study: Study | Survey) -> tuple[Description | None, str]:
+def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[Description | None, str]:
     """Read the cube's description; None, and why, where it is not what the study's must be."""
     try:
         described = describe_cube(shelf.get(DESCRIPTION))

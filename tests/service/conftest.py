@@ -156,7 +156,7 @@ def curve(service: Running) -> dict[str, Any]:
     return record
 
 
-SURVEY: dict[str, Any] = {
+SUITE: dict[str, Any] = {
     "name": "two earthquakes",
     "records": ["northridge", "northridge-360"],
     "axes": {"scale": [1, 3], "clearance_m": [0.001, 0.002, 0.004], "friction_force_n": [0.05, 0.2]},
@@ -166,10 +166,10 @@ SURVEY: dict[str, Any] = {
 
 
 @pytest.fixture(scope="session")
-def survey(service: Running) -> dict[str, Any]:
-    """The record of a finished survey."""
+def suite(service: Running) -> dict[str, Any]:
+    """The record of a finished suite."""
     with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client:
-        answer = client.post("/api/v1/studies", json=SURVEY)
+        answer = client.post("/api/v1/studies", json=SUITE)
         assert answer.status_code == 201, answer.text
         record = wait_for(client, answer.json()["id"], ended)
     assert (record["state"], record["points_failed"]) == ("done", 0), record

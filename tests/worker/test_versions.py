@@ -144,14 +144,14 @@ def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> No
 
     document = {"records": ["el-centro"], "axes": {"natural_frequency_hz": 1.0}, "mass_kg": 1.0}
     store = Store.open(tmp_path)
-    survey = parse_study(document, Shelf(tmp_path))
-    plan = plan_with_chunk(survey, survey.shape, lambda _, at: np.ones(len(next(iter(at.values())))))
-    older, _ = store.submit(survey, plan, {**provenance(), "solver": "0" * 16, "identity": "0" * 16})
+    suite = parse_study(document, Shelf(tmp_path))
+    plan = plan_with_chunk(suite, suite.shape, lambda _, at: np.ones(len(next(iter(at.values())))))
+    older, _ = store.submit(suite, plan, {**provenance(), "solver": "0" * 16, "identity": "0" * 16})
     block = plan.block(0)
-    checksum = write_region(store.cube_path(older.id), block, failed_values(survey, block), "g")
+    checksum = write_region(store.cube_path(older.id), block, failed_values(suite, block), "g")
     store.mark(older.id, BlockOutcome(0, block.points, 0, 0.1, 0.1, None, "g", checksum, 0, "0" * 16))
     newer, _ = store.recompute(older.id, provenance())
-    for key in survey.attached:
+    for key in suite.attached:
         assert store.snapshot(newer.id)[0].get(key) == store.snapshot(older.id)[0].get(key)
     store.close()
 

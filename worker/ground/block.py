@@ -1,4 +1,4 @@
-"""One block of a survey, computed: dampers and scales beside each other under one record share what it is made of."""
+"""One block of a ground-motion suite: dampers and scales under one record share what is made of that record."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import SPREAD, STATISTICS, VARIABLES, measure_name, spread_name
 from damperlab.studies.plan import Block
 from damperlab.worker.ground.comparison import spread
@@ -15,8 +15,8 @@ from damperlab.worker.ground.response import Ready, ground_response, made_ready
 from damperlab.worker.warm import scenes, warm
 
 
-def solve_survey_block(
-    survey: Survey,
+def solve_suite_block(
+    suite: Suite,
     block: Block,
     motion_of: Callable[[RecordSource], GroundMotion],
     known: np.ndarray | None = None,
@@ -25,7 +25,7 @@ def solve_survey_block(
 
     Parameters
     ----------
-    survey : Survey
+    suite : Suite
         The study.
     block : Block
         Which part of its grid.
@@ -41,11 +41,11 @@ def solve_survey_block(
     """
     values = {name: np.full(block.shape, v.fill, v.dtype) for name, v in VARIABLES.items()}
     _, *axes = (
-        axis[part].tolist() for axis, part in zip(survey.coordinates.values(), block.slices, strict=True)
+        axis[part].tolist() for axis, part in zip(suite.coordinates.values(), block.slices, strict=True)
     )
-    sources = survey.records[block.slices[0]]
+    sources = suite.records[block.slices[0]]
     shared: tuple[int, ...] = ()
-    for scene in scenes(survey):
+    for scene in scenes(suite):
         warm(scene)
     for place in np.ndindex(block.shape):
         if known is not None and known[place]:
@@ -56,25 +56,25 @@ def solve_survey_block(
         # record and structure are the slowest dimensions: what was made of them last serves most points
         if place[:3] != shared:
             shared = place[:3]
-            structure = Structure(survey.numbers["mass_kg"], frequency, damping)
+            structure = Structure(suite.numbers["mass_kg"], frequency, damping)
             motion = motion_of(source)
-            ready = made_ready(structure, motion, 1.0, survey.numbers["tail_s"])
-        contact = contact_time_s(survey.contact, structure)
+            ready = made_ready(structure, motion, 1.0, suite.numbers["tail_s"])
+        contact = contact_time_s(suite.contact, structure)
         damper = Damper(force, mass, clearance, restitution, contact)
-        found = _point(survey, structure, damper, motion, scale, ready, draw_of(survey, source, point))
+        found = _point(suite, structure, damper, motion, scale, ready, draw_of(suite, source, point))
         for name, number in found.items():
             values[name][place] = number
-    return {name: values[name] for name in survey.metrics}
+    return {name: values[name] for name in suite.metrics}
 
 
-def draw_of(survey: Survey, source: RecordSource, point: list[float]) -> list[int]:
-    """Seed of a point's perturbed starts: the survey's, with what names the point, so the same in every block and study."""
+def draw_of(suite: Suite, source: RecordSource, point: list[float]) -> list[int]:
+    """Seed of a point's perturbed starts: the suite's, with what names the point, so the same in every block and study."""
     bits = np.asarray(point, dtype="<f8").view("<u8")
-    return [survey.seed, int(source.sha256[:16], 16), *map(int, bits)]
+    return [suite.seed, int(source.sha256[:16], 16), *map(int, bits)]
 
 
 def _point(
-    survey: Survey,
+    suite: Suite,
     structure: Structure,
     damper: Damper,
     motion: GroundMotion,
@@ -82,12 +82,12 @@ def _point(
     ready: Ready,
     draw: list[int],
 ) -> dict[str, float]:
-    tail = survey.numbers["tail_s"]
+    tail = suite.numbers["tail_s"]
     response = ground_response(structure, damper, motion, scale, tail, None, ready)
     values: dict[str, float] = dict(response.values())
-    if survey.starts:
-        size = survey.numbers["perturbation_m"]
-        over = spread(structure, damper, motion, response, scale, tail, survey.starts, size, draw, ready)
+    if suite.starts:
+        size = suite.numbers["perturbation_m"]
+        over = spread(structure, damper, motion, response, scale, tail, suite.starts, size, draw, ready)
         values["growth"] = over["growth"]
         for measure in SPREAD:
             for statistic in STATISTICS:

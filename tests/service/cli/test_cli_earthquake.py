@@ -57,8 +57,8 @@ def test_bad_usage_says_what_to_do(tmp_path: Path, arguments: tuple[str, ...], w
     assert word in run("earthquake", *arguments, "--data-dir", tmp_path, status=2).stderr
 
 
-def test_a_survey_is_run_asked_and_written_like_any_study(tmp_path: Path) -> None:
-    file = tmp_path / "survey.yaml"
+def test_a_suite_is_run_asked_and_written_like_any_study(tmp_path: Path) -> None:
+    file = tmp_path / "suite.yaml"
     file.write_text(
         "name: dampers\nrecords: [northridge]\naxes: {clearance_m: [0.001, 0.004], friction_force_n: [0.05, 0.2]}\n"
     )

@@ -90,11 +90,9 @@ def test_fault_of_a_comparison_is_named(remote: Client) -> None:
         remote.earthquake_comparison("el-centro", clearence_m=0.01)
 
 
-def test_a_survey_is_submitted_asked_and_opened(
-    remote: Client, survey: dict[str, Any], tmp_path: Path
-) -> None:
-    study = remote.submit(survey["definition"]).wait(progress=False)
-    assert study.id == survey["id"]
+def test_a_suite_is_submitted_asked_and_opened(remote: Client, suite: dict[str, Any], tmp_path: Path) -> None:
+    study = remote.submit(suite["definition"]).wait(progress=False)
+    assert study.id == suite["id"]
     cube = study.cube(chunks=None).load()
     shown = study.resonance_map(record="northridge", scale=3)
     assert shown["peak_relative_displacement_m"].dims == ("friction_force_n", "clearance_m")

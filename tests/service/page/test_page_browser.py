@@ -325,15 +325,15 @@ def test_names_of_studies_are_text_wherever_they_stand(
     assert client.delete(f"/api/v1/studies/{record['id']}").status_code in (204, 409)
 
 
-def test_a_survey_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
-    open_page: Callable[..., Any], client: httpx.Client, survey: dict[str, Any]
+def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
+    open_page: Callable[..., Any], client: httpx.Client, suite: dict[str, Any]
 ) -> None:
-    page = open_page().go(f"#/studies/{survey['id']}")
+    page = open_page().go(f"#/studies/{suite['id']}")
     expect(page.get_by_role("heading", name="two earthquakes", level=1)).to_be_visible()
     tabs = page.get_by_role("navigation", name="Parts of the study").get_by_role("link")
     expect(tabs).to_have_text(["Map and dampers", "Data"])
     _until(page, KNOWN_POINTS, lambda known: known == 6)
-    best = client.get(f"/api/v1/studies/{survey['id']}/optimal-designs").json()["designs"][0]
+    best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.first).to_have_text(f"{best['clearance_m']:g}")
     expect(cells.nth(3)).to_have_text(best["record"])

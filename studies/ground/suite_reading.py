@@ -1,4 +1,4 @@
-"""A survey read from a document, with every fault of it."""
+"""A ground-motion suite read from a document, with every fault of it."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.question import march_contact
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import RecordSource, read_source
-from damperlab.studies.ground.survey import AXES, NUMBERS, Survey, windows_of
+from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
 from damperlab.studies.ground.variables import available_variables
 from damperlab.studies.guard import guard
 from damperlab.studies.metrics import read_metrics
@@ -27,7 +27,7 @@ KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metri
 MOST_NAME = 200
 MOST_RECORDS = 100
 MOST_SAMPLES = 4_000_000
-"""Samples of all records together, 32 MB: every survey keeps a copy of them."""
+"""Samples of all records together, 32 MB: every suite keeps a copy of them."""
 MOST_RUNS = 1_000_000_000
 """Points times starts."""
 MOST_WINDOWS = 200_000
@@ -35,8 +35,8 @@ MOST_WINDOWS = 200_000
 LARGEST_SEED = 2**63 - 1
 
 
-def read_survey(document: object, shelf: Shelf | None = None) -> Survey:
-    """Read a survey.
+def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
+    """Read a suite.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def read_survey(document: object, shelf: Shelf | None = None) -> Survey:
     found.sort(key=lambda one: one[0].id)
     motions = {source.id: motion for source, motion in found if motion is not None}
     sources = tuple(source for source, _ in found)
-    return Survey(name.strip(), sources, axes, numbers, starts, seed, contact, metrics, motions)
+    return Suite(name.strip(), sources, axes, numbers, starts, seed, contact, metrics, motions)
 
 
 def _unknown(key: str) -> Fault:

@@ -1,4 +1,4 @@
-"""A survey as a study: read, refused, told apart, and read back."""
+"""A ground-motion suite as a study: read, refused, told apart, and read back."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import VARIABLES
 from damperlab.studies.plan import make_plan
 from damperlab.worker.cost import seconds_per_point
@@ -24,18 +24,18 @@ MILLION = {"start": 0.001, "stop": 1, "num": 10**6}
 SPIKE = GroundMotion("spike", 0.01, np.array([0.0, 1.0, -1.0, 0.0]))
 
 
-def survey_of(shelf: Shelf | None = None, **changes: Any) -> Survey:
-    survey = parse_study({**ASKED, **changes}, shelf)
-    assert isinstance(survey, Survey)
-    return survey
+def suite_of(shelf: Shelf | None = None, **changes: Any) -> Suite:
+    suite = parse_study({**ASKED, **changes}, shelf)
+    assert isinstance(suite, Suite)
+    return suite
 
 
-def test_a_document_that_names_records_is_a_survey() -> None:
-    survey = survey_of()
-    assert survey.shape == (2, 1, 1, 2, 1, 1, 4, 1)
-    assert survey.coordinates["record"].tolist() == ["el-centro-180", "northridge-090"]
-    assert survey.metrics == tuple(v.name for v in VARIABLES.values() if not v.start)
-    assert survey_of(starts=3).metrics == tuple(VARIABLES)
+def test_a_document_that_names_records_is_a_suite() -> None:
+    suite = suite_of()
+    assert suite.shape == (2, 1, 1, 2, 1, 1, 4, 1)
+    assert suite.coordinates["record"].tolist() == ["el-centro-180", "northridge-090"]
+    assert suite.metrics == tuple(v.name for v in VARIABLES.values() if not v.start)
+    assert suite_of(starts=3).metrics == tuple(VARIABLES)
     assert isinstance(parse_study({"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}), Study)
 
 
@@ -62,14 +62,14 @@ def test_a_document_that_names_records_is_a_survey() -> None:
         ({"starts": 10**6}, "starts"),
     ],
 )  # fmt: skip
-def test_bad_surveys_are_refused(change: dict[str, Any], field: str) -> None:
+def test_bad_suites_are_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(StudyFaults) as caught:
-        survey_of(**change)
+        suite_of(**change)
     assert field in [fault.field for fault in caught.value.faults]
 
 
 def test_the_digest_is_that_of_what_is_asked() -> None:
-    survey = survey_of()
+    suite = suite_of()
     same = {
         "records": ["el-centro-180", "northridge-090"],
         "name": "another",
@@ -77,7 +77,7 @@ def test_the_digest_is_that_of_what_is_asked() -> None:
         "perturbation_m": 1.0,
     }
     same["axes"] = {"clearance_m": [0.004, 0.003, 0.002, 0.001], "scale": [3.0, 1.0]}
-    assert parse_study(same).digest == survey.digest
+    assert parse_study(same).digest == suite.digest
     others = [
         {"records": ["northridge"]},
         {"starts": 1},
@@ -86,46 +86,46 @@ def test_the_digest_is_that_of_what_is_asked() -> None:
         {"metrics": ["status", "impacts"]},
         {"contact": {"model": "dwell", "contact_time": 0.1}},
     ]
-    assert len({survey.digest, *(survey_of(**other).digest for other in others)}) == 1 + len(others)
-    # points of surveys that differ in grid and metrics alone are the same
-    family = family_digest(survey, {"identity": "k"})
-    assert family == family_digest(survey_of(records=["loma-prieta"], metrics=["impacts"]), {"identity": "k"})
-    assert family != family_digest(survey_of(tail_s=1.0), {"identity": "k"})
+    assert len({suite.digest, *(suite_of(**other).digest for other in others)}) == 1 + len(others)
+    # points of suites that differ in grid and metrics alone are the same
+    family = family_digest(suite, {"identity": "k"})
+    assert family == family_digest(suite_of(records=["loma-prieta"], metrics=["impacts"]), {"identity": "k"})
+    assert family != family_digest(suite_of(tail_s=1.0), {"identity": "k"})
 
 
 def test_a_definition_reads_back_without_its_records(tmp_path: Path) -> None:
     shelf = Shelf(tmp_path)
     record_id, _ = shelf.put(SPIKE)
     recipe = {"kanai_tajimi": {"seed": 4, "duration_s": 15}}
-    survey = survey_of(shelf, records=[record_id, recipe, "el-centro"], starts=2, metrics=["growth"])
-    assert all(survey.records[i].id <= survey.records[i + 1].id for i in range(2))
-    held = survey.attachments()
-    for source in survey.records:
+    suite = suite_of(shelf, records=[record_id, recipe, "el-centro"], starts=2, metrics=["growth"])
+    assert all(suite.records[i].id <= suite.records[i + 1].id for i in range(2))
+    held = suite.attachments()
+    for source in suite.records:
         motion = source.read(held[source.key])
-        assert motion.step_s == survey.motions[source.id].step_s
-        np.testing.assert_array_equal(motion.acceleration_m_s2, survey.motions[source.id].acceleration_m_s2)
+        assert motion.step_s == suite.motions[source.id].step_s
+        np.testing.assert_array_equal(motion.acceleration_m_s2, suite.motions[source.id].acceleration_m_s2)
         with pytest.raises(ValueError, match=source.id):
             source.read(held[source.key][:-8] + bytes(8) if source.id == "el-centro-180" else bytes(32))
 
-    stored = parse_study(survey.document())
-    assert stored == survey
-    assert stored.digest == survey.digest
+    stored = parse_study(suite.document())
+    assert stored == suite
+    assert stored.digest == suite.digest
     with pytest.raises(StudyFaults, match="upload the record again"):
         stored.attachments()
     # submitted again it is the same study, as long as the record is there and what it was
-    assert parse_study(survey.document(), shelf).attachments() == held
+    assert parse_study(suite.document(), shelf).attachments() == held
     for path in shelf.folder.glob("*.npy"):
         path.unlink()
     with pytest.raises(StudyFaults, match="upload it again"):
-        parse_study(survey.document(), shelf)
-    told = survey.document()
+        parse_study(suite.document(), shelf)
+    told = suite.document()
     next(each for each in told["records"] if each["id"] == "el-centro-180")["sha256"] = "0" * 64
     with pytest.raises(StudyFaults, match="leave `sha256` out"):
         parse_study(told, shelf)
 
 
 def test_a_block_shares_record_and_structure() -> None:
-    large = survey_of(
+    large = suite_of(
         records=["el-centro", "loma-prieta", "northridge"],
         axes={
             "natural_frequency_hz": [1, 5, 50],

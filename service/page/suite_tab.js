@@ -1,4 +1,4 @@
-/** A survey: one measure over two dimensions, under the worst or one of its records, and the dampers with the least worst case. */
+/** A ground-motion suite: one measure over two dimensions, under the worst or one of its records, and the dampers with the least worst case. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { el, fill, picker, prose } from "./dom.js";
@@ -15,9 +15,9 @@ const USUAL = ["clearance_m", "friction_force_n", "scale", "particle_mass_kg", "
 const DAMPER = ["restitution", "particle_mass_kg", "clearance_m", "friction_force_n"];
 
 /** @type {import("./study.js").Tab} */
-export function surveyTab(session, place) {
+export function suiteTab(session, place) {
   const { selection, record, words } = session;
-  const { variables } = words.survey;
+  const { variables } = words.suite;
   const [x, y] = [...USUAL.filter((name) => selection.axes[name].length > 1), ...USUAL.filter((name) => selection.axes[name].length === 1)];
   const view = { x, y, metric: session.variables[0], record: "" };
   const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460 });

@@ -1,4 +1,4 @@
-"""A survey: a study over records, scale factors and design parameters, all in physical units."""
+"""A ground-motion suite: a study over records, scale factors and design parameters, all in physical units."""
 
 import hashlib
 import json
@@ -21,17 +21,17 @@ from damperlab.studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
 from damperlab.studies.variables import Variable
 
 AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
-"""What a survey varies besides its records."""
+"""What a suite varies besides its records."""
 
 NUMBERS = ("mass_kg", "tail_s", "perturbation_m")
 
 _SCHEME = b"damperlab survey 1"
-"""To be changed when the same survey gets computed or stored differently."""
+"""To be changed only when the same suite gets computed or stored differently: every stored digest begins with it."""
 
 
 @dataclass(frozen=True)
-class Survey:
-    """A grid of responses to records. Made by `read_survey`; an instance is always valid.
+class Suite:
+    """A ground-motion suite: a grid of responses to records. Made by `read_suite`; an instance is always valid.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Survey:
     metrics : tuple of str
         What is stored.
     motions : mapping of GroundMotion
-        The records' samples by id, where they are at hand: a survey that is submitted has them, one that was read
+        The records' samples by id, where they are at hand: a suite that is submitted has them, one that was read
         back from a store does not.
     """
 
@@ -93,7 +93,7 @@ class Survey:
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """Every variable of a survey, in the cube's order."""
+        """Every variable of a suite, in the cube's order."""
         return VARIABLES
 
     @property
@@ -145,7 +145,7 @@ class Survey:
         return {record.key: self.motions[record.id].content for record in self.records}
 
     def document(self) -> dict[str, Any]:
-        """Give the survey as JSON-able data that parses back to an equal survey."""
+        """Give the suite as JSON-able data that parses back to an equal suite."""
         axes = {
             name: spec.model_dump() if isinstance(spec, Range) else spec for name, spec in self.axes.items()
         }

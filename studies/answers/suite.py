@@ -1,4 +1,4 @@
-"""What a survey answers: its best dampers, and what to ask it instead of what only harmonic studies know."""
+"""What a ground-motion suite answers: its best dampers, and what to ask it instead of what only harmonic studies know."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ MOST = 10_000
 
 
 def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
-    """Raise `QueryFault` where a survey is asked for what only the response to a harmonic base has.
+    """Raise `QueryFault` where a suite is asked for what only the response to a harmonic base has.
 
     Parameters
     ----------
@@ -56,12 +56,12 @@ def worst_case_designs(
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> xr.Dataset:
-    """Rank the dampers of a survey by their worst case over its records, scales and structures.
+    """Rank the dampers of a suite by their worst case over its records, scales and structures.
 
     Parameters
     ----------
     cube : Dataset
-        A survey's cube, read a slab of dampers at a time.
+        A suite's cube, read a slab of dampers at a time.
     metric : str, optional
         What counts, the smaller the better; the peak displacement against the base if not given.
     top : int
@@ -75,7 +75,7 @@ def worst_case_designs(
     -------
     Dataset
         Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and the record, scale and
-        structure where its worst case is. Variables: `value`, and `growth` of the perturbed starts there where the survey
+        structure where its worst case is. Variables: `value`, and `growth` of the perturbed starts there where the suite
         keeps it. A damper with a case that failed or was not computed is left out. Attributes: `metric`, `designs` (all
         in the ranges), `failed`, `incomplete`, `complete`, `points`, `points_failed`, and `note`, which says it in words.
 

@@ -1,4 +1,4 @@
-"""Surveys over HTTP: a study like any other, from its submission to its cube on another machine."""
+"""Ground-motion suites over HTTP: a study like any other, from its submission to its cube on another machine."""
 
 import io
 from pathlib import Path
@@ -18,26 +18,26 @@ COLUMNS = "time (s), acceleration (g)\n" + "".join(f"{0.02 * i:.2f}, {(-1) ** i 
 PEAK = "peak_relative_displacement_m"
 
 
-def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, survey: dict[str, Any]) -> None:
-    assert survey["shape"] == [2, 1, 1, 2, 1, 1, 3, 2]
-    assert survey["dimensions"][0] == "record"
-    assert [one["id"] for one in survey["definition"]["records"]] == ["northridge-090", "northridge-360"]
+def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[str, Any]) -> None:
+    assert suite["shape"] == [2, 1, 1, 2, 1, 1, 3, 2]
+    assert suite["dimensions"][0] == "record"
+    assert [one["id"] for one in suite["definition"]["records"]] == ["northridge-090", "northridge-360"]
     # its own definition is the same study again, and so is what it was made of
-    again = client.post(STUDIES, json=survey["definition"])
-    assert (again.status_code, again.json()["id"]) == (200, survey["id"])
-    estimate = client.post(f"{STUDIES}?dry_run=true", json=survey["definition"]).json()
+    again = client.post(STUDIES, json=suite["definition"])
+    assert (again.status_code, again.json()["id"]) == (200, suite["id"])
+    estimate = client.post(f"{STUDIES}?dry_run=true", json=suite["definition"]).json()
     assert estimate["points"] == 24
     assert 0 < estimate["seconds"] < 10
     listed = client.get(STUDIES, params={"name": "two earthquakes"}).json()["studies"]
-    assert survey["id"] in [one["id"] for one in listed]
-    assert "event: end" in client.get(f"{STUDIES}/{survey['id']}/events").text
-    axes = client.get(f"{STUDIES}/{survey['id']}/axes").json()["axes"]
+    assert suite["id"] in [one["id"] for one in listed]
+    assert "event: end" in client.get(f"{STUDIES}/{suite['id']}/events").text
+    axes = client.get(f"{STUDIES}/{suite['id']}/axes").json()["axes"]
     assert axes["record"] == ["northridge-090", "northridge-360"]
 
 
-def test_its_cube_is_the_single_runs_bit_for_bit(service: Any, survey: dict[str, Any]) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{survey['id']}/zarr", chunks=None).load()
-    assert cube[PEAK].dims == tuple(survey["dimensions"])
+def test_its_cube_is_the_single_runs_bit_for_bit(service: Any, suite: dict[str, Any]) -> None:
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None).load()
+    assert cube[PEAK].dims == tuple(suite["dimensions"])
     assert cube[PEAK].attrs["units"] == "m"
     assert list(cube["record"].values) == ["northridge-090", "northridge-360"]
     for record in cube["record"].values.tolist():
@@ -55,12 +55,12 @@ def test_its_cube_is_the_single_runs_bit_for_bit(service: Any, survey: dict[str,
 
 @pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
 def test_it_is_exported_with_its_records_by_name(
-    service: Any, client: httpx.Client, survey: dict[str, Any], tmp_path: Path, form: str
+    service: Any, client: httpx.Client, suite: dict[str, Any], tmp_path: Path, form: str
 ) -> None:
     content = (
-        client.get(f"{STUDIES}/{survey['id']}/export", params={"format": form}).raise_for_status().content
+        client.get(f"{STUDIES}/{suite['id']}/export", params={"format": form}).raise_for_status().content
     )
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{survey['id']}/zarr", chunks=None).load()
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None).load()
     if form == "netcdf":
         (tmp_path / "cube.nc").write_bytes(content)
         with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as read:
@@ -80,10 +80,10 @@ def test_it_is_exported_with_its_records_by_name(
 
 
 def test_a_map_is_the_worst_record_or_the_one_that_is_named(
-    client: httpx.Client, service: Any, survey: dict[str, Any]
+    client: httpx.Client, service: Any, suite: dict[str, Any]
 ) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{survey['id']}/zarr", chunks=None)[PEAK].squeeze().load()
-    path = f"{STUDIES}/{survey['id']}/resonance-map"
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
+    path = f"{STUDIES}/{suite['id']}/resonance-map"
     asked: dict[str, Any] = {"x": "clearance_m", "y": "friction_force_n", "scale": 3}
     worst = client.get(path, params=asked).raise_for_status().json()
     at_three = cube.sel(scale=3).transpose("record", "friction_force_n", "clearance_m")
@@ -107,10 +107,10 @@ def test_a_map_is_the_worst_record_or_the_one_that_is_named(
 
 
 def test_dampers_are_ranked_by_their_worst_case(
-    client: httpx.Client, service: Any, survey: dict[str, Any]
+    client: httpx.Client, service: Any, suite: dict[str, Any]
 ) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{survey['id']}/zarr", chunks=None)[PEAK].squeeze().load()
-    path = f"{STUDIES}/{survey['id']}/optimal-designs"
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
+    path = f"{STUDIES}/{suite['id']}/optimal-designs"
     answer = client.get(path, params={"top": 3}).raise_for_status().json()
     worst = np.sort(cube.max(("record", "scale")).values, axis=None)
     assert [one["value"] for one in answer["designs"]] == worst[:3].tolist()
@@ -152,9 +152,9 @@ def test_dampers_are_ranked_by_their_worst_case(
     ],
 )
 def test_what_it_cannot_answer_is_said(
-    client: httpx.Client, survey: dict[str, Any], method: str, what: str, asked: dict[str, Any]
+    client: httpx.Client, suite: dict[str, Any], method: str, what: str, asked: dict[str, Any]
 ) -> None:
-    answer = client.request(method, f"{STUDIES}/{survey['id']}/{what}", params=asked)
+    answer = client.request(method, f"{STUDIES}/{suite['id']}/{what}", params=asked)
     assert answer.status_code == 422, answer.text
     assert answer.headers["content-type"].startswith("application/problem+json")
     (fault,) = answer.json()["errors"]
@@ -165,7 +165,7 @@ def test_what_it_cannot_answer_is_said(
         assert "ask for a map over two of its dimensions" in fault["advice"]
 
 
-def test_a_harmonic_study_knows_nothing_of_surveys(client: httpx.Client, curve: dict[str, Any]) -> None:
+def test_a_harmonic_study_knows_nothing_of_suites(client: httpx.Client, curve: dict[str, Any]) -> None:
     path = f"{STUDIES}/{curve['id']}"
     asked = {"x": "friction_ratio", "y": "mass_ratio", "record": "loma-prieta"}
     assert client.get(f"{path}/resonance-map", params=asked).json()["errors"][0]["field"] == "record"

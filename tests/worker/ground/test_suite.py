@@ -1,4 +1,4 @@
-"""Blocks of surveys, a survey resumed, and the spread over perturbed starts."""
+"""Blocks of suites, a ground-motion suite resumed, and the spread over perturbed starts."""
 
 import shutil
 import threading
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damperlab.studies.answers.survey import worst_case_designs
+from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.definition import parse_study
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.survey import Survey
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.backup import copy_store
 from damperlab.studies.store.record import Record
@@ -23,7 +23,7 @@ from damperlab.studies.store.verify import repair, verify
 from damperlab.studies.variables import Status
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.ground.block import draw_of, solve_survey_block
+from damperlab.worker.ground.block import draw_of, solve_suite_block
 from damperlab.worker.ground.comparison import CHAOTIC, spread, table_a1
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
@@ -44,25 +44,25 @@ ASKED: dict[str, Any] = {
 SHAKE = GroundMotion("shake", 0.02, np.sin(0.3 * np.arange(200.0)))
 
 
-def survey_of(**changes: Any) -> Survey:
-    survey = parse_study({**ASKED, **changes})
-    assert isinstance(survey, Survey)
-    return survey
+def suite_of(**changes: Any) -> Suite:
+    suite = parse_study({**ASKED, **changes})
+    assert isinstance(suite, Suite)
+    return suite
 
 
-def solved(survey: Survey, block: Block) -> dict[str, np.ndarray]:
-    return solve_survey_block(survey, block, lambda source: survey.motions[source.id])
+def solved(suite: Suite, block: Block) -> dict[str, np.ndarray]:
+    return solve_suite_block(suite, block, lambda source: suite.motions[source.id])
 
 
 def test_every_point_is_its_single_run_in_whatever_block() -> None:
-    survey = survey_of()
-    whole = solved(survey, Block(0, (0,) * 8, survey.shape))
+    suite = suite_of()
+    whole = solved(suite, Block(0, (0,) * 8, suite.shape))
     assert whole["status"].shape == (2, 2, 1, 2, 1, 1, 3, 2)
-    assert list(whole) == list(survey.metrics)
-    plan = plan_with_chunk(survey, (2, 1, 1, 2, 1, 1, 2, 1), seconds_per_point)
+    assert list(whole) == list(suite.metrics)
+    plan = plan_with_chunk(suite, (2, 1, 1, 2, 1, 1, 2, 1), seconds_per_point)
     for index in range(plan.count):
         block = plan.block(index)
-        for name, values in solved(survey, block).items():
+        for name, values in solved(suite, block).items():
             assert values.tobytes() == np.ascontiguousarray(whole[name][block.slices]).tobytes(), name
 
     structure, damper = Structure(1.605, 1.5, 0.0038), Damper(0.2, 0.1605, 0.0025)
@@ -71,33 +71,33 @@ def test_every_point_is_its_single_run_in_whatever_block() -> None:
     at = (1, 0, 0, 1, 0, 0, 1, 1)
     for name, value in alone.values().items():
         assert whole[name][at] == value, name
-    draw = draw_of(survey, survey.records[1], [1.5, 0.0038, 3.0, 0.47, 0.1605, 0.0025, 0.2])
+    draw = draw_of(suite, suite.records[1], [1.5, 0.0038, 3.0, 0.47, 0.1605, 0.0025, 0.2])
     over = spread(structure, damper, motion, alone, 3.0, starts=2, seed=draw)
     assert whole["growth"][at] == over["growth"]
     assert (
         whole["peak_relative_displacement_highest_m"][at] == over["peak_relative_displacement_m"]["highest"]
     )
     assert whole["energy_residual"].max() < 1e-9
-    other = solved(survey_of(seed=1), Block(0, (0,) * 8, survey.shape))
+    other = solved(suite_of(seed=1), Block(0, (0,) * 8, suite.shape))
     np.testing.assert_array_equal(other["impacts"], whole["impacts"])
     assert (other["growth"] != whole["growth"]).any()
 
 
 def test_known_points_are_left_out() -> None:
-    survey = survey_of(starts=0)
-    known = np.zeros(survey.shape, bool)
+    suite = suite_of(starts=0)
+    known = np.zeros(suite.shape, bool)
     known[0] = True
-    block = Block(0, (0,) * 8, survey.shape)
-    values = solve_survey_block(survey, block, lambda source: survey.motions[source.id], known)
+    block = Block(0, (0,) * 8, suite.shape)
+    values = solve_suite_block(suite, block, lambda source: suite.motions[source.id], known)
     assert (values["status"][0] == Status.NOT_COMPUTED).all()
     assert (values["status"][1] == Status.CONVERGED).all()
 
 
-def test_scaled_with_its_design_a_survey_repeats() -> None:
+def test_scaled_with_its_design_a_suite_repeats() -> None:
     """The point of scale 3 with three times the clearance and the force is the point of scale 1, three times as large."""
     axes = {"scale": [1, 3], "clearance_m": [0.005, 0.015], "friction_force_n": [0.3, 0.9]}
-    survey = survey_of(records=["el-centro"], axes=axes, starts=0)
-    peak = solved(survey, Block(0, (0,) * 8, survey.shape))["peak_relative_displacement_m"].squeeze()
+    suite = suite_of(records=["el-centro"], axes=axes, starts=0)
+    peak = solved(suite, Block(0, (0,) * 8, suite.shape))["peak_relative_displacement_m"].squeeze()
     assert peak[1, 1, 1] == pytest.approx(3 * peak[0, 0, 0], rel=1e-12)
 
 
@@ -105,7 +105,7 @@ def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     """As it goes to zero, dwelling becomes the rebound at once; the structure's frequency is its unit."""
     axes = {"natural_frequency_hz": [1.5, 2.5], "clearance_m": 0.001, "scale": 3}
     instant, brief, long = (
-        solved(survey_of(axes=axes, starts=0, contact=contact), Block(0, (0,) * 8, (2, 2, *(1,) * 6)))
+        solved(suite_of(axes=axes, starts=0, contact=contact), Block(0, (0,) * 8, (2, 2, *(1,) * 6)))
         for contact in (
             {"model": "instant"},
             {"model": "dwell", "contact_time": 1e-9},
@@ -119,26 +119,26 @@ def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     assert long["energy_residual"].max() < 1e-9
     damper = Damper(0.409, 0.1605, 0.001, 0.47, 0.3 / Structure(1.605, 1.5).omega)
     alone = ground_response(Structure(1.605, 1.5), damper, builtin_record("northridge-090"), 3.0)
-    survey = survey_of(axes=axes)
-    force = float(survey.coordinates["friction_force_n"][0])
+    suite = suite_of(axes=axes)
+    force = float(suite.coordinates["friction_force_n"][0])
     assert force == damper.friction_force_n
     assert long[peak][0, 0].item() == alone.peak_relative_displacement_m
 
 
-def test_a_survey_goes_on_from_half_without_the_folder_of_records(
+def test_a_suite_goes_on_from_half_without_the_folder_of_records(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Half of the blocks are there when the uploaded record is lost: the study keeps a copy of its own."""
     shelf = Shelf(tmp_path / "data")
     record_id, _ = shelf.put(SHAKE)
-    survey = parse_study({**ASKED, "records": [record_id, "northridge"], "starts": 0}, shelf)
-    assert isinstance(survey, Survey)
+    suite = parse_study({**ASKED, "records": [record_id, "northridge"], "starts": 0}, shelf)
+    assert isinstance(suite, Suite)
     store = Store.open(tmp_path / "data")
-    plan = plan_with_chunk(survey, (1, 1, 1, 2, 1, 1, 3, 2), seconds_per_point)
-    record, _ = store.submit(survey, plan, provenance())
+    plan = plan_with_chunk(suite, (1, 1, 1, 2, 1, 1, 3, 2), seconds_per_point)
+    record, _ = store.submit(suite, plan, provenance())
     for index in range(2):
         outcome = run_block(
-            store.cube_path(record.id), survey.digest, plan.block(index), code_hash(), f"g{index}"
+            store.cube_path(record.id), suite.digest, plan.block(index), code_hash(), f"g{index}"
         )
         store.mark(record.id, outcome)
     halfway = worst_case_designs(store.cube(record.id))
@@ -155,19 +155,19 @@ def test_a_survey_goes_on_from_half_without_the_folder_of_records(
             )
 
         record = run(record.id)
-        # what another survey has of it is taken over: the same record, and two of three scales
+        # what another suite has of it is taken over: the same record, and two of three scales
         second, _ = store.submit(wider, plan_with_chunk(wider, wider.shape, seconds_per_point), provenance())
         second = run(second.id)
     assert (second.state, second.points_reused, second.points_done) == ("done", 24, 36)
     taken = store.cube(second.id)
-    afresh = solve_survey_block(
+    afresh = solve_suite_block(
         wider, Block(0, (0,) * 8, wider.shape), lambda source: wider.motions[source.id]
     )
     for name, values in afresh.items():
         assert taken[name].values.tobytes() == values.tobytes(), name
     assert (record.state, record.points_done, record.points_failed) == ("done", 48, 0)
     cube = store.cube(record.id)
-    whole = solved(survey, Block(0, (0,) * 8, survey.shape))
+    whole = solved(suite, Block(0, (0,) * 8, suite.shape))
     for name, values in whole.items():
         assert cube[name].values.tobytes() == values.tobytes(), name
 
@@ -176,7 +176,7 @@ def test_a_survey_goes_on_from_half_without_the_folder_of_records(
         ("record", "scale", "natural_frequency_hz", "damping_ratio")
     )
     np.testing.assert_array_equal(ranked["value"], np.sort(worst.values, axis=None)[:3])
-    monkeypatch.setattr("damperlab.studies.answers.survey.BUDGET", 16)
+    monkeypatch.setattr("damperlab.studies.answers.suite.BUDGET", 16)
     assert worst_case_designs(cube, top=3).identical(ranked)
     best = ranked.isel(rank=0)
     where = {name: best[name].item() for name in cube["status"].dims}
@@ -187,7 +187,7 @@ def test_a_survey_goes_on_from_half_without_the_folder_of_records(
     copy_store(store, other)
     assert list(verify(other, other.find(record.id))) == []
     copied, _ = other.snapshot(record.id)
-    copied.remove(next(source.key for source in survey.records if source.id == record_id))
+    copied.remove(next(source.key for source in suite.records if source.id == record_id))
     found = list(verify(other, other.find(record.id)))
     assert [damage.block for damage in found] == [None]
     assert record_id in found[0].found
