@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures bench faults kernels dist lock audit clean
+.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures bench fuzz contract faults kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -67,6 +67,12 @@ $(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
 
 bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
+
+fuzz: install-bench ## any request that the OpenAPI document allows or forbids, all of schemathesis' checks (CASES for each operation)
+	$(BIN)/python -m tests.fuzz --cases $(or $(CASES),100)
+
+contract: install-dev ## the copy of /openapi.json that clients rely on, renewed; what breaks them is refused
+	$(BIN)/python -m tests.service.contract
 
 faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once
 	$(BIN)/python -m tests.faults.campaign --kills 200

@@ -2,12 +2,20 @@
 
 from typing import Any
 
+from damperlab.service.answer_schemas import answer_schemas
+from damperlab.service.problems import PROBLEM_SCHEMA, documented
 from damperlab.service.schemas import comparison_schema, simulation_schema
+from damperlab.service.security.caller import SAFE_METHODS, scope_of
+from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
 from damperlab.studies.ground.schema import suite_json_schema
 from damperlab.studies.text import MOST_STUDIES
-from damperlab.studies.vocabulary import STATES
+
+EDGE = (400, 408, 421, 422, 431, 503)
+"""What any request may be answered with: no HTTP, too slow, a foreign host, parameters, a long head, no data."""
+WITH_KEY = (401, 403, 429)
+"""And any that asks for a key: none, not enough, too often."""
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -141,8 +149,8 @@ COMPARISON_BODY: dict[str, Any] = {
 def complete(document: dict[str, Any]) -> None:
     """Correct the framework's OpenAPI document in place.
 
-    Bodies are read by hand, so the schema of a study and of its parts is added by hand; the framework's own form of
-    a validation error goes, because no route answers with it.
+    Bodies are read and answers made by hand, so their schemas are added by hand; in place of the framework's own form of a
+    validation error stands the one that is sent. What any request may be answered with is added to all operations.
     """
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):
@@ -153,72 +161,34 @@ def complete(document: dict[str, Any]) -> None:
     schemas["Suite"] = suite_json_schema()
     schemas["Simulation"] = simulation_schema()
     schemas["EarthquakeComparison"] = comparison_schema()
-    for operations in document["paths"].values():
-        for operation in operations.values():
-            if "HTTPValidationError" in str(operation["responses"].get("422")):
-                del operation["responses"]["422"]
+    schemas["Problem"] = PROBLEM_SCHEMA
+    schemas.update(answer_schemas())
+    document["components"]["securitySchemes"] = {
+        "key": {
+            "type": "http",
+            "scheme": "bearer",
+            "description": "A key that `damperlab keys create` made.",
+        },
+        "session": {"type": "apiKey", "in": "cookie", "name": COOKIE},
+    }
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            _complete_operation(path, method.upper(), operation)
 
 
-RECORD: dict[str, Any] = {
-    "content": {
-        "application/json": {
-            "schema": {
-                "type": "object",
-                "required": ["id", "name", "state", "points_total", "points_done", "points_failed", "digest"],
-                "properties": {
-                    "id": {
-                        "type": "string",
-                        "description": "first 12 hex digits of the digest; -2 behind them for version 2",
-                    },
-                    "name": {"type": "string"},
-                    "state": {"enum": list(STATES)},
-                    "phase": {
-                        "enum": [
-                            "queued",
-                            "starting",
-                            "compiling",
-                            "waiting",
-                            "running",
-                            "done",
-                            "cancelled",
-                            "failed",
-                        ],
-                        "description": "the state, or what a running study does before its blocks",
-                    },
-                    "phase_done": {"type": ["integer", "null"], "description": "kernels compiled"},
-                    "phase_total": {"type": ["integer", "null"], "description": "kernels to compile"},
-                    "points_total": {"type": "integer"},
-                    "points_done": {"type": "integer"},
-                    "points_failed": {"type": "integer"},
-                    "points_reused": {
-                        "type": "integer",
-                        "description": "Points reused from earlier studies.",
-                    },
-                    "blocks_total": {"type": "integer"},
-                    "blocks_done": {"type": "integer"},
-                    "created": {"type": "string", "format": "date-time"},
-                    "started": {"type": ["string", "null"], "format": "date-time"},
-                    "finished": {"type": ["string", "null"], "format": "date-time"},
-                    "seconds_left": {
-                        "type": ["number", "null"],
-                        "description": "expected wall time to the end [s]",
-                    },
-                    "definition": {
-                        "type": "object",
-                        "description": "the study; submit it again to get this record",
-                    },
-                    "digest": {"type": "string"},
-                    "message": {"type": ["string", "null"]},
-                    "version": {
-                        "type": "integer",
-                        "description": "1 as submitted; computed again by a later solver, it gets the next",
-                    },
-                    "outdated": {
-                        "type": "boolean",
-                        "description": "another solver than today's computed the results; POST /recompute",
-                    },
-                },
-            }
-        }
-    },
-}
+def _complete_operation(path: str, method: str, operation: dict[str, Any]) -> None:
+    responses = operation["responses"]
+    if "HTTPValidationError" in str(responses.get("422")):
+        del responses["422"]
+    statuses = [*EDGE]
+    if scope_of(method, path) is not None:
+        statuses += WITH_KEY
+        # on loopback nobody is asked for a key
+        operation["security"] = [{}, {"key": []}, {"session": []}]
+    if method not in SAFE_METHODS:
+        statuses += (403, 415)
+    elif "application/json" in responses.get("200", {}).get("content", {}):
+        responses["304"] = {"description": "If-None-Match names what the answer still is"}
+    for status, response in documented(*statuses).items():
+        responses.setdefault(str(status), response)
+    operation["responses"] = dict(sorted(responses.items()))

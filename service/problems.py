@@ -31,7 +31,7 @@ MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
 """When a client may try again what the service could not do just now."""
 
-_SCHEMA = {
+PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["type", "title", "status", "detail"],
     "properties": {
@@ -55,7 +55,7 @@ _SCHEMA = {
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """Describe problems for OpenAPI, as the ``responses`` of a route."""
-    content = {MEDIA_TYPE: {"schema": _SCHEMA}}
+    content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
     return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}
 
 

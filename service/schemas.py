@@ -34,6 +34,11 @@ def _fields(question: type, **defaults: Any) -> dict[str, Any]:
     return found
 
 
+def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
+    """Allow null for what may be left out."""
+    return schema | {"type": [schema["type"], "null"]}
+
+
 def simulation_schema() -> dict[str, Any]:
     """Return the schema of a request for one design point."""
     return {
@@ -49,6 +54,7 @@ def simulation_schema() -> dict[str, Any]:
             },
             "contact": _contact("Instant", "Dwell", "Compliant"),
             **_fields(Simulated, history=HISTORY_CYCLES, samples=SAMPLES),
+            "cycles": _or_null(_fields(Simulated)["cycles"]),
         },
     }
 
@@ -59,7 +65,7 @@ def comparison_schema() -> dict[str, Any]:
         "type": "object",
         "additionalProperties": False,
         "properties": {
-            **{name: quantity.schema(default) for name, (quantity, default) in QUANTITIES.items()},
+            **{name: _or_null(quantity.schema(default)) for name, (quantity, default) in QUANTITIES.items()},
             **_fields(Compared),
             "record": {
                 "default": Compared.record,

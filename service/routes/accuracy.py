@@ -2,6 +2,7 @@
 
 from fastapi import APIRouter
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
 from damperlab.service.reports import last_report
@@ -13,7 +14,7 @@ router = APIRouter(prefix="/api/v1", tags=["accuracy"])
 @router.get(
     "/accuracy",
     response_class=Document,
-    responses=documented(404),
+    responses={200: gives("AccuracyReport"), **documented(404)},
     summary="Error against run time, and extreme cases, as last measured",
 )
 def ask_accuracy(service: TheService) -> Document:

@@ -2,6 +2,7 @@
 
 from fastapi import APIRouter
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
 from damperlab.service.routes.queries import router as queries
@@ -12,7 +13,10 @@ router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries
 
 
 @router.get(
-    "/axes", response_class=Document, responses=documented(404, 503), summary="The values of every dimension"
+    "/axes",
+    response_class=Document,
+    responses={200: gives("Axes"), **documented(404, 503)},
+    summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:
     """List the grid's values by dimension, and the names of the variables that the study stores."""

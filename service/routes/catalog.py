@@ -4,6 +4,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
 from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
@@ -18,7 +19,12 @@ from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES
 router = APIRouter(prefix="/api/v1", tags=["studies"])
 
 
-@router.get("/catalog", response_class=Document, summary="Named studies, dimensions, variables, meanings")
+@router.get(
+    "/catalog",
+    response_class=Document,
+    responses={200: gives("Catalog")},
+    summary="Named studies, dimensions, variables, meanings",
+)
 def catalog() -> Document:
     """Say what a study can be made of and what its results mean: all that a form or a legend needs."""
     return Document(

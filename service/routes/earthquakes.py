@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
@@ -48,7 +49,12 @@ class RecordQuery(BaseModel):
     name: str = Field("", max_length=200, description="Name of the record.")
 
 
-@router.get("/records", response_class=Document, responses=documented(503), summary="Ground-motion records")
+@router.get(
+    "/records",
+    response_class=Document,
+    responses={200: gives("GroundMotions"), **documented(503)},
+    summary="Ground-motion records",
+)
 async def list_records(service: TheService) -> Document:
     """List the built-in and the uploaded records, with time step, duration and peaks in SI units."""
     return await run_sync(_list, service)
@@ -62,7 +68,11 @@ def _list(service: Service) -> Document:
     "/records",
     response_class=Document,
     status_code=201,
-    responses=documented(413, 415, 422, 429, 503, 507),
+    responses={
+        200: gives("GroundMotion", "The same samples are there already"),
+        201: gives("GroundMotion", "Kept"),
+        **documented(413, 415, 422, 429, 503, 507),
+    },
     openapi_extra={"requestBody": RECORD_BODY},
     summary="Upload or generate a record",
 )
@@ -138,7 +148,7 @@ def remove_record(
 @router.post(
     "/earthquake-comparisons",
     response_class=Document,
-    responses=documented(413, 415, 422, 429, 503),
+    responses={200: gives("ComparedOrReadiness"), **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": COMPARISON_BODY},
     summary="Dampers under a record",
 )

@@ -7,6 +7,7 @@ import xarray as xr
 from fastapi import APIRouter, Depends
 from starlette.requests import Request
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import map_document, ranking_document, response_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
@@ -40,13 +41,18 @@ def once(request: Request) -> None:
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
 
-ANSWER: dict[str, Any] = {"response_class": Document, "responses": documented(404, 409, 422, 503)}
-"""What every question's route is declared with."""
+
+def answers(name: str) -> dict[str, Any]:
+    """Declare the route of a question whose answer is one of `answer_schemas`."""
+    return {
+        "response_class": Document,
+        "responses": {200: gives(name), **documented(404, 409, 422, 429, 503)},
+    }
 
 
 @router.get(
     "/resonance-map",
-    **ANSWER,
+    **answers("ResonanceMap"),
     summary="One metric over two dimensions",
 )
 def ask_map(
@@ -70,7 +76,7 @@ def ask_map(
 
 @router.get(
     "/frequency-response",
-    **ANSWER,
+    **answers("FrequencyResponse"),
     summary="One metric over the frequency ratio",
 )
 def ask_response(
@@ -97,7 +103,7 @@ def ask_response(
 
 @router.get(
     "/optimal-designs",
-    **ANSWER,
+    **answers("RankedDesigns"),
     summary="Designs in the order of their response",
 )
 def ask_designs(

@@ -1,15 +1,16 @@
 """Robust designs, and follow-up studies around an optimum or a class boundary."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import designs_document
 from damperlab.service.comparisons import refinement_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.problems import documented
-from damperlab.service.routes.queries import ANSWER, answered, named, with_follow_ups
+from damperlab.service.routes.queries import answered, answers, named, with_follow_ups
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
 from damperlab.studies.answers.follow_up import Refinement
@@ -26,10 +27,19 @@ from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix=queries.prefix, dependencies=queries.dependencies)
 
+FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
+    200: gives(
+        "RefinementOrFollowUps",
+        "Nothing new is stored: a dry run, nothing left to ask, or follow-ups that are there",
+    ),
+    201: gives("FollowUps", "Stored and queued", Location="Address of the first of them."),
+    **documented(404, 409, 422, 429, 503, 507),
+}
+
 
 @router.get(
     "/robust-designs",
-    **ANSWER,
+    **answers("RankedDesigns"),
     summary="Dampers in the order of their worst case while the base amplitude varies",
     tags=["queries"],
 )
@@ -48,7 +58,7 @@ def ask_robust(
 @router.post(
     "/refine",
     response_class=Document,
-    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 409, 422, 503)},
+    responses=FOLLOW_UPS,
     summary="A follow-up study around the best design",
     tags=["studies"],
 )
@@ -69,10 +79,7 @@ def refine(
 @router.post(
     "/race",
     response_class=Document,
-    responses={
-        201: {"description": "The follow-ups are stored and queued"},
-        **documented(404, 409, 422, 503),
-    },
+    responses=FOLLOW_UPS,
     summary="Follow-up studies that compute the designs longer that may be the best",
     tags=["studies"],
 )
@@ -91,7 +98,7 @@ def race(
 @router.post(
     "/refine-boundary",
     response_class=Document,
-    responses={201: {"description": "The follow-up is stored and queued"}, **documented(404, 409, 422, 503)},
+    responses=FOLLOW_UPS,
     summary="A follow-up study around a change of response class",
     tags=["studies"],
 )

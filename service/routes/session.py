@@ -5,6 +5,7 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
@@ -33,7 +34,12 @@ _BODY = {
 }
 
 
-@router.get("", response_class=Document, summary="Who asks, and whether a key is needed")
+@router.get(
+    "",
+    response_class=Document,
+    responses={200: gives("Session")},
+    summary="Who asks, and whether a key is needed",
+)
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
     """Say whether the service asks for keys, and whom it takes the caller for."""
     return _document(_guard(request), caller.owner if caller else "", caller.scopes if caller else ())
@@ -42,7 +48,7 @@ def show(request: Request, caller: TheCallerOrNobody) -> Document:
 @router.post(
     "",
     response_class=Document,
-    responses=documented(401, 413, 415, 422),
+    responses={200: gives("Session"), **documented(401, 413, 415, 422)},
     openapi_extra={"requestBody": _BODY},
     summary="Sign in with a key",
 )

@@ -11,12 +11,13 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import estimate_document
 from damperlab.service.batches import submit_list, summary
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.events import event_id, progress
-from damperlab.service.examples import RECORD, STUDY_BODY
+from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
 from damperlab.studies.definition import parse_study
@@ -80,12 +81,9 @@ class DifferencesQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: {
-            "description": "The same definition was submitted before; or the answer to a dry run",
-            **RECORD,
-        },
-        201: {"description": "Stored and queued; Location is its address", **RECORD},
-        **documented(413, 415, 422, 503),
+        200: gives("SubmittedBefore", "The same definition was submitted before; or the answer to a dry run"),
+        201: gives("Submitted", "Stored and queued", Location="Address of the study, where one was sent."),
+        **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": STUDY_BODY},
     summary="Submit a study",
@@ -132,7 +130,10 @@ def _submit(
 
 
 @router.get(
-    "", response_class=Document, responses=documented(422, 503), summary="A page of studies, newest first"
+    "",
+    response_class=Document,
+    responses={200: gives("RecordPage"), **documented(422, 503)},
+    summary="A page of studies, newest first",
 )
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
     """List records without their definitions, which may be long; ask for one study to see its own."""
@@ -148,7 +149,7 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
 @router.get(
     "/{study_id}",
     response_class=Document,
-    responses={200: RECORD, **documented(404)},
+    responses={200: gives("Record"), **documented(404)},
     summary="A study's record",
 )
 def show(study: TheStudy) -> Document:
@@ -181,7 +182,10 @@ async def events(
 
 
 @router.post(
-    "/{study_id}/cancel", response_class=Document, responses=documented(404, 409), summary="Stop a study"
+    "/{study_id}/cancel",
+    response_class=Document,
+    responses={200: gives("Record"), **documented(404, 409)},
+    summary="Stop a study",
 )
 def cancel(service: TheService, study: TheExactStudy) -> Document:
     """Cancel a queued or running study; what is done is kept, and resume continues there."""
@@ -194,7 +198,7 @@ def cancel(service: TheService, study: TheExactStudy) -> Document:
 @router.post(
     "/{study_id}/resume",
     response_class=Document,
-    responses=documented(404, 409),
+    responses={200: gives("Record"), **documented(404, 409, 429)},
     summary="Go on with a study",
 )
 def resume(service: TheService, study: TheExactStudy) -> Document:
@@ -208,7 +212,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
 @router.post(
     "/{study_id}/retry",
     response_class=Document,
-    responses={200: RECORD, **documented(404, 409, 503)},
+    responses={200: gives("Record"), **documented(404, 409, 429, 503)},
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
@@ -221,12 +225,9 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     status_code=201,
     response_class=Document,
     responses={
-        200: {
-            "description": "Another version of it is of today's solver, or waits for it, already",
-            **RECORD,
-        },
-        201: {"description": "Entered beside the older results; Location is its address", **RECORD},
-        **documented(404, 409, 503, 507),
+        200: gives("Record", "Another version of it is of today's solver, or waits for it, already"),
+        201: gives("Record", "Entered beside the older results", Location="Address of the version."),
+        **documented(404, 409, 429, 503, 507),
     },
     summary="Recompute an outdated study, beside its results",
 )
@@ -240,7 +241,7 @@ def recompute(service: TheService, study: TheExactStudy) -> Document:
 @router.get(
     "/{study_id}/versions",
     response_class=Document,
-    responses=documented(404),
+    responses={200: gives("Records"), **documented(404)},
     summary="Every version of a study, oldest first",
 )
 def versions(service: TheService, study: TheStudy) -> Document:
@@ -251,7 +252,7 @@ def versions(service: TheService, study: TheStudy) -> Document:
 @router.get(
     "/{study_id}/differences",
     response_class=Document,
-    responses=documented(404, 409, 422, 503),
+    responses={200: gives("Differences"), **documented(404, 409, 422, 503)},
     summary="How a version differs from an older one",
 )
 def differences(

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from damperlab.service.comparisons import columns_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
-from damperlab.service.routes.queries import ANSWER, answered
+from damperlab.service.routes.queries import answered, answers
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
 from damperlab.studies.answers.suite import require_harmonic
@@ -21,7 +21,7 @@ router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries
 
 @router.get(
     "/tmd-comparison",
-    **ANSWER,
+    **answers("TmdComparison"),
     summary="One design compared with a tuned mass damper",
 )
 def ask_tmd(
@@ -38,7 +38,7 @@ def ask_tmd(
 
 @router.get(
     "/work-precision",
-    **ANSWER,
+    **answers("WorkPrecision"),
     summary="Error against run time over the points",
 )
 def ask_precision(service: TheService, study: TheStudy, asked: Annotated[tuple[()], asks()]) -> Document:

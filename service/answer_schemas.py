@@ -1,0 +1,332 @@
+"""JSON schemas of the answers, for the OpenAPI document.
+
+An answer is made from the tables of variables, states and cases, so its schema is too; nothing is checked against it while
+an answer is sent, since most of an answer is arrays. A number that is not finite is null in JSON.
+"""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from damperlab.studies.answers.pareto import RESPECTS
+from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.store.differences import Differences
+from damperlab.studies.store.record import PREPARATIONS, Record
+from damperlab.studies.variables import VARIABLES, Variable
+from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, REDUCTIONS, SCOPES, STATES
+from damperlab.worker.ground.response import GroundResponse
+
+Schema = dict[str, Any]
+
+TEXT: Schema = {"type": "string"}
+FLAG: Schema = {"type": "boolean"}
+COUNT: Schema = {"type": "integer", "minimum": 0}
+NUMBER: Schema = {"type": ["number", "null"]}
+TABLE: Schema = {"type": "object", "description": "Beside one another, by name."}
+TEXTS: Schema = {"type": "array", "items": TEXT}
+NUMBERS: Schema = {"type": "array", "items": NUMBER}
+PLANE: Schema = {"type": "array", "items": {"type": "array", "items": {"type": ["number", "string", "null"]}}}
+RANGE: Schema = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
+
+WITHOUT_DEFINITION = ("definition", "provenance")
+"""What a list leaves out of its records."""
+
+_RECORD_WORDS = {
+    "id": "First 12 hex digits of the digest; -2 behind them for version 2.",
+    "phase": "The state, or what a running study does before its blocks.",
+    "phase_done": "Kernels compiled.",
+    "phase_total": "Kernels to compile.",
+    "points_reused": "Points reused from earlier studies.",
+    "seconds_left": "Expected wall time to the end, in seconds.",
+    "definition": "The study; submit it again to get this record.",
+    "version": "1 as submitted; computed again by a later solver, it gets the next.",
+    "outdated": "Another solver than today's computed the results; POST /recompute.",
+    "dimensions": "Those of the cube, in its order.",
+}
+
+
+def gives(name: str, description: str = "The answer", **headers: str) -> Schema:
+    """Declare one of `answer_schemas` as what a status answers with; `headers` say what its headers mean."""
+    declared: Schema = {"description": description, "content": {"application/json": {"schema": of(name)}}}
+    if headers:
+        declared["headers"] = {
+            key.replace("_", "-"): {"description": text, "schema": TEXT} for key, text in headers.items()
+        }
+    return declared
+
+
+def of(name: str) -> Schema:
+    """Refer to one of the document's schemas."""
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def _object(optional: Iterable[str] = (), /, **properties: Schema) -> Schema:
+    """Describe an object; a later version may add keys to it."""
+    lacking = set(optional)
+    required = [name for name in properties if name not in lacking]
+    return {"type": "object", "required": required, "properties": properties}
+
+
+def _by_name(values: Schema, names: Iterable[str] = ()) -> Schema:
+    named = {"propertyNames": {"enum": list(names)}} if names else {}
+    return {"type": "object", "additionalProperties": values, **named}
+
+
+def _list(items: Schema) -> Schema:
+    return {"type": "array", "items": items}
+
+
+def _or_null(schema: Schema) -> Schema:
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _enum(names: Iterable[str]) -> Schema:
+    return {"type": "string", "enum": list(names)}
+
+
+def _record() -> Schema:
+    found = TypeAdapter(Record).json_schema(mode="serialization")
+    properties: Schema = {
+        name: {key: value for key, value in each.items() if key != "title"}
+        for name, each in found["properties"].items()
+    }
+    properties["state"] = _enum(STATES)
+    properties["phase"] = _enum((*PREPARATIONS, *STATES))
+    properties["dimensions"] = TEXTS
+    for name, words in _RECORD_WORDS.items():
+        properties[name] = properties[name] | {"description": words}
+    return _object(**properties)
+
+
+def _without(schema: Schema, names: Iterable[str], **more: Schema) -> Schema:
+    left = set(names)
+    return _object(**{key: value for key, value in schema["properties"].items() if key not in left}, **more)
+
+
+def _measured(variable: Variable) -> Schema:
+    coded = variable.flags is not None
+    return {
+        **({"type": "integer"} if coded else NUMBER),
+        "description": f"{variable.long_name} [{variable.units}]",
+    }
+
+
+def _asked(**properties: Schema) -> Schema:
+    """Describe the answer to a question to one study."""
+    return _object(study=TEXT, name=TEXT, state=_enum(STATES), **properties)
+
+
+def _of_cube(optional: Iterable[str] = (), **properties: Schema) -> Schema:
+    """Describe an answer that is read from a cube, of which a part may not be there yet."""
+    share = {"type": "number", "minimum": 0, "maximum": 1, "description": "Share that is computed."}
+    found = _asked(
+        **properties, complete=share, note=TEXT, columns=_by_name(_object(dtype=TEXT)), points=COUNT,
+        points_failed=COUNT, at=_by_name({"type": ["number", "string", "null"]}), meanings=_by_name(_by_name(TEXT)),
+    )  # fmt: skip
+    found["required"] = [name for name in found["required"] if name not in set(optional)]
+    return found
+
+
+_DESIGN = _object(
+    (*EVERY_DIMENSION, "error", "response_class"),
+    rank={"type": "integer", "minimum": 1},
+    value=NUMBER,
+    error=NUMBER,
+    response_class=TEXT,
+    **{name: TEXT if name == "record" else NUMBER for name in EVERY_DIMENSION},
+)
+_DESIGNS = _of_cube(
+    ("points", "points_failed", "at", "meanings", "objective", "band", "frequencies", "verdict", "pareto"),
+    units=TEXT,
+    long_name=TEXT,
+    designs=_list(_DESIGN),
+    designs_total=COUNT,
+    objective=_enum(OBJECTIVES),
+    band=RANGE,
+    frequencies=COUNT,
+    verdict=TEXTS,
+    pareto=_list(_enum(RESPECTS)),
+)
+_MAP = _of_cube(
+    ("over", "reduce", "status", "computed_share", "thinned"),
+    x_dimension=TEXT,
+    y_dimension=TEXT,
+    x=NUMBERS,
+    y=NUMBERS,
+    metric=TEXT,
+    units=TEXT,
+    long_name=TEXT,
+    values=PLANE | {"description": "values[y][x]"},
+    status=PLANE,
+    computed_share=PLANE,
+    over=TEXT,
+    reduce=_enum(REDUCTIONS),
+    thinned=FLAG,
+)
+_RESPONSE = _of_cube(
+    ("status",),
+    frequency_ratio=NUMBERS,
+    metric=TEXT,
+    units=TEXT,
+    long_name=TEXT,
+    values=NUMBERS,
+    status=NUMBERS,
+)
+_TMD = _of_cube(
+    frequency_ratio=NUMBERS,
+    hybrid=NUMBERS,
+    tmd=NUMBERS,
+    no_damper=NUMBERS,
+    criterion=_enum(CRITERIA),
+    band=RANGE,
+    verdict=TEXTS,
+    hybrid_better=_list(RANGE),
+    **dict.fromkeys(
+        (
+            "tmd_mass_ratio", "tmd_tuning", "tmd_damping_ratio", "hybrid_peak", "hybrid_peak_error", "hybrid_peak_at",
+            "tmd_peak", "tmd_peak_at", "ratio", "hybrid_bandwidth", "tmd_bandwidth", "hybrid_better_share",
+        ),
+        NUMBER,
+    ),
+)  # fmt: skip
+_PRECISION = _of_cube(
+    run_time=NUMBERS,
+    number=NUMBERS,
+    error_low=NUMBERS,
+    error_median=NUMBERS,
+    error_high=NUMBERS,
+    max_cycles_share=NUMBERS,
+)
+_REFINEMENT_FIELDS: Schema = {
+    "known": FLAG,
+    "found": TABLE,
+    "steps": _by_name(NUMBER),
+    "points": COUNT,
+    "fine_points": COUNT,
+    "spent": _by_name(NUMBER),
+    "definition": {"type": ["object", "null"]},
+    "definitions": _list({"type": "object"}),
+    "note": TEXT,
+}
+_GROUND_MOTION: Schema = {
+    "id": TEXT,
+    "name": TEXT,
+    "source": TEXT,
+    "samples": COUNT,
+    **dict.fromkeys(
+        ("step_s", "duration_s", "peak_acceleration_m_s2", "peak_acceleration_g", "peak_velocity_m_s"), NUMBER
+    ),
+    "peak_displacement_m": NUMBER,
+    "digest": TEXT,
+}
+_BOUNDS: Schema = {"name": TEXT, "lowest": NUMBER, "highest": NUMBER, "long_name": TEXT}
+
+
+def answer_schemas() -> dict[str, Schema]:
+    """Return the schema of every JSON answer, by name."""
+    record = _record()
+    summary = _without(record, WITHOUT_DEFINITION)
+    metrics = {name: _measured(variable) for name, variable in VARIABLES.items()}
+    case = {each.name: COUNT if each.type in (int, "int") else NUMBER for each in fields(GroundResponse)}
+    differences = TypeAdapter(Differences).json_schema(
+        mode="serialization", ref_template=of("{model}")["$ref"]
+    )
+    parts = differences.pop("$defs")
+    for each in (differences, *parts.values()):
+        each.pop("description", None)
+    estimate = _object(
+        digest=TEXT, points=COUNT, blocks=COUNT, bytes=COUNT, seconds=NUMBER, compiling_seconds=NUMBER,
+        kernels_missing=COUNT, definition={"type": "object"},
+    )  # fmt: skip
+    return {
+        **parts,
+        "Record": record,
+        "RecordSummary": summary,
+        "Records": _object(studies=_list(of("RecordSummary"))),
+        "RecordPage": _object(studies=_list(of("RecordSummary")), cursor={"type": ["string", "null"]}),
+        "SubmittedList": _object(studies=_list(_without(summary, ("created",), created=FLAG))),
+        "Estimate": estimate,
+        "EstimateList": _object(studies=_list(of("Estimate"))),
+        "SubmittedBefore": {
+            "anyOf": [of(name) for name in ("Record", "SubmittedList", "Estimate", "EstimateList")]
+        },
+        "Submitted": {"anyOf": [of("Record"), of("SubmittedList")]},
+        "Differences": differences,
+        "Catalog": _object(
+            studies=_list(_object(name=TEXT, about=TEXTS, definition={"type": "object"})),
+            dimensions=_list(_object(**_BOUNDS, default=NUMBER)),
+            physical=_list(_object(**_BOUNDS)),
+            variables=_list(_object(name=TEXT, units=TEXT, long_name=TEXT, doc=TEXT, coded=FLAG)),
+            survey={"type": "object", "required": ["dimensions", "variables"]},
+            status=_by_name(TEXT),
+            response_class=_by_name(_object(name=TEXT, sentence=TEXT)),
+            objectives=_by_name(TEXT, OBJECTIVES),
+            respects=_by_name(TEXT, RESPECTS),
+            tunings=_by_name(TEXT, CRITERIA),
+        ),
+        "Axes": _object(
+            study=TEXT,
+            axes=_by_name({"type": "array", "items": {"type": ["number", "string"]}}, EVERY_DIMENSION),
+            variables=TEXTS,
+        ),
+        "ResonanceMap": _MAP,
+        "FrequencyResponse": _RESPONSE,
+        "RankedDesigns": _DESIGNS,
+        "TmdComparison": _TMD,
+        "WorkPrecision": _PRECISION,
+        "Refinement": _asked(**_REFINEMENT_FIELDS),
+        "FollowUps": _asked(
+            **_REFINEMENT_FIELDS,
+            follow_up=_without(record, ("definition",)),
+            follow_ups=_list(_without(record, ("definition",))),
+        ),
+        "RefinementOrFollowUps": {"anyOf": [of("FollowUps"), of("Refinement")]},
+        "Readiness": _object(
+            phase=_enum(("ready", "compiling")), phase_done=COUNT, phase_total=COUNT, compiling_seconds=NUMBER
+        ),
+        "Simulated": _object(
+            ("attractors", "wall"),
+            metrics=_object(metrics, **metrics),
+            status=TEXT,
+            response_class=TEXT,
+            state=_by_name(NUMBER),
+            events=_by_name(COUNT),
+            cycles=COUNT,
+            history=_by_name(NUMBERS),
+            attractors=_object(
+                starts=COUNT, failed=COUNT, decided_by_a_rounding=FLAG, met=_list(TABLE), note=TEXT
+            ),
+            wall=_by_name(NUMBER),
+        ),
+        "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
+        "GroundMotion": _object(**_GROUND_MOTION),
+        "GroundMotions": _object(records=_list(of("GroundMotion"))),
+        "Compared": _object(
+            record=_object(**_GROUND_MOTION),
+            length_scale_m=NUMBER,
+            design=_by_name(NUMBER),
+            contact={"type": "object", "required": ["model"]},
+            tmd=_or_null(
+                _object(criterion=_enum(CRITERIA), mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER)
+            ),
+            cases=_by_name(_object(("spread",), label=TEXT, **case, spread=TABLE), CASES),
+            paper_table_a1=_by_name(_by_name(NUMBER), CASES),
+            units=_by_name(TEXT),
+            note=TEXT,
+        ),
+        "ComparedOrReadiness": {"anyOf": [of("Compared"), of("Readiness")]},
+        "AccuracyReport": {
+            "type": "object",
+            "required": ["created", "version", "diagrams", "stability", "passed"],
+        },
+        "Live": _object(status=_enum(("live",))),
+        "Ready": _object(
+            status=_enum(("ready",)),
+            cluster=_enum(("idle", "running", "lost")),
+            cluster_message={"type": ["string", "null"]},
+            running=TEXTS,
+        ),
+        "Session": _object(needed=FLAG, signed_in=FLAG, owner=TEXT, scopes=_list(_enum(SCOPES))),
+    }

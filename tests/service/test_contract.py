@@ -1,0 +1,164 @@
+"""The OpenAPI document is a contract: what it promised is kept, and every answer is as it says."""
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import pytest
+from jsonschema import Draft202012Validator
+from tests.service.contract import document_kept, document_now
+from tests.service.contract.breaks import breaks
+
+STUDY = "/api/v1/studies/{study_id}"
+
+
+@pytest.fixture(scope="module")
+def document() -> dict[str, Any]:
+    return document_now()
+
+
+def test_nothing_that_clients_rely_on_is_gone(document: dict[str, Any]) -> None:
+    assert breaks(document_kept(), document) == []
+
+
+def test_the_copy_is_as_the_service_says(document: dict[str, Any]) -> None:
+    assert document == document_kept(), "run `make contract`, and review what it changes in the copy"
+
+
+def _drop(*keys: str) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        *way, last = keys
+        for key in way:
+            document = document[key]
+        del document[last]
+
+    return change
+
+
+def _put(value: object, *keys: str) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        *way, last = keys
+        for key in way:
+            document = document[key]
+        document[last] = value
+
+    return change
+
+
+SCHEMAS = ("components", "schemas")
+MAP = ("paths", f"{STUDY}/resonance-map", "get")
+BREAKING = [
+    (_drop("paths", STUDY, "delete"), "the operation is gone"),
+    (_drop(*MAP, "responses", "200"), "the answer 200 is gone"),
+    (_put([], *MAP, "parameters"), "the parameter metric is gone"),
+    (_put(["name"], *SCHEMAS, "Record", "required"), "points_done may be missing now"),
+    (_drop(*SCHEMAS, "Record", "properties", "points_done"), "points_done is gone"),
+    (_put("string", *SCHEMAS, "Record", "properties", "points_done", "type"), "string in place of integer"),
+    (_drop(*SCHEMAS, "Record", "properties", "state", "enum"), "any value in place of"),
+    (_put(["cycles"], *SCHEMAS, "Simulation", "required"), "cycles must be given now"),
+    (_put(9, *SCHEMAS, "Simulation", "properties", "history", "maximum"), "maximum 9 in place of"),
+    (_put(["event"], *SCHEMAS, "Simulation", "properties", "method", "enum"), "no longer rk4"),
+    (_put({"type": "array"}, *SCHEMAS, "Catalog"), "array in place of object"),
+]
+ADDITIVE = [
+    _put({"get": {"responses": {}}}, "paths", "/api/v1/new"),
+    _put({"type": "string"}, *SCHEMAS, "Record", "properties", "novelty"),
+    _put({"type": "boolean"}, *SCHEMAS, "Simulation", "properties", "novelty"),
+    _put({"description": "I am a teapot"}, *MAP, "responses", "418"),
+    _put(["event", "rk4", "other"], *SCHEMAS, "Simulation", "properties", "method", "enum"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BREAKING)
+def test_what_breaks_clients_is_found(
+    document: dict[str, Any], change: Callable[[dict[str, Any]], None], said: str
+) -> None:
+    changed = copy.deepcopy(document)
+    change(changed)
+    assert any(said in line for line in breaks(document, changed)), breaks(document, changed)
+
+
+@pytest.mark.parametrize("change", ADDITIVE)
+def test_what_is_only_added_breaks_nobody(
+    document: dict[str, Any], change: Callable[[dict[str, Any]], None]
+) -> None:
+    changed = copy.deepcopy(document)
+    change(changed)
+    assert changed != document
+    assert breaks(document, changed) == []
+
+
+def test_every_json_answer_has_a_schema_and_every_refusal_is_a_problem(document: dict[str, Any]) -> None:
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            for status, response in operation["responses"].items():
+                for kind, content in response.get("content", {}).items():
+                    place = f"{method} {path} {status} {kind}"
+                    if kind == "application/problem+json":
+                        assert int(status) >= 400, place
+                        assert content["schema"] == {"$ref": "#/components/schemas/Problem"}, place
+                    elif kind == "application/json" and "{key}" not in path:
+                        assert (
+                            content["schema"]["$ref"].rpartition("/")[2] in document["components"]["schemas"]
+                        ), place
+
+
+POINT = {"frequency_ratio": 1.0, "particle": False, "friction_ratio": 0.1}
+CHEAP: list[tuple[str, str, dict[str, Any]]] = [
+    ("get", "/api/v1/catalog", {}),
+    ("get", "/api/v1/records", {}),
+    ("get", "/api/v1/session", {}),
+    ("get", "/api/v1/studies", {}),
+    ("get", "/health/live", {}),
+    ("get", "/health/ready", {}),
+    ("post", "/api/v1/simulate", {"json": POINT}),
+    ("post", "/api/v1/simulate", {"json": POINT | {"cycles": 2, "history": 2}}),
+    ("post", "/api/v1/simulate", {"json": POINT, "params": {"dry_run": True}}),
+    ("post", "/api/v1/studies", {"json": {"particle": False, "axes": {"frequency_ratio": 1}}, "params": {"dry_run": True}}),
+    ("post", "/api/v1/studies", {"json": [{"particle": False, "axes": {"frequency_ratio": 1}}], "params": {"dry_run": True}}),
+    ("post", "/api/v1/records", {"json": {"kanai_tajimi": {"seed": 4, "duration_s": 20, "peak_g": 0.1}}}),
+    ("post", "/api/v1/earthquake-comparisons", {"json": {"record": "northridge", "cases": ["none", "tmd", "fd"]}}),
+    ("post", "/api/v1/earthquake-comparisons", {"json": {}, "params": {"dry_run": True}}),
+]  # fmt: skip
+OF_A_CURVE: list[tuple[str, str, dict[str, Any]]] = [
+    ("get", STUDY, {}),
+    ("get", f"{STUDY}/versions", {}),
+    ("get", f"{STUDY}/axes", {}),
+    ("get", f"{STUDY}/resonance-map", {"x": "frequency_ratio", "y": "friction_ratio"}),
+    ("get", f"{STUDY}/resonance-map", {"x": "frequency_ratio", "y": "friction_ratio", "metric": "status", "most": 2}),
+    ("get", f"{STUDY}/frequency-response", {}),
+    ("get", f"{STUDY}/optimal-designs", {}),
+    ("get", f"{STUDY}/tmd-comparison", {"mass_ratio": 0.1}),
+    ("get", f"{STUDY}/work-precision", {}),
+
+
+]  # fmt: skip
+OF_A_SURVEY: list[tuple[str, str, dict[str, Any]]] = [
+    ("get", f"{STUDY}/axes", {}),
+    ("get", f"{STUDY}/resonance-map", {"x": "clearance_m", "y": "friction_force_n"}),
+    ("get", f"{STUDY}/optimal-designs", {}),
+]
+
+
+def _check(document: dict[str, Any], method: str, path: str, answer: httpx.Response) -> None:
+    assert answer.status_code < 300, (path, answer.text)
+    responses = document["paths"][path][method]["responses"]
+    assert str(answer.status_code) in responses
+    schema = responses[str(answer.status_code)]["content"]["application/json"]["schema"]
+    # beside it the document's parts, which it refers to from the root
+    Draft202012Validator(schema | {"components": document["components"]}).validate(answer.json())
+
+
+def test_answers_are_as_their_schemas_say(
+    client: httpx.Client, curve: dict[str, Any], survey: dict[str, Any], document: dict[str, Any]
+) -> None:
+    for method, path, sent in CHEAP:
+        _check(document, method, path, client.request(method, path, **sent))
+    for study, asked in ((curve, OF_A_CURVE), (survey, OF_A_SURVEY)):
+        for method, path, parameters in asked:
+            address = path.replace("{study_id}", study["id"])
+            _check(document, method, path, client.request(method, address, params=parameters))
+    again = client.post("/api/v1/studies", json=curve["definition"])
+    assert again.status_code == 200
+    _check(document, "post", "/api/v1/studies", again)
