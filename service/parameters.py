@@ -11,7 +11,8 @@ from pydantic import Field as Described
 from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.questions import EVERY_AXIS
+from damperlab.studies.unit_names import COORDINATES, LONG_NAMES, RESULTS
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"
@@ -19,13 +20,14 @@ LONGEST = 2000
 """Most characters of a text."""
 
 RANGED: tuple[str, ...] = (
-    *(name for name in EVERY_DIMENSION if name != RECORD),
+    *(name for name in EVERY_AXIS if name != RECORD),
     *(name for name, variable in VARIABLES.items() if variable.flags is None),
+    *RESULTS,
 )
 """What may be kept within a range: dimensions, and results that are quantities."""
 
 
-def asks(*questions: type, dimensions: Sequence[str] = EVERY_DIMENSION) -> Any:
+def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     """Make the dependency that reads the parameters of a route into frozen values.
 
     Parameters
@@ -34,7 +36,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_DIMENSION) -> Any:
         Dataclasses whose fields `damperlab.studies.field.asked` defines; no two have a field of one name, except that a
         dimension gives way to a field of its name.
     dimensions : sequence of str
-        Those that may be named; of every kind of study, if not given.
+        Those that may be named; of every kind of study, if not given. Those of a harmonic study in SI units go with them.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_DIMENSION) -> Any:
         Of a tuple with one value of each. Unknown parameters are refused.
     """
     own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
-    taken = {each.key for each in own}.union(set(EVERY_DIMENSION).difference(dimensions))
+    taken = {each.key for each in own}.union(set(EVERY_AXIS).difference(dimensions, COORDINATES))
     definitions: dict[str, Any] = {}
     for each in own:
         definitions |= _named(each, taken) if each.is_named else {each.name: _single(each)}
@@ -138,7 +140,7 @@ def _single(field: Field) -> Any:
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
     """Give the names that a field has values for, without those that are parameters of their own."""
-    names = RANGED if field.core == Ranges else EVERY_DIMENSION
+    names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 
 
@@ -150,7 +152,8 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
         words = _long_name(name)
         if ranged:
             meaning = f"`lower,higher` of the {words}: designs outside this range"
-            meaning += " at any considered frequency are excluded." if name in VARIABLES else " are excluded."
+            results = {*VARIABLES, *RESULTS}
+            meaning += " at any considered frequency are excluded." if name in results else " are excluded."
             if name == FREQUENCY:
                 meaning = "Refused: `band` is the range of frequency ratios."
             kind: Any = Annotated[str, AfterValidator(read_range)] | None
@@ -159,6 +162,8 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
             found[name] = str | None, Described(None, max_length=100, description=f"{words}, by its id.")
         else:
             meaning = f"{words}; the grid point nearest to it is taken."
+            if name in LONG_NAMES:
+                meaning += " Of a harmonic study it must be given in SI units."
             found[name] = float | None, Described(None, allow_inf_nan=False, description=meaning)
     return found
 
@@ -166,4 +171,6 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
 def _long_name(name: str) -> str:
     if name in DIMENSION_LONG_NAMES:
         return DIMENSION_LONG_NAMES[name]
-    return SUITE_DIMENSIONS[name][1] if name in SUITE_DIMENSIONS else VARIABLES[name].long_name
+    if name in SUITE_DIMENSIONS:
+        return SUITE_DIMENSIONS[name][1]
+    return LONG_NAMES[name] if name in LONG_NAMES else VARIABLES[name].long_name

@@ -30,7 +30,7 @@ class Kind:
     uncontrolled : str
         The dimension that no designer chooses; a result is the worst over it where the question leaves it open.
     worst : str
-        That sentence about a result; with ``{count}``, ``{low}`` and ``{high}`` of the uncontrolled dimension.
+        That sentence about a result; with ``{count}`` of the uncontrolled dimension and ``{band}`` of frequencies.
     axes : tuple of str
         Dimensions in the order in which a map shows them where nobody names any; those of the other kind follow.
     interpolates : bool
@@ -59,7 +59,7 @@ HARMONIC = Kind(
     variables=VARIABLES,
     metric="amplitude_ratio",
     uncontrolled="frequency_ratio",
-    worst="The largest value over the study's {count} frequencies from r = {low:.10g} to {high:.10g}; frequency_ratio_at "
+    worst="The largest value over the study's {count} frequencies from {band}; frequency_ratio_at "
     "gives the frequency at which it occurs.",
     axes=(
         "clearance_ratio",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
+from damperlab.studies.unit_names import COORDINATES, RESULTS
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import (
     CASES,
@@ -16,6 +17,10 @@ from damperlab.studies.vocabulary import (
     Reduction,
 )
 
+EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATES)))
+"""Whatever a point may be named by: dimensions, and coordinates of studies in SI units."""
+EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
+"""Whatever may be shown: results, and those in units."""
 MOST_DESIGNS = 10_000
 """Most designs in one answer."""
 FINEST = 1e-9
@@ -111,7 +116,7 @@ class Selection:
     metric: str | None = asked(
         None,
         "Result variable to show; amplitude_ratio by default, peak_relative_displacement_m for a ground-motion suite.",
-        allowed=EVERY_VARIABLE,
+        allowed=EVERY_METRIC,
     )
     at: At = asked_at()
     interpolate: bool = asked(
@@ -124,14 +129,12 @@ class Plane:
     """The two dimensions of a map, and what becomes of a third one."""
 
     x: str | None = asked(
-        None, "Dimension on the horizontal axis.", allowed=EVERY_DIMENSION, example="friction_ratio"
+        None, "Dimension on the horizontal axis.", allowed=EVERY_AXIS, example="friction_ratio"
     )
     y: str | None = asked(
-        None, "Dimension on the vertical axis.", allowed=EVERY_DIMENSION, example="frequency_ratio"
+        None, "Dimension on the vertical axis.", allowed=EVERY_AXIS, example="frequency_ratio"
     )
-    over: str | None = asked(
-        None, "A third dimension, over which the result is reduced.", allowed=EVERY_DIMENSION
-    )
+    over: str | None = asked(None, "A third dimension, over which the result is reduced.", allowed=EVERY_AXIS)
     reduce: Reduction | None = asked(None, "How the third dimension is reduced; max by default.")
 
 

@@ -10,6 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, RESULT_NAMES, SPEED
+
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What is multiplied with; each a number, not an axis, for what needs it."""
 
@@ -86,6 +88,19 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
     return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
 
 
+def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) -> xr.Dataset:
+    """Give the metric that was named in units, and the error beside it, in place of the ratios; others as they are."""
+    results = {each.name: each for each in results_in_units(cube)}
+    if metric not in results:
+        return answer
+    sources = {results[metric].source, "amplitude_error"}
+    beside = [each for each in results.values() if each.source in sources and each.source in answer]
+    for each in beside:
+        dims = answer[each.source].dims
+        answer = answer.assign({each.source: (dims, each.of(answer[each.source].values), each.attributes)})
+    return answer.rename({each.source: each.name for each in beside})
+
+
 def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
     """Give for dimensions that are named in units those of the cube; others as they are."""
     sources = {each.name: each.source for each in coordinates_in_units(cube)}
@@ -105,21 +120,12 @@ def _quantities(cube: xr.Dataset) -> list[InUnits]:
     speed = 2.0 * math.pi * frequency * amplitude
     force = mass * (2.0 * math.pi * frequency) ** 2 * amplitude
     every = [
-        InUnits("clearance_m", "clearance_ratio", amplitude, "m", "clearance d on either side"),
-        InUnits("friction_force_n", "friction_ratio", force, "N", "friction force"),
-        InUnits("particle_mass_kg", "mass_ratio", mass, "kg", "mass of the particle m"),
-        InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", "excitation frequency"),
-        InUnits("amplitude_m", "amplitude_ratio", amplitude, "m", "amplitude of the structure X"),
-        InUnits(
-            "amplitude_error_m", "amplitude_error", amplitude, "m", "error of the amplitude of the structure"
-        ),
-        InUnits(
-            "impact_speed_max_m_per_s",
-            "impact_speed_max",
-            speed,
-            "m s-1",
-            "largest approach speed at an impact",
-        ),
+        InUnits("clearance_m", "clearance_ratio", amplitude, "m", COORDINATE_NAMES["clearance_m"]),
+        InUnits("friction_force_n", "friction_ratio", force, "N", COORDINATE_NAMES["friction_force_n"]),
+        InUnits("particle_mass_kg", "mass_ratio", mass, "kg", COORDINATE_NAMES["particle_mass_kg"]),
+        InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", COORDINATE_NAMES["frequency_hz"]),
+        *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
+        InUnits(SPEED, "impact_speed_max", speed, "m s-1", RESULT_NAMES[SPEED]),
     ]
     return [each for each in every if math.isfinite(each.factor)]
 

@@ -15,7 +15,8 @@ import typer
 from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.field import At, Field, Ranges, fields_of, option_of
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.questions import EVERY_AXIS
+from damperlab.studies.unit_names import RESULTS
 from damperlab.studies.variables import VARIABLES
 
 Command = Callable[..., None]
@@ -23,8 +24,9 @@ Values = dict[str, float]
 """Numbers by name."""
 
 RANGED: tuple[str, ...] = (
-    *EVERY_DIMENSION,
+    *EVERY_AXIS,
     *(name for name, variable in VARIABLES.items() if variable.flags is None),
+    *RESULTS,
 )
 """What may be kept within a range: dimensions, and results that are quantities."""
 
@@ -46,7 +48,7 @@ def asks(command: Command) -> Command:
     more = {each.name: (_option(each), _default(each)) for each in offered}
     if any(each.is_named and each.core != Ranges for each in offered):
         spelled = {spelling for each in offered for spelling in each.options}
-        for name in (each for each in EVERY_DIMENSION if option_of(each) not in spelled):
+        for name in (each for each in EVERY_AXIS if option_of(each) not in spelled):
             more[f"of_{name}"] = Annotated[str | None, typer.Option(option_of(name), hidden=True)], None
 
     @wraps(command)
@@ -211,7 +213,7 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
             name: read_range(option, text) for name, text in read_named(option, written, RANGED, "name=lo,hi")
         }
     found: dict[str, Any] = {}
-    for name, text in read_named(option, written, EVERY_DIMENSION, "dimension=value"):
+    for name, text in read_named(option, written, EVERY_AXIS, "dimension=value"):
         found[name] = text if name == RECORD else read_number(option, text)
     for name, text in short.items():
         if name in found:

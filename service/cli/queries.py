@@ -16,6 +16,7 @@ from damperlab.service.cli.words import (
     ranking_sentences,
     rows_table,
     slice_sentence,
+    words_of,
 )
 from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection
 
@@ -137,7 +138,7 @@ def optimum(
         return draw_ranking(answer)
 
     def tell() -> None:
-        for sentence in (*ranking_sentences(answer), answer.attrs["note"]):
+        for sentence in (*ranking_sentences(answer), words_of(answer)["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
             print_table(*rows_table(answer.drop_vars(["lowest", "highest"], errors="ignore")))

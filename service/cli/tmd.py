@@ -6,7 +6,7 @@ from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
 from damperlab.service.cli.output import print_table, say, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
-from damperlab.service.cli.words import completeness_sentence, rows_table, span
+from damperlab.service.cli.words import completeness_sentence, rows_table, span, words_of
 from damperlab.studies.questions import Amplitudes, Design, Judging, Tuning
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def tmd(
         return draw_comparison(answer)
 
     def tell() -> None:
-        say(answer.attrs["note"])
+        say(words_of(answer)["note"])
         better = ", ".join(span(low, high) for low, high in answer.attrs["hybrid_better"])
         say(
             f"The study's damper is better at r = {better}."

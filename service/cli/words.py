@@ -1,6 +1,6 @@
 """Answers as sentences and tables for people."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import DAMPER, RECORD
@@ -9,6 +9,8 @@ from damperlab.studies.symbols import SYMBOLS
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import xarray as xr
 
 MAP_COLUMNS = 12
@@ -83,11 +85,16 @@ def rows_table(answer: "xr.Dataset") -> Table:
     ]
 
 
+def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
+    """Give what an answer says, in the units that its study is given in."""
+    return {**answer.attrs, **answer.attrs.get("in_units", {})}
+
+
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str) -> str:
     """Say what a map or a curve shows, and of what."""
     long_name = str(answer[metric].attrs.get("long_name", metric))
     reduced = f", {answer.attrs['reduce']} over {answer.attrs['over']}" if "over" in answer.attrs else ""
-    return f"{study}: {long_name}{reduced}. {answer.attrs['note']}"
+    return f"{study}: {long_name}{reduced}. {words_of(answer)['note']}"
 
 
 def completeness_sentence(answer: "xr.Dataset") -> str:
@@ -109,7 +116,7 @@ def ranking_sentences(answer: "xr.Dataset") -> tuple[str, ...]:
     """Say what a ranking means: its verdict, of a ground-motion suite the best damper and its worst case."""
     if "metric" in answer.attrs:
         return tuple(filter(None, (worst_sentence(answer),)))
-    return tuple(answer.attrs.get("verdict", ()))
+    return tuple(words_of(answer).get("verdict", ()))
 
 
 def worst_sentence(answer: "xr.Dataset") -> str:

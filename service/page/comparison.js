@@ -43,8 +43,8 @@ export function comparisonTab(session, place) {
     try {
       const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
-      fill(answerBox, verdict(answer));
-      fill(note, prose(answer.note));
+      fill(answerBox, verdict(answer, session.shown));
+      fill(note, prose(session.shown.words(answer).note));
       meaning.textContent = answer.criterion_means;
       await chart.draw(() => traces(answer, session.shown), () => ({
         xaxis: { title: { text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r" } },
@@ -55,9 +55,11 @@ export function comparisonTab(session, place) {
     }
   });
 
+  const { shown } = session;
+  const by = shown.factor("mass_ratio");
   const mass = el("input", {
-    type: "number", step: "any", min: 0, placeholder: "as the design", value: asked.mass_ratio ?? "",
-    oninput: () => ((asked.mass_ratio = mass.value === "" ? null : Number(mass.value)), look()),
+    type: "number", step: "any", min: 0, placeholder: "as the design", value: asked.mass_ratio === null ? "" : short(asked.mass_ratio * by, 12),
+    oninput: () => ((asked.mass_ratio = mass.value === "" ? null : Number(mass.value) / by), look()),
   });
   const meaning = el("p", { class: "quiet" });
   fill(
@@ -74,7 +76,7 @@ export function comparisonTab(session, place) {
         meaning,
         share("Frequency off by", asked.detuning, (value) => ((asked.detuning = value), look())),
         share("Damping off by", asked.damping_detuning, (value) => ((asked.damping_detuning = value), look())),
-        el("label", { class: "field" }, el("span", {}, "Mass ratio μ"), mass),
+        el("label", { class: "field" }, el("span", {}, shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ"), mass),
         sliders(selection, session.shown, true),
       ),
     ),
@@ -106,9 +108,9 @@ function share(label, now, onChange) {
   return el("label", { class: "slider" }, el("span", {}, label), slider, output);
 }
 
-/** Which is better, in a sentence and a number. @param {any} answer */
-function verdict(answer) {
-  const sentences = answer.verdict.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence)));
+/** Which is better, in a sentence and a number. @param {any} answer @param {import("./shown.js").Shown} shown */
+function verdict(answer, shown) {
+  const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
   // at one frequency a ratio would say more than is known
   if (answer.ratio === null || answer.frequency_ratio.length < 2) return sentences;
   return [

@@ -24,7 +24,8 @@ export function designs(session, onFound) {
   const band = selection.varied.includes(FREQUENCY);
   const { kept, shown } = session;
   const usual = band ? "peak" : "resonance";
-  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance");
+  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance")
+    .map(([name, text]) => /** @type {[string, string]} */ ([name, shown.has(VALUE) ? text.replace("amplitude ratio", "amplitude").replace("r = 1", `f = ${shown.value(FREQUENCY, 1)}`) : text]));
   const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
   const asked = {
     objective: kept.one("objective", objectives.map(([name]) => name), usual),
@@ -80,7 +81,7 @@ export function designs(session, onFound) {
                 {},
                 el("td", {}, shown.withError(VALUE, design.value, design.error)),
                 columns.map((name) => el("td", {}, short(design[name] * shown.factor(name)))),
-                against && !columns.some((name) => name.startsWith(against)) && el("td", {}, short(design[against])),
+                against && !columns.some((name) => name.startsWith(against)) && el("td", {}, against === "impact_speed" ? shown.value("impact_speed_max", design[against]) : short(design[against])),
                 el("td", {}, design.response_class.replaceAll("_", " ")),
                 el("td", {}, el("button", { type: "button", class: "small", "aria-label": `Show design ${i + 1} of ${title} on the map`, onclick: () => go(design) }, "Show")),
               ),
@@ -88,8 +89,8 @@ export function designs(session, onFound) {
           ),
         ),
       ),
-      (answer.verdict ?? []).map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
-      el("details", {}, el("summary", {}, "How they were judged"), el("p", { class: "quiet note" }, prose(answer.note))),
+      shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence))),
+      el("details", {}, el("summary", {}, "How they were judged"), el("p", { class: "quiet note" }, prose(shown.words(answer).note))),
     ];
   }
 

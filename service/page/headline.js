@@ -1,6 +1,7 @@
 /** What a study's ranking comes to, before anything else is read: the design to look at, or why there is none yet. */
 
 import { capital, el, prose } from "./dom.js";
+import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 
 /** What designs are judged by is an amplitude, of one frequency or of a band. */
@@ -32,7 +33,7 @@ export function headline({ record, selection, shown }, ranked) {
   const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, best[name])}`)]);
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
-  const why = next && ranked.verdict.find((/** @type {string} */ sentence) => sentence.startsWith("Only r ="));
+  const why = next && shown.words(ranked).verdict.find((sentence) => /^Only [rf] =/.test(sentence));
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
@@ -40,7 +41,7 @@ export function headline({ record, selection, shown }, ranked) {
     why && el("p", {}, prose(why)),
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
     idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: they are no particle dampers.`),
-    next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over r = ${next.start} to ${next.stop}`),
+    next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(next.start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, next.stop)}`),
   );
 }
 

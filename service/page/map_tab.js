@@ -105,7 +105,7 @@ export function mapTab(session, place) {
       if (mine !== asked) return;
       map = shown.map(answer);
       fill(trouble);
-      fill(note, prose(said(answer)));
+      fill(note, prose(said(answer, shown)));
       await draw();
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
@@ -219,11 +219,11 @@ function usualAxes(varied) {
   return [x, y];
 }
 
-/** @param {any} answer */
-function said(answer) {
+/** @param {any} answer @param {import("./shown.js").Shown} shown */
+function said(answer, shown) {
   const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
-  return share + failed + answer.note;
+  return share + failed + shown.words(answer).note;
 }
 
 /** At most once in a while, and once more at the end. @param {number} milliseconds @param {() => void} run */

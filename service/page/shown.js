@@ -2,7 +2,7 @@
 
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
-import { unitFactor } from "./quantities.js";
+import { STANDS_FOR, unitFactor } from "./quantities.js";
 import { axisTitle, symbol, titled } from "./vocabulary.js";
 
 const REMEMBERED = "damperlab.ratios";
@@ -15,6 +15,14 @@ const QUANTITIES = {
   mass_ratio: ["m", "Mass of the particle m", "kg", 1],
   amplitude_ratio: ["X", "amplitude X", "mm", 1000],
   amplitude_error: ["ΔX", "error of the amplitude X", "mm", 1000],
+  amplitude_ratio_max: ["", "largest amplitude", "mm", 1000],
+  amplitude_ratio_rms: ["", "rms amplitude", "mm", 1000],
+  relative_amplitude_ratio: ["", "relative amplitude |x−z|", "mm", 1000],
+  amplitude_ratio_mean: ["", "mean amplitude over the starts", "mm", 1000],
+  amplitude_ratio_spread: ["", "spread of the amplitude over the starts", "mm", 1000],
+  amplitude_ratio_worst: ["", "largest amplitude of any start", "mm", 1000],
+  amplitude_ratio_second: ["", "amplitude of the second response", "mm", 1000],
+  amplitude_ratio_third: ["", "amplitude of the third response", "mm", 1000],
   impact_speed_max: ["", "largest impact speed", "m/s", 1],
 };
 
@@ -26,11 +34,12 @@ export class Shown {
   constructor({ physical }) {
     const length = physical ? unitFactor("clearance_ratio", physical) : null;
     const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
-    const others = { amplitude_ratio: length, amplitude_error: length, impact_speed_max: length && hertz && length * 2 * Math.PI * hertz };
+    const speed = length && hertz && length * 2 * Math.PI * hertz;
     /** @type {Record<string, number>} */
     this.factors = {};
     for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {
-      const factor = name in others ? others[/** @type {keyof others} */ (name)] : physical && unitFactor(name, physical);
+      const result = name === "impact_speed_max" ? speed : length;
+      const factor = name in STANDS_FOR ? physical && unitFactor(name, physical) : result;
       if (factor) this.factors[name] = factor * scale;
     }
     this.possible = Object.keys(this.factors).length > 0;
@@ -88,6 +97,11 @@ export class Shown {
   /** What a variable is called. @param {string} name @param {string} otherwise */
   variable(name, otherwise) {
     return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : otherwise;
+  }
+
+  /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[]}} */
+  words(answer) {
+    return { note: "", verdict: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
   /** A map or a curve of the service as it is shown. @param {any} answer @returns {any} */

@@ -5,6 +5,7 @@ from collections.abc import Container
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
 
@@ -42,18 +43,20 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     return name not in used and cube.sizes[name] > 1
 
 
-def say_frequency(cube: xr.Dataset, r: float) -> str:
+def say_frequency(cube: xr.Dataset, r: float, phrases: Phrases = RATIOS) -> str:
     """Say that an answer holds at one frequency, and what can be done about it."""
+    at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube):
-        return f"Judged at r = {r:.10g} alone; leave frequency_ratio out for the worst over the band."
-    return f"Only one frequency was computed, r = {r:.10g}: the judgement holds at that frequency only. {WHY}"
+        return f"Judged at {at} alone; leave frequency_ratio out for the worst over the band."
+    return f"Only one frequency was computed, {at}: the judgement holds at that frequency only. {WHY}"
 
 
-def say_worst(cube: xr.Dataset) -> str:
+def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:
     """Say that an answer is the largest value over the uncontrolled dimension: the study's band, or its records."""
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())
-    return kind.worst.format(count=len(values), low=values[0], high=values[-1])
+    band = phrases.span(FREQUENCY, values[0], values[-1], ".10g") if kind.uncontrolled == FREQUENCY else ""
+    return kind.worst.format(count=len(values), band=band)
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:

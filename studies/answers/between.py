@@ -7,6 +7,7 @@ import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.selection import as_float, choose, coded, read, require_stored, say
 from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
@@ -92,16 +93,16 @@ class Between:
         values["interpolated"] = same.astype(np.int8)
         return values
 
-    def say(self, at: At) -> str:
+    def say(self, at: At, phrases: Phrases = RATIOS) -> str:
         """Say which grid points were taken, and between which the value was interpolated."""
-        taken = say(
-            self._cube, {name: place for name, place in self.nearest.items() if name not in self.sides}, at
-        )
+        there = {name: place for name, place in self.nearest.items() if name not in self.sides}
+        taken = say(self._cube, there, at, phrases)
         if not self.sides:
             return f"{taken} Nothing was interpolated: every asked value is on the grid or beyond its end."
         spans = [
-            f"to {name} = {float(at[name]):.10g} between {self._cube[name].values[low]:.10g} and "
-            f"{self._cube[name].values[high]:.10g}"
+            f"to {phrases.label(name)} = {phrases.value(name, float(at[name]), '.10g')} between "
+            f"{phrases.number(name, self._cube[name].values[low], '.10g')} and "
+            f"{phrases.value(name, self._cube[name].values[high], '.10g')}"
             for name, (low, high, _) in self.sides.items()
         ]
         return (

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
-from damperlab.studies.answers.selection import coded, main_metric
+from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import Selection
 
@@ -58,6 +59,7 @@ def compared_response(
         As `frequency_response`, or if the frequencies or the designs are not the same, or the metric has codes.
     """
     metric = selection.metric or main_metric(cube)
+    check_metric(cube, metric)
     first, second = frequency_response(cube, selection), frequency_response(other, selection)
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
@@ -101,21 +103,32 @@ def compared_response(
         "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
         "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
     }
-    sentence = "The two do not differ by more than their errors anywhere."
+    place = int(np.argmax(np.where(differs, distance, -1.0)))
     if differs.any():
-        place = int(np.argmax(np.where(differs, distance, -1.0)))
         answer.attrs |= {
             "largest_difference": float(distance[place]),
             "largest_difference_at": float(r[place]),
         }
-        where = ", ".join(f"{low:.6g} to {high:.6g}" if low < high else f"{low:.6g}" for low, high in spans)
-        sentence = (
-            f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}, at "
-            f"r = {where}; most at r = {r[place]:.6g}, {a[place]:.6g} against {b[place]:.6g}."
-        )
-    if unknown.any():
-        sentence += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
-    answer.attrs["note"] = f"{first.attrs['note']} {sentence}"
+
+    def sentence(phrases: Phrases) -> str:
+        words = "The two do not differ by more than their errors anywhere."
+        if differs.any():
+            f = phrases.symbol(FREQUENCY)
+            where = ", ".join(
+                phrases.number(FREQUENCY, low)
+                + (f" to {phrases.number(FREQUENCY, high)}" if low < high else "")
+                for low, high in spans
+            )
+            words = (
+                f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}, "
+                f"at {f} = {where}{phrases.unit(FREQUENCY)}; most at {phrases.equal(FREQUENCY, r[place])}, "
+                f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
+            )
+        if unknown.any():
+            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
+        return words
+
+    answer.attrs |= noted(first.attrs, said(cube, lambda phrases: {"note": sentence(phrases)}))
     return answer
 
 

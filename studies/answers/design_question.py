@@ -1,7 +1,7 @@
 """The question for the best designs, checked against the cube it is put to."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging
+from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import OBJECTIVES, Objective
 
@@ -65,6 +66,7 @@ class DesignQuestion:
     ) -> "DesignQuestion":
         """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
+        judging = _in_ratios(cube, judging)
         band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
         objective: Objective = judging.objective or default_objective(cube, band)
         if objective not in OBJECTIVES:
@@ -137,6 +139,26 @@ class DesignQuestion:
             limits,
             doubt,
         )
+
+
+def _in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
+    """Turn ranges that are given in units into those of ratios; one of frequencies is the band."""
+    units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
+    if not units.keys() & judging.ranges.keys():
+        return judging
+    band, ranges = judging.band, dict(judging.ranges)
+    for name in units.keys() & judging.ranges.keys():
+        each = units[name]
+        low, high = (end / each.factor for end in ranges.pop(name))
+        if each.source in ranges or (each.source == FREQUENCY and band is not None):
+            other = "band" if each.source == FREQUENCY else each.source
+            advice = f"give either {name} or {other}"
+            raise QueryFault(Fault(name, f"a range beside one of {other}", "one range of a quantity", advice))
+        if each.source == FREQUENCY:
+            band = low, high
+        else:
+            ranges[each.source] = low, high
+    return replace(judging, band=band, ranges=ranges)
 
 
 def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:

@@ -7,6 +7,7 @@ import xarray as xr
 
 from damperlab.studies.answers.design_question import DESIGN, DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
+from damperlab.studies.answers.phrases import RATIOS, Phrases
 
 LOSS = 0.1
 """A design is as good as the optimum for practical purposes while it loses no more than this share."""
@@ -68,17 +69,19 @@ def flatness(
     return found
 
 
-def say_flatness(found: list[dict[str, Any]]) -> str:
+def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
     """Put it into words."""
     if not found:
         return ""
     spans = [
-        f"{entry['dimension']} from {entry['low']:.6g}{'' if entry['below'] is not None else ' (end of the axis)'} "
-        f"to {entry['high']:.6g}{'' if entry['above'] is not None else ' (end of the axis)'}"
+        f"{phrases.label(name)} from {phrases.value(name, entry['low'])}"
+        f"{'' if entry['below'] is not None else ' (end of the axis)'} to {phrases.value(name, entry['high'])}"
+        f"{'' if entry['above'] is not None else ' (end of the axis)'}"
         for entry in found
+        for name in (entry["dimension"],)
     ]
     said = f"Within {LOSS:.0%} of the best, one parameter at a time: {'; '.join(spans)}."
-    coarse = [entry["dimension"] for entry in found if not entry["resolved"]]
+    coarse = [phrases.label(entry["dimension"]) for entry in found if not entry["resolved"]]
     if coarse:
         said += (
             f" The grid does not resolve the optimum in {', '.join(coarse)}: the next design is more than {LOSS:.0%} worse, "

@@ -1,9 +1,13 @@
 """A curve: one metric over the frequency ratio at one design."""
 
+from dataclasses import replace
+from typing import Any
+
 import xarray as xr
 
 from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     COMPANIONS,
     as_float,
@@ -12,6 +16,7 @@ from damperlab.studies.answers.selection import (
     coded,
     completeness,
     count,
+    in_ratios,
     main_metric,
     read,
     say,
@@ -19,6 +24,7 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.questions import Selection
+from damperlab.studies.units import metric_in_units, results_in_units
 
 FREQUENCY = "frequency_ratio"
 
@@ -34,7 +40,8 @@ def frequency_response(
     cube : Dataset
         A study's cube; only the curve is read.
     selection : Selection
-        What is shown, and the values of the other five dimensions, see `selection.choose`. Values are interpolated linearly,
+        What is shown, and the values of the other five dimensions, see `selection.choose`; of a study in SI units also
+        `amplitude_m` and the like, and `clearance_m` and the like. Values are interpolated linearly,
         frequency by frequency, where the class of response does not change; the answer then has `interpolated`, which says
         where that was done.
 
@@ -49,7 +56,11 @@ def frequency_response(
     QueryFault
         If a dimension or the metric is not in the cube, or `at` names the frequency ratio.
     """
-    at, metric = selection.at, selection.metric or main_metric(cube)
+    source = {each.name: each.source for each in results_in_units(cube)}
+    if selection.metric in source:
+        asked = replace(selection, metric=source[selection.metric])
+        return metric_in_units(cube, frequency_response(cube, asked), selection.metric)
+    at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_metric(cube, metric)
     if FREQUENCY in at:
         raise QueryFault(
@@ -63,22 +74,25 @@ def frequency_response(
     index = choose(cube, at, (FREQUENCY,))
     names = [name for name in COMPANIONS if name in cube.data_vars and name != metric]
     chosen = scalars(cube, index)
-    if selection.interpolate:
-        between = Between(cube, metric, at, (FREQUENCY,))
+    between = Between(cube, metric, at, (FREQUENCY,)) if selection.interpolate else None
+    if between is not None:
         values = between.read(names)
         chosen = between.scalars(at)
-        note = between.say(at)
     else:
         values = {name: read(cube, name, index, (FREQUENCY,)) for name in (metric, *names)}
         if not coded(cube, metric):
             values[metric] = as_float(values[metric])
-        note = say(cube, index, at)
     status = values["status"]
-    if status.size == 1:
-        note += " Only one frequency was computed, so the curve is one point."
+
+    def note(phrases: Phrases) -> dict[str, Any]:
+        words = between.say(at, phrases) if between else say(cube, index, at, phrases)
+        if status.size == 1:
+            words += " Only one frequency was computed, so the curve is one point."
+        return {"note": words}
+
     described = {name: INTERPOLATED if name == "interpolated" else dict(cube[name].attrs) for name in values}
     return xr.Dataset(
         {name: ((FREQUENCY,), array, described[name]) for name, array in values.items()},
         {FREQUENCY: cube[FREQUENCY], **chosen},
-        {**completeness(*count(status), status.size), "note": note},
+        {**completeness(*count(status), status.size), **said(cube, note)},
     )

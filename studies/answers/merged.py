@@ -12,6 +12,7 @@ from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQ
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.phrases import noted, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
@@ -80,9 +81,11 @@ def merged_designs(
     ranked = joined.isel(rank=places).assign_coords(rank=np.arange(1, places.size + 1))
     ranked["study"].attrs["long_name"] = "study that holds the design"
     ranked.attrs["studies"] = ids
+    merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
+    words = noted(first.attrs, said(cubes[ids[0]], lambda _: {"note": merged}))
     if places.size:
-        ranked.attrs |= _verdict(cubes, ranked, replace(question, doubt=doubt))
-    ranked.attrs["note"] = f"{first.attrs['note']} Merged with {counted(len(ids) - 1, 'follow-up')}."
+        words = together(words, _verdict(cubes, ranked, replace(question, doubt=doubt)))
+    ranked.attrs |= words
     return ranked.isel(rank=slice(top))
 
 

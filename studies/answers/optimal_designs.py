@@ -1,6 +1,7 @@
 """The best designs: every point of the five design dimensions judged by its response over the frequency."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,6 +12,7 @@ from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQ
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
 from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.phrases import Phrases, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
@@ -75,10 +77,14 @@ def optimal_designs(
     if ranked:
         first = {name: int(best.found[name][0]) for name in DESIGN}
         flat = flatness(cube, question, first, float(best.found["value"][0]))
-    note = f"{_note(question, tally, cube.sizes[FREQUENCY], ranked)} {say_flatness(flat)}".strip()
-    answer.attrs = {**attributes_of(question, tally), "flatness": flat, "note": note}
+
+    def note(phrases: Phrases) -> dict[str, Any]:
+        words = _note(question, tally, cube.sizes[FREQUENCY], ranked, phrases)
+        return {"note": f"{words} {say_flatness(flat, phrases)}".strip()}
+
+    answer.attrs = {**attributes_of(question, tally), "flatness": flat}
     active = best_with_impacts(_described(cube, question, best.active)) if best.active else None
-    answer.attrs |= verdict(cube, question, answer, active, flat)
+    answer.attrs |= together(said(cube, note), verdict(cube, question, answer, active, flat))
     return answer.isel(rank=slice(top))
 
 
@@ -124,17 +130,20 @@ def _folded(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return folded | {"alike": alike}
 
 
-def _note(question: DesignQuestion, tally: Mapping[str, int], computed: int, ranked: int) -> str:
+def _note(
+    question: DesignQuestion, tally: Mapping[str, int], computed: int, ranked: int, phrases: Phrases
+) -> str:
     low, high = question.frequencies[0], question.frequencies[-1]
-    sentences = [f"Ranked by the {question.long_name}; smaller is better."]
+    sentences = [f"Ranked by the {phrases.about(question.long_name)}; smaller is better."]
     if question.frequencies.size == 1:
         why = "was computed" if computed == 1 else "counts here"
         sentences.append(
-            f"Only one frequency {why}, r = {low:.10g}: the judgement holds at that frequency only. {WHY}"
+            f"Only one frequency {why}, {phrases.equal(FREQUENCY, low, '.10g')}: the judgement holds at that frequency "
+            f"only. {WHY}"
         )
     else:
         sentences.append(
-            f"Judged at {question.frequencies.size} frequencies from r = {low:.10g} to {high:.10g}."
+            f"Judged at {question.frequencies.size} frequencies from {phrases.span(FREQUENCY, low, high, '.10g')}."
         )
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:

@@ -20,7 +20,7 @@ from damperlab.studies.answers.follow_up import (
 )
 from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.selection import check_dimension, choose, require_stored
+from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.field import At
@@ -185,6 +185,7 @@ def refine_boundary(
     parent = next(iter(cubes.values()))
     check_dimension(parent, "along", along)
     require_stored(parent, "boundary", "response_class", otherwise="")
+    at = in_ratios(parent, at)
     others = {name: value for name, value in at.items() if name != along}
     chosen = {name: float(parent[name].values[i]) for name, i in choose(parent, others, (along,)).items()}
     values, classes = _line(cubes, along, chosen)

@@ -11,6 +11,7 @@ from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, 
 from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
+from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     COMPANIONS,
     as_float,
@@ -21,7 +22,7 @@ from damperlab.studies.answers.selection import (
     coded,
     completeness,
     count,
-    finite,
+    in_ratios,
     main_metric,
     read,
     say,
@@ -31,7 +32,7 @@ from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
-from damperlab.studies.units import InUnits, coordinates_in_units
+from damperlab.studies.units import InUnits, coordinates_in_units, metric_in_units, results_in_units
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import REDUCTIONS
 
@@ -83,10 +84,10 @@ def resonance_map(
     QueryFault
         If a dimension or the metric is not in the cube, or one is used twice.
     """
-    at, interpolate = selection.at, selection.interpolate
-    units = {each.name: each for each in coordinates_in_units(cube)}
-    if units.keys() & {x, y, over, *at}:
+    units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
+    if units.keys() & {x, y, over, selection.metric}:
         return _in_units(cube, units, (x, y, over), selection, reduce)
+    at, interpolate = in_ratios(cube, selection.at), selection.interpolate
     metric = selection.metric or main_metric(cube)
     check_axis(cube, "x", x)
     check_axis(cube, "y", y, (x,))
@@ -136,14 +137,19 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
-    sentences = [say(cube, index, at)]
-    if worst:
-        sentences.append(say_worst(cube))
-    elif FREQUENCY in index:
-        sentences.append(say_frequency(cube, float(cube[FREQUENCY].values[index[FREQUENCY]])))
-    if over is not None and answer.attrs["complete"] < 1:
-        sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
-    answer.attrs["note"] = " ".join(filter(None, sentences))
+
+    def note(phrases: Phrases) -> dict[str, Any]:
+        sentences = [say(cube, index, at, phrases)]
+        if worst:
+            sentences.append(say_worst(cube, phrases))
+        elif FREQUENCY in index:
+            r = float(cube[FREQUENCY].values[index[FREQUENCY]])
+            sentences.append(say_frequency(cube, r, phrases))
+        if over is not None and answer.attrs["complete"] < 1:
+            sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
+        return {"note": " ".join(filter(None, sentences))}
+
+    answer.attrs |= said(cube, note)
     return answer
 
 
@@ -154,16 +160,14 @@ def _in_units(
     selection: Selection,
     reduce: str | None,
 ) -> xr.Dataset:
-    """Ask in ratios what was asked in units, and give the axes that were named in them."""
+    """Ask in ratios what was asked in units, and give the axes and the metric that were named in them."""
     x, y, over = named
     source = {name: each.source for name, each in units.items()}
-    there = {
-        source.get(name, name): finite(name, value) / units[name].factor if name in units else value
-        for name, value in selection.at.items()
-    }
     inner = None if over is None else source.get(over, over)
-    asked = replace(selection, at=there)
+    metric = selection.metric
+    asked = selection if metric is None else replace(selection, metric=source.get(metric, metric))
     answer = resonance_map(cube, source.get(x, x), source.get(y, y), asked, inner, reduce)
+    answer = metric_in_units(cube, answer, metric)
     for each in (units[name] for name in (x, y) if name in units):
         scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
         answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})
@@ -177,7 +181,7 @@ def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Datase
     attributes = completeness(*count(values["status"]), flag.size)
     answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
     answer["interpolated"] = ((y, x), flag, INTERPOLATED)
-    answer.attrs["note"] = between.say(at)
+    answer.attrs |= said(cube, lambda phrases: {"note": between.say(at, phrases)})
     return answer
 
 

@@ -10,10 +10,12 @@ import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.kinds import kind_of
+from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import STEPPED, Status
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
@@ -163,22 +165,42 @@ def finite(dimension: str, wanted: object) -> float:
     return float(wanted)
 
 
-def say(cube: xr.Dataset, index: Mapping[str, int], at: At) -> str:
+def in_ratios(cube: xr.Dataset, at: At) -> At:
+    """Give the values that were asked for as those of the cube's dimensions; some may have been given in units.
+
+    Raises
+    ------
+    QueryFault
+        If a dimension is given both ways.
+    """
+    units = {each.name: each for each in coordinates_in_units(cube)}
+    found: dict[str, float | str] = {}
+    for name, value in at.items():
+        source = units[name].source if name in units else name
+        if source in found:
+            advice = f"give either {name} or {source}" if name in units else "leave one of the two out"
+            raise QueryFault(Fault(name, "a second value of one dimension", "one value for each", advice))
+        found[source] = finite(name, value) / units[name].factor if name in units else value
+    return found
+
+
+def say(cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS) -> str:
     """Put into words which grid points were chosen, and where that is not what was asked for."""
-    phrases = []
+    chosen_at = []
     for name, position in index.items():
         values = cube[name].values
         if values.dtype.kind == "U":
             chosen = "" if name in at or values.size == 1 else f" (not asked for; one of {values.size})"
-            phrases.append(f"{name} = {values[position]}{chosen}")
+            chosen_at.append(f"{name} = {values[position]}{chosen}")
             continue
-        phrase = f"{name} = {values[position]:.10g}"
+        phrase = f"{phrases.label(name)} = {phrases.value(name, values[position], '.10g')}"
         if name in at and not same(float(at[name]), values[position]):
-            phrase += f" (the grid point nearest to the {at[name]:.10g} asked for)"
+            asked = phrases.value(name, float(at[name]), ".10g")
+            phrase += f" (the grid point nearest to the {asked} asked for)"
         elif name not in at and values.size > 1:
             phrase += f" (not asked for; one of {values.size} on the grid)"
-        phrases.append(phrase)
-    return "At " + ", ".join(phrases) + "." if phrases else ""
+        chosen_at.append(phrase)
+    return "At " + ", ".join(chosen_at) + "." if chosen_at else ""
 
 
 def scalars(cube: xr.Dataset, index: Mapping[str, int]) -> dict[str, xr.DataArray]:

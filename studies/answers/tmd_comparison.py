@@ -9,8 +9,9 @@ import xarray as xr
 from damperlab.studies.answers.band import FREQUENCY, WHY, runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.selection import require_stored
-from damperlab.studies.answers.verdict import NEXT_BAND
+from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.selection import in_ratios, require_stored
+from damperlab.studies.answers.verdict import say_next
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
@@ -60,7 +61,7 @@ def tmd_comparison(
     QueryFault
         If an argument is not allowed, or a mass is needed and the study has none.
     """
-    at = dict(at or {})
+    at = dict(in_ratios(cube, at or {}))
     require_stored(cube, "study", METRIC, otherwise="")
     criterion, excitation, mass_ratio = tuning.criterion, tuning.excitation, tuning.mass_ratio
     if criterion not in CRITERIA:
@@ -125,8 +126,15 @@ def tmd_comparison(
         "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
     }
-    answer.attrs["verdict"] = _verdict(answer)
-    answer.attrs["note"] = f"{curve.attrs['note']} {_words(answer)}"
+
+    def words(phrases: Phrases) -> dict[str, Any]:
+        # a force has no base amplitude that its static deflection could be over
+        spelled = phrases
+        if excitation == "force":
+            spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
+        return {"verdict": _verdict(answer, spelled), "note": _words(answer, spelled)}
+
+    answer.attrs |= noted(curve.attrs, said(cube, words))
     return answer
 
 
@@ -149,55 +157,67 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     return float(weights[known & (values > level)].sum() / total) if total > 0 else math.nan
 
 
-def _verdict(answer: xr.Dataset) -> list[str]:
-    said: dict[str, Any] = answer.attrs
-    if not np.isfinite(said["ratio"]):
+def _verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
+    found: dict[str, Any] = answer.attrs
+    if not np.isfinite(found["ratio"]):
         return ["Nothing of this design's curve is computed yet."]
     r = answer[FREQUENCY].values
     if r.size == 1:
         return [
-            f"Only r = {r[0]:.10g} was computed, so nothing is said about which damper is better: a tuned mass damper is "
-            "judged by its peaks, which lie beside r = 1, and so is this one.",
-            f"Compute frequency_ratio from {NEXT_BAND['start']:g} to {NEXT_BAND['stop']:g} in {NEXT_BAND['num']} steps next.",
+            f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better: a "
+            f"tuned mass damper is judged by its peaks, which lie beside {phrases.equal(FREQUENCY, 1.0)}, and so is this one.",
+            f"{say_next(phrases)}.",
         ]
-    apart = abs(said["ratio"] - 1)
-    which = "lower than" if said["ratio"] < 1 else "higher than"
-    error = said["hybrid_peak_error"]
-    doubt = f" ± {error:.2g}" if error == error else ""
+    apart = abs(found["ratio"] - 1)
+    which = "lower than" if found["ratio"] < 1 else "higher than"
+    peak, error = found["hybrid_peak"], found["hybrid_peak_error"]
+    value = phrases.measured(peak, error) if error == error else phrases.value(METRIC, peak)
     return [
-        f"The peak of this design over r = {r[0]:.10g} to {r[-1]:.10g}, {said['hybrid_peak']:.6g}{doubt}, is "
-        f"{100 * apart:.3g} % {which} that of the tuned mass damper, {said['tmd_peak']:.6g}."
+        f"The peak of this design over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}, {value}, is "
+        f"{100 * apart:.3g} % {which} that of the tuned mass damper, {phrases.value(METRIC, found['tmd_peak'])}."
     ]
 
 
-def _words(answer: xr.Dataset) -> str:
-    said: dict[str, Any] = answer.attrs
+def _words(answer: xr.Dataset, phrases: Phrases) -> str:
+    found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
+    in_units = bool(phrases.unit("mass_ratio") and phrases.unit(FREQUENCY))
+    mass, own = found["tmd_mass_ratio"], found["tmd_tuning"]
+    tuned_to = (
+        f"mass {phrases.value('mass_ratio', mass)}, frequency {phrases.value(FREQUENCY, own)}"
+        if in_units
+        else f"μ = {mass:.6g}, γ = {own:.6g}"
+    )
     sentences = [
-        f"Tuned mass damper: {said['criterion_means']}; μ = {said['tmd_mass_ratio']:.6g}, "
-        f"γ = {said['tmd_tuning']:.6g}, ζ = {said['tmd_damping_ratio']:.6g} over its own frequency "
-        f"({said['tmd_damping_over_structure']:.6g} over the structure's)."
+        f"Tuned mass damper: {found['criterion_means']}; {tuned_to}, "
+        f"ζ = {found['tmd_damping_ratio']:.6g} over its own frequency "
+        f"({found['tmd_damping_over_structure']:.6g} over the structure's)."
     ]
-    if said["excitation"] == "force":
+    if found["excitation"] == "force":
         sentences.append(
             "It and the structure without a damper answer to a force here, X over the static deflection; the study's "
             "damper is shaken through its base."
         )
     if r.size == 1:
-        sentences.append(f"Compared at r = {r[0]:.10g} only, where both may look better than they are. {WHY}")
+        at = phrases.equal(FREQUENCY, r[0], ".10g")
+        sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")
     else:
-        sentences.append(f"Compared by the worst over r = {r[0]:.10g} to {r[-1]:.10g}.")
-    if np.isfinite(said["ratio"]):
+        sentences.append(f"Compared by the worst over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}.")
+    if np.isfinite(found["ratio"]):
         sentences.append(
-            f"Peaks: {said['hybrid_peak']:.6g} at r = {said['hybrid_peak_at']:.6g} against {said['tmd_peak']:.6g} "
-            f"at r = {said['tmd_peak_at']:.6g}, ratio {said['ratio']:.4g}."
+            f"Peaks: {phrases.value(METRIC, found['hybrid_peak'])} at {phrases.equal(FREQUENCY, found['hybrid_peak_at'])} "
+            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}, "
+            f"ratio {found['ratio']:.4g}."
         )
     else:
         sentences.append("Nothing of the design's curve is computed yet, so there is no peak to compare.")
-    if said["tmd_peak_everywhere"] > said["tmd_peak"] * (1 + 1e-9):
+    if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
         sentences.append(
-            f"Outside the band the tuned mass damper reaches {said['tmd_peak_everywhere']:.6g}: widen the study's band."
+            f"Outside the band the tuned mass damper reaches "
+            f"{phrases.value(METRIC, found['tmd_peak_everywhere'])}: widen the study's band."
         )
-    if float(answer["mass_ratio"]) != said["tmd_mass_ratio"]:
-        sentences.append(f"The masses differ: the design's ratio is {float(answer['mass_ratio']):.6g}.")
+    if float(answer["mass_ratio"]) != found["tmd_mass_ratio"]:
+        mass = float(answer["mass_ratio"])
+        of_design = phrases.value("mass_ratio", mass) if in_units else f"{mass:.6g}"
+        sentences.append(f"The masses differ: the design's {'is' if in_units else 'ratio is'} {of_design}.")
     return " ".join(sentences)

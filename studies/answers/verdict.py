@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.contenders import chance_of_another, contend
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.phrases import RATIOS, Phrases, said
 from damperlab.studies.faults import counted
-from damperlab.studies.symbols import SYMBOLS
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 NO_ACTION: dict[int, str] = {
@@ -62,74 +62,98 @@ def verdict(
         Attributes of the answer: `confidence`; `as_good`, how many further designs may be the best within their errors;
         `chance_of_another`, the probability that one of them is (left out where errors are not known);
         `best_with_impacts` (left out where there is none); `next_frequencies`, what to compute where one frequency
-        counts; `verdict`, all of it in sentences.
+        counts; `verdict`, all of it in sentences; `in_units`, the same sentences in units (left out where the study is
+        given in ratios alone).
     """
     if ranked.sizes["rank"] == 0:
-        return {"verdict": ["There is no optimum."]}
+        return said(cube, lambda _: {"verdict": ["There is no optimum."]})
     values, errors = ranked["value"].values, ranked["error"].values
     may_be = contend(ranked["lowest"].values, ranked["highest"].values)
     # the first is the best, and may be it: its lower limit is below every value
     chance = chance_of_another(values[may_be], errors[may_be], 0)
-    said: dict[str, Any] = {"confidence": question.doubt.confidence, "as_good": int(may_be[1:].sum())}
+    found: dict[str, Any] = {"confidence": question.doubt.confidence, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
-        said["chance_of_another"] = chance
-    sentences = [f"Optimum: {say_design(ranked, 0)}"]
-    sentences.append(_say_ties(ranked, said, bool(np.isnan(errors[0]))))
-    kind = int(ranked["response_class"].values[0])
-    alone = question.frequencies.size == 1
+        found["chance_of_another"] = chance
     if active is not None:
-        said["best_with_impacts"] = dict(active)
-    if _idle(ranked, 0):
-        why = NO_ACTION.get(kind, "the particle never meets a wall")
-        sentences.append(f"In this design {why}: it is no particle damper.")
-        if active is not None:
-            sentences.append(f"Best design with impacts: {_say_active(active)}")
-        elif "response_class" in cube:
-            sentences.append("No design that was judged has impacts.")
-    if alone:
-        said["next_frequencies"] = dict(NEXT_BAND)
-        start, stop, num = NEXT_BAND["start"], NEXT_BAND["stop"], NEXT_BAND["num"]
-        only = "was computed" if cube.sizes[FREQUENCY] == 1 else "counts here"
-        sentences.append(
-            f"Only r = {question.frequencies[0]:.10g} {only}, so no design is recommended for use: a design that is "
-            "quiet at one frequency may resonate next to it. "
-            + (
-                f"Compute frequency_ratio from {start:g} to {stop:g} in {num} steps next, and judge by the peak."
-                if cube.sizes[FREQUENCY] == 1
-                else "Judge by the peak over the band that was computed."
-            )
+        found["best_with_impacts"] = dict(active)
+    if question.frequencies.size == 1:
+        found["next_frequencies"] = dict(NEXT_BAND)
+    ties = _say_ties(ranked, found, bool(np.isnan(errors[0])))
+
+    def sentences(phrases: Phrases) -> dict[str, Any]:
+        every = [
+            f"Optimum: {say_design(ranked, 0, phrases)}",
+            ties,
+            *_say_idle(cube, ranked, active, phrases),
+            _say_alone(cube, question, phrases),
+            *_say_ends(cube, ranked, flat, phrases),
+            _say_error(float(values[0]), float(errors[0])),
+        ]
+        return {"verdict": [sentence for sentence in every if sentence]}
+
+    return found | said(cube, sentences)
+
+
+def say_next(phrases: Phrases) -> str:
+    """Say which frequencies to compute where a study has one."""
+    start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
+    name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
+    return f"Compute {name} from {start} to {stop} in {NEXT_BAND['num']} steps next"
+
+
+def _say_idle(
+    cube: xr.Dataset, ranked: xr.Dataset, active: Mapping[str, Any] | None, phrases: Phrases
+) -> list[str]:
+    if not _idle(ranked, 0):
+        return []
+    kind = int(ranked["response_class"].values[0])
+    why = NO_ACTION.get(kind, "the particle never meets a wall")
+    sentences = [f"In this design {why}: it is no particle damper."]
+    if active is not None:
+        sentences.append(f"Best design with impacts: {_say_active(active, phrases)}")
+    elif "response_class" in cube:
+        sentences.append("No design that was judged has impacts.")
+    return sentences
+
+
+def _say_alone(cube: xr.Dataset, question: DesignQuestion, phrases: Phrases) -> str:
+    if question.frequencies.size > 1:
+        return ""
+    only = "was computed" if cube.sizes[FREQUENCY] == 1 else "counts here"
+    return (
+        f"Only {phrases.equal(FREQUENCY, question.frequencies[0], '.10g')} {only}, so no design is recommended for use: a "
+        "design that is quiet at one frequency may resonate next to it. "
+        + (
+            f"{say_next(phrases)}, and judge by the peak."
+            if cube.sizes[FREQUENCY] == 1
+            else "Judge by the peak over the band that was computed."
         )
-    sentences += _say_ends(cube, ranked, flat)
-    sentences.append(_say_error(float(values[0]), float(errors[0])))
-    said["verdict"] = [sentence for sentence in sentences if sentence]
-    return said
+    )
 
 
-def say_design(ranked: xr.Dataset, rank: int) -> str:
+def say_design(ranked: xr.Dataset, rank: int, phrases: Phrases = RATIOS) -> str:
     """Put one ranked design into words."""
     design = ranked.isel(rank=rank)
     # unknown is the class of a computed design only where the study does not store it
     kind = ResponseClass(int(design["response_class"]))
     words = kind.sentence if kind is not ResponseClass.UNKNOWN else ""
     row = {name: float(design[name]) for name in (*DIMENSIONS, "value", "error")}
-    head = _say_row(row)
-    r = f"r = {row[FREQUENCY]:.6g}"
+    head = _say_row(row, phrases)
+    r = phrases.equal(FREQUENCY, row[FREQUENCY])
     if ranked.attrs["frequencies"] == 1:
-        return f"X/Z = {head}, {r}. {words}".strip()
+        return f"{phrases.symbol(METRIC)} = {head}, {r}. {words}".strip()
     largest = f"At its largest, {r}: {words}" if words else f"It is largest at {r}."
-    return f"{design['value'].attrs['long_name']} {head}. {largest}"
+    return f"{phrases.about(design['value'].attrs['long_name'])} {head}. {largest}"
 
 
-def _say_active(active: Mapping[str, Any]) -> str:
+def _say_active(active: Mapping[str, Any], phrases: Phrases) -> str:
     kind = ResponseClass[str(active["response_class"]).upper()].sentence
-    return f"{_say_row(active)}, largest at r = {active[FREQUENCY]:.6g}. {kind}"
+    return f"{_say_row(active, phrases)}, largest at {phrases.equal(FREQUENCY, active[FREQUENCY])}. {kind}"
 
 
-def _say_row(row: Mapping[str, Any]) -> str:
-    error = float(row["error"])
-    doubt = f" ± {error:.2g}" if error == error else " (error not known)"
-    at = ", ".join(f"{SYMBOLS[name]} = {row[name]:.6g}" for name in DESIGN)
-    return f"{row['value']:.6g}{doubt} at {at}"
+def _say_row(row: Mapping[str, Any], phrases: Phrases) -> str:
+    at = ", ".join(phrases.equal(name, row[name]) for name in DESIGN)
+    return f"{phrases.measured(float(row['value']), float(row['error']))} at {at}"
 
 
 def _idle(ranked: xr.Dataset, rank: int) -> bool:
@@ -169,7 +193,9 @@ def _share(chance: float) -> str:
     return f"{100 * chance:.2g} %" if chance < 0.995 else "more than 99 %"
 
 
-def _say_ends(cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]]) -> list[str]:
+def _say_ends(
+    cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]], phrases: Phrases
+) -> list[str]:
     ends = []
     for entry in flat:
         if entry["below"] is None and entry["above"] is None:
@@ -177,8 +203,9 @@ def _say_ends(cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]]) 
         axis = cube[entry["dimension"]].values
         for end, where in ((axis.min(), "lower"), (axis.max(), "upper")):
             if same(entry["value"], end):
-                ends.append(f"the {where} end of {SYMBOLS[entry['dimension']]} ({end:.6g})")
-    coarse = [SYMBOLS[entry["dimension"]] for entry in flat if not entry["resolved"]]
+                name = entry["dimension"]
+                ends.append(f"the {where} end of {phrases.symbol(name)} ({phrases.value(name, end)})")
+    coarse = [phrases.symbol(entry["dimension"]) for entry in flat if not entry["resolved"]]
     sentences = []
     if ends:
         sentences.append(

@@ -13,8 +13,8 @@ from damperlab.service.client import Client, Study
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
 from damperlab.studies.ground.quantities import QUANTITIES
-from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.questions import (
+    EVERY_AXIS,
     Amplitudes,
     Boundary,
     Compared,
@@ -32,6 +32,7 @@ from damperlab.studies.questions import (
     Tuning,
     Window,
 )
+from damperlab.studies.unit_names import RESULTS
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 STUDY = "/api/v1/studies/{study_id}"
@@ -102,7 +103,7 @@ def test_a_route_takes_the_fields_of_its_question_and_no_others(
 ) -> None:
     found = parameters(document, path)
     fields = offered(questions, "http")
-    named = {*EVERY_DIMENSION, *VARIABLES} if any(each.is_named for each in fields.values()) else set()
+    named = {*EVERY_AXIS, *VARIABLES, *RESULTS} if any(each.is_named for each in fields.values()) else set()
     for field in fields.values():
         if field.is_named:
             continue

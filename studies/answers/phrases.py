@@ -1,0 +1,135 @@
+"""How quantities stand in the sentences of answers: as ratios, or in units where the study is given in them."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+from damperlab.studies.symbols import SYMBOLS
+from damperlab.studies.unit_names import AMPLITUDES
+from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
+
+AMPLITUDE = "amplitude_ratio"
+FREQUENCY = "frequency_ratio"
+
+
+class Printed(NamedTuple):
+    """A quantity as an engineer writes it."""
+
+    symbol: str
+    label: str
+    unit: str
+    scale: float
+    """The unit over that of SI."""
+
+
+PRINTED: dict[str, Printed] = {
+    "clearance_ratio": Printed("d", "clearance d", "mm", 1e3),
+    "friction_ratio": Printed("F", "friction force F", "N", 1.0),
+    "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
+    FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
+    "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
+    **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
+}
+"""What is written for a ratio in a study in units."""
+
+
+@dataclass(frozen=True)
+class Phrases:
+    """Words for quantities.
+
+    Parameters
+    ----------
+    quantities : mapping of InUnits
+        What stands in units, by its ratio; all else stays a ratio.
+    """
+
+    quantities: Mapping[str, InUnits] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, cube: xr.Dataset) -> "Phrases":
+        """Give those of a study in units; of one in ratios alone they are those of ratios."""
+        return cls({each.source: each for each in (*coordinates_in_units(cube), *results_in_units(cube))})
+
+    def _has(self, name: str) -> bool:
+        return name in self.quantities
+
+    def symbol(self, name: str) -> str:
+        """Give the symbol of a dimension or of the amplitude."""
+        if self._has(name):
+            return PRINTED[name].symbol
+        return "X/Z" if name == AMPLITUDE else SYMBOLS.get(name, name)
+
+    def label(self, name: str) -> str:
+        """Give the name of a dimension: that of the cube, or its quantity with its symbol."""
+        return PRINTED[name].label if self._has(name) else name
+
+    def unit(self, name: str) -> str:
+        """Give the unit with the space before it; nothing for a ratio."""
+        return f" {PRINTED[name].unit}" if self._has(name) else ""
+
+    def number(self, name: str, value: float, form: str = ".6g") -> str:
+        """Spell a value of a ratio without its unit."""
+        if self._has(name):
+            value *= self.quantities[name].factor * PRINTED[name].scale
+        return format(value, form)
+
+    def value(self, name: str, value: float, form: str = ".6g") -> str:
+        """Spell a value of a ratio, with its unit."""
+        return self.number(name, value, form) + self.unit(name)
+
+    def equal(self, name: str, value: float, form: str = ".6g") -> str:
+        """Write ``r = 0.8``, or ``f = 2 Hz``."""
+        return f"{self.symbol(name)} = {self.value(name, value, form)}"
+
+    def span(self, name: str, low: float, high: float, form: str = ".6g") -> str:
+        """Write ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``."""
+        return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
+
+    def measured(self, value: float, error: float) -> str:
+        """Spell an amplitude with its error."""
+        if math.isnan(error):
+            return f"{self.value(AMPLITUDE, value)} (error not known)"
+        return f"{self.number(AMPLITUDE, value)} ± {self.value(AMPLITUDE, error, '.2g')}"
+
+    def about(self, long_name: str) -> str:
+        """Name what designs are judged by."""
+        if self._has(AMPLITUDE):
+            long_name = long_name.replace("amplitude ratio", "amplitude")
+        return long_name.replace("r = 1", self.equal(FREQUENCY, 1.0))
+
+
+RATIOS = Phrases()
+
+
+def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
+    """Give an answer's words in ratios, and under ``in_units`` those in units where the study is given in them.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The study that was asked.
+    say : callable
+        Makes the words by name.
+    """
+    units = Phrases.of(cube)
+    words = say(RATIOS)
+    return words | {"in_units": say(units)} if units.quantities else words
+
+
+def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the words of two answers, of either spelling."""
+    words = {**first, **second}
+    if "in_units" in first and "in_units" in second:
+        words["in_units"] = {**first["in_units"], **second["in_units"]}
+    return words
+
+
+def noted(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Put the notes of two answers one after the other, of either spelling."""
+    words = {**second, "note": f"{first['note']} {second['note']}".strip()}
+    if "in_units" in second:
+        words["in_units"] = noted(first.get("in_units", first), second["in_units"])
+    return words

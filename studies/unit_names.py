@@ -1,0 +1,31 @@
+"""Names of what a study in SI units has beside its ratios; loads no arrays, so that doors may know them at once."""
+
+from damperlab.studies.variables import VARIABLES
+
+
+def _length(long_name: str) -> str:
+    """Name a length in place of its ratio."""
+    named = long_name.replace("amplitude ratio X/Z", "amplitude of the structure X")
+    return named.replace("amplitude ratio", "amplitude").replace("|x−z|/Z", "|x−z|")
+
+
+AMPLITUDES: dict[str, str] = {
+    name: f"{name.replace('amplitude_ratio', 'amplitude')}_m"
+    for name in VARIABLES
+    if "amplitude_ratio" in name or name == "amplitude_error"
+}
+"""Results that are lengths over the base amplitude, and their names in units."""
+
+SPEED = "impact_speed_max_m_per_s"
+
+COORDINATE_NAMES = {
+    "clearance_m": "clearance d on either side",
+    "friction_force_n": "friction force",
+    "particle_mass_kg": "mass of the particle m",
+    "frequency_hz": "excitation frequency",
+}
+RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
+RESULT_NAMES[SPEED] = "largest approach speed at an impact"
+LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
+"""Every coordinate and every result in units, by name."""
+COORDINATES, RESULTS = tuple(COORDINATE_NAMES), tuple(RESULT_NAMES)

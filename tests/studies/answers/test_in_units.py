@@ -1,0 +1,139 @@
+"""A study in SI units: asked in units it answers as in ratios, and says in units what it says in ratios."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.questions import Judging, Selection, Tuning
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
+
+MASS, HERTZ, BASE = 2.0, 4.0, 0.003
+FORCE = MASS * (2 * np.pi * HERTZ) ** 2 * BASE
+FACTORS = {"clearance_m": BASE, "friction_force_n": FORCE, "particle_mass_kg": MASS, "frequency_hz": HERTZ}
+RATIO = re.compile(r"d/Z|γ_F|β|\br = |X/Z|(?<!damping)_ratio = |μ|γ =|amplitude ratio")
+"""What a sentence in units has none of."""
+
+
+@pytest.fixture
+def cube() -> xr.Dataset:
+    axes = {
+        "damping_ratio": [0.0038],
+        "restitution": [0.5],
+        "mass_ratio": [0.05, 0.1],
+        "clearance_ratio": [2.0, 5.0, 10.0],
+        "friction_ratio": [0.1, 0.2, 0.4],
+        "frequency_ratio": [0.8, 0.9, 1.0, 1.1],
+    }
+    shape = [len(axis) for axis in axes.values()]
+    rng = np.random.default_rng(7)
+    values = {
+        "amplitude_ratio": rng.uniform(1, 9, shape),
+        "amplitude_error": rng.uniform(0.01, 0.1, shape),
+        "impact_speed_max": rng.uniform(0, 4, shape),
+        "response_class": np.full(shape, ResponseClass.CHAOTIC, np.int8),
+        "status": np.zeros(shape, np.int8),
+    }
+    study = {"physical": {"mass_kg": MASS, "natural_frequency_hz": HERTZ, "base_amplitude_m": BASE}}
+    return xr.Dataset(
+        {name: (DIMENSIONS, array) for name, array in values.items()}, axes, {"study": json.dumps(study)}
+    )
+
+
+def test_points_ranges_and_results_in_units_are_those_in_ratios(cube: xr.Dataset) -> None:
+    ratios = {"clearance_ratio": 5.0, "friction_ratio": 0.2, "mass_ratio": 0.1}
+    units = {"clearance_m": 5 * BASE, "friction_force_n": 0.2 * FORCE, "particle_mass_kg": 0.1 * MASS}
+    curve = frequency_response(cube, Selection(at=ratios))
+    same = frequency_response(cube, Selection(at=units))
+    xr.testing.assert_identical(curve, same)
+    length = frequency_response(cube, Selection("amplitude_m", units))
+    np.testing.assert_allclose(length["amplitude_m"], curve["amplitude_ratio"] * BASE, rtol=1e-15)
+    np.testing.assert_allclose(length["amplitude_error_m"], curve["amplitude_error"] * BASE, rtol=1e-15)
+    assert length["amplitude_m"].attrs["units"] == "m"
+    between = {"clearance_m": 3.5 * BASE}
+    there = frequency_response(cube, Selection(at={"clearance_ratio": 3.5}, interpolate=True))
+    np.testing.assert_allclose(
+        frequency_response(cube, Selection(at=between, interpolate=True))["amplitude_ratio"],
+        there["amplitude_ratio"],
+        rtol=1e-12,
+    )
+
+    xr.testing.assert_identical(tmd_comparison(cube, at=ratios), tmd_comparison(cube, at=units))
+
+    speed = 2 * np.pi * HERTZ * BASE
+    in_ratios = Judging(band=(0.85, 1.05), ranges={"clearance_ratio": (1, 6), "impact_speed_max": (0, 3.9)})
+    in_units = Judging(
+        ranges={
+            "frequency_hz": (0.85 * HERTZ, 1.05 * HERTZ),
+            "clearance_m": (1 * BASE, 6 * BASE),
+            "impact_speed_max_m_per_s": (0, 3.9 * speed),
+        }
+    )
+    xr.testing.assert_identical(optimal_designs(cube, in_ratios), optimal_designs(cube, in_units))
+
+    plane = resonance_map(cube, "clearance_ratio", "mass_ratio", Selection(at={"friction_ratio": 0.2}))
+    friction = {"friction_force_n": 0.2 * FORCE}
+    lengths = resonance_map(cube, "clearance_m", "particle_mass_kg", Selection("amplitude_m", friction))
+    assert lengths["amplitude_m"].dims == ("particle_mass_kg", "clearance_m")
+    np.testing.assert_allclose(
+        lengths["amplitude_m"].values, plane["amplitude_ratio"].values * BASE, rtol=1e-15
+    )
+    for name in ("clearance_m", "particle_mass_kg"):
+        source = name.replace("clearance_m", "clearance_ratio").replace("particle_mass_kg", "mass_ratio")
+        np.testing.assert_allclose(lengths[name], cube[source] * FACTORS[name], rtol=1e-15)
+
+
+def test_one_dimension_is_not_given_twice(cube: xr.Dataset) -> None:
+    twice = {"clearance_ratio": 5.0, "clearance_m": 5 * BASE}
+    for ask in (
+        lambda: frequency_response(cube, Selection(at=twice)),
+        lambda: tmd_comparison(cube, at=twice),
+    ):
+        with pytest.raises(QueryFault, match="clearance"):
+            ask()
+    with pytest.raises(QueryFault, match="band"):
+        optimal_designs(cube, Judging(band=(0.8, 1.0), ranges={"frequency_hz": (3.2, 4.0)}))
+
+
+def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Dataset) -> None:
+    alone = cube.isel(frequency_ratio=[2])
+    answers = [
+        optimal_designs(cube),
+        optimal_designs(alone),
+        optimal_designs(cube, Judging("resonance")),
+        resonance_map(cube, "clearance_ratio", "friction_ratio"),
+        resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at={"frequency_ratio": 0.93})),
+        frequency_response(cube, Selection(at={"clearance_ratio": 3.0}, interpolate=True)),
+        tmd_comparison(cube, Tuning(mass_ratio=0.07)),
+        tmd_comparison(alone),
+    ]
+    for answer in answers:
+        words = answer.attrs["in_units"]
+        assert words.keys() == answer.attrs.keys() & {"verdict", "note"}
+        for sentence in (*words.get("verdict", ()), words["note"]):
+            assert RATIO.search(sentence) is None, sentence
+    best = answers[0].isel(rank=0)
+    said = answers[0].attrs["in_units"]["verdict"][0]
+    assert said.startswith("Optimum: largest amplitude in the band")
+    for name, factor, symbol, unit in (
+        ("clearance_ratio", BASE * 1e3, "d", "mm"),
+        ("friction_ratio", FORCE, "F", "N"),
+        ("mass_ratio", MASS, "m", "kg"),
+        ("frequency_ratio", HERTZ, "f", "Hz"),
+    ):
+        assert f"{symbol} = {float(best[name]) * factor:.6g} {unit}" in said
+    assert f" {float(best['value']) * BASE * 1e3:.6g} ± " in said
+    assert "Compute excitation_frequency_hz from 3.2 to 5 in 19 steps next" in " ".join(
+        answers[1].attrs["in_units"]["verdict"]
+    )
+    ratios = cube.copy()
+    ratios.attrs = {}
+    for answer in (optimal_designs(ratios), tmd_comparison(ratios)):
+        assert "in_units" not in answer.attrs
