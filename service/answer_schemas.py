@@ -259,7 +259,7 @@ def answer_schemas() -> dict[str, Schema]:
             dimensions=_list(_object(**_BOUNDS, default=NUMBER)),
             physical=_list(_object(**_BOUNDS)),
             variables=_list(_object(name=TEXT, units=TEXT, long_name=TEXT, doc=TEXT, coded=FLAG)),
-            survey={"type": "object", "required": ["dimensions", "variables"]},
+            suite={"type": "object", "required": ["dimensions", "variables"]},
             status=_by_name(TEXT),
             response_class=_by_name(_object(name=TEXT, sentence=TEXT)),
             objectives=_by_name(TEXT, OBJECTIVES),

@@ -76,6 +76,7 @@ class Dispatcher:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
         # at first for what a delete left that was cut short
+        self._leaving: list[threading.Thread] = []
         self._deleted = threading.Event()
         self._deleted.set()
         self._remover = threading.Thread(target=self._keep_removing, name="remove", daemon=True)
@@ -146,20 +147,21 @@ class Dispatcher:
         return queued
 
     def delete(self, record: Record) -> None:
-        """Delete a study; one that was cancelled a moment ago may first finish the blocks at hand.
+        """Delete a study that has ended or waits.
 
-        It is gone when this returns; its files are removed in the background, also after a restart.
+        It is gone when this returns; its files are removed in the background, also after a restart, once its run here has
+        put away what it was at.
 
         Raises
         ------
         StudyBusy
             The study is running.
         """
+        self._store.delete(record.id)
         with self._lock:
             run = self._runs.get(record.id)
-        if run is not None and run.stop.is_set():
-            run.thread.join(STOP_SECONDS)
-        self._store.delete(record.id)
+            if run is not None:
+                self._leaving.append(run.thread)
         self._deleted.set()
 
     def close(self) -> None:
@@ -199,6 +201,10 @@ class Dispatcher:
         while not self._closing.is_set():
             if self._deleted.wait(LOOK_SECONDS):
                 self._deleted.clear()
+                with self._lock:
+                    leaving, self._leaving = self._leaving, []
+                for thread in leaving:  # lest it write what is removed
+                    thread.join(STOP_SECONDS)
                 try:
                     self._runners_store.bury(stop=self._closing.is_set)
                 except (StoreFault, OSError) as error:

@@ -22,6 +22,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
 from damperlab.studies.store.submitter import signed
 from damperlab.studies.store.tables import done_blocks, studies
+from damperlab.studies.vocabulary import ENDED
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
 
@@ -132,11 +133,11 @@ class Submissions(Entering):
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If somebody works on it and it was not cancelled.
+            If somebody works on it and it has not ended. Of one that has, a runner may still be putting things away.
         """
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
-            if row.state != "cancelled":
+            if row.state not in ENDED:
                 require_free(row, "delete")
             now = time.time()
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=now))

@@ -16,9 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
-from tests.service.conftest import CURVE, SURVEY, Running, ended, start_service, wait_for
+from tests.service.conftest import CURVE, SUITE, Running, ended, start_service, wait_for
 
-STUDIES = (CURVE, CURVE | {"name": "another", "damping_ratio": 0.004}, SURVEY)
+STUDIES = (CURVE, CURVE | {"name": "another", "damping_ratio": 0.004}, SUITE)
 FRICTION = {
     "name": "friction",
     "particle": False,

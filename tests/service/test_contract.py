@@ -134,7 +134,7 @@ OF_A_CURVE: list[tuple[str, str, dict[str, Any]]] = [
 
 
 ]  # fmt: skip
-OF_A_SURVEY: list[tuple[str, str, dict[str, Any]]] = [
+OF_A_SUITE: list[tuple[str, str, dict[str, Any]]] = [
     ("get", f"{STUDY}/axes", {}),
     ("get", f"{STUDY}/resonance-map", {"x": "clearance_m", "y": "friction_force_n"}),
     ("get", f"{STUDY}/optimal-designs", {}),
@@ -151,11 +151,11 @@ def _check(document: dict[str, Any], method: str, path: str, answer: httpx.Respo
 
 
 def test_answers_are_as_their_schemas_say(
-    client: httpx.Client, curve: dict[str, Any], survey: dict[str, Any], document: dict[str, Any]
+    client: httpx.Client, curve: dict[str, Any], suite: dict[str, Any], document: dict[str, Any]
 ) -> None:
     for method, path, sent in CHEAP:
         _check(document, method, path, client.request(method, path, **sent))
-    for study, asked in ((curve, OF_A_CURVE), (survey, OF_A_SURVEY)):
+    for study, asked in ((curve, OF_A_CURVE), (suite, OF_A_SUITE)):
         for method, path, parameters in asked:
             address = path.replace("{study_id}", study["id"])
             _check(document, method, path, client.request(method, address, params=parameters))

@@ -86,6 +86,21 @@ def test_running_study_is_not_deleted(client: httpx.Client, long: dict[str, Any]
     assert "cancel" in answer.json()["errors"][0]["advice"]
 
 
+def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any) -> None:
+    """At once, while its run still puts things away; and submitted again, it is computed again."""
+    study = helpers.CURVE | {"name": "short-lived", "damping_ratio": 0.0077}
+    for _ in range(4):
+        answer = client.post(STUDIES, json=study)
+        assert answer.status_code == 201
+        address = f"{STUDIES}/{answer.json()['id']}"
+        while not helpers.ended(record := client.get(address).json()):
+            pass
+        assert (record["state"], record["points_done"]) == ("done", 11)
+        deleted = client.delete(address)
+        assert deleted.status_code == 204, deleted.text
+        assert client.get(address).status_code == 404
+
+
 def test_resumed_study_keeps_its_blocks(client: httpx.Client, long: dict[str, Any], helpers: Any) -> None:
     address = f"{STUDIES}/{long['id']}"
     client.post(f"{address}/cancel").raise_for_status()

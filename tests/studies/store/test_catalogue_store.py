@@ -192,16 +192,18 @@ def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(
     assert Path(store.cube_path(study_id)) != folder
 
 
-def test_a_study_that_is_worked_on_is_not_deleted_unless_it_was_cancelled(store, make_study, make_plan_of):
+@pytest.mark.parametrize("ended", ["cancelled", "done", "failed"])
+def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, make_study, make_plan_of, ended):
     study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
     store.claim(study_id, "runner 7")
     store.set_state(study_id, "running")
     with pytest.raises(StudyBusy, match=r"runner 7.*cancel"):
         store.delete(study_id)
     assert Path(store.cube_path(study_id)).exists()
-    store.set_state(study_id, "cancelled")
-    store.delete(study_id)
+    store.set_state(study_id, ended)
+    store.delete(study_id)  # although its runner has not let go yet
     assert store.page().records == ()
+    store.release(study_id, "runner 7")
 
 
 def test_a_delete_that_was_cut_short_is_finished_later(store, make_study, make_plan_of):
