@@ -134,6 +134,7 @@ def finish(
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
+        store.pending(record.id)  # a lost done-mark is told, and not taken for an end
         note(f"Study {label(record)} is complete; nothing was computed.")
         if record.outdated:
             note(

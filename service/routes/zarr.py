@@ -153,7 +153,7 @@ def _description(shelf: Shelf) -> Description:
     try:
         return describe_cube(_get(shelf, DESCRIPTION))
     except (FileNotFoundError, ValueError) as error:
-        raise damaged(shelf, None, "its description", str(error)) from error
+        raise damaged(shelf, None, "the cube's description", str(error)) from error
 
 
 def _revision(key: str) -> tuple[int | None, str]:

@@ -4,6 +4,7 @@ A backup is a data directory like any other. Files are copied before the catalog
 in one transaction: a backup that was cut short holds no study, and never a study without its files.
 """
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,9 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Row, delete, insert, select
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
+from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
@@ -29,6 +30,7 @@ from damperlab.studies.store.home import (
 )
 from damperlab.studies.store.manifest import keep_marks
 from damperlab.studies.store.packed import BLOCKS, block_key, require_whole
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, advance_counters, record_of
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
@@ -182,16 +184,12 @@ def _copy_study(
 def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row[Any]]) -> int:
     record = record_of(row)
     here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
-    try:
-        metadata = here.get(DESCRIPTION)
-        described = describe_cube(metadata)
-        first = (*described.pieces[1:], *parse_study(record.definition).attached)
-        found = {DESCRIPTION: metadata, **{key: here.get(key) for key in first}}
-    except (OSError, ValueError) as error:
-        raise damaged(here, None, "its description", str(error)) from error
+    described, found = _description(here, record)
     size = 0
     try:
-        have = {entry.key for entry in there.entries() if not entry.key.endswith(".partial")}
+        sizes = {entry.key: entry.size for entry in here.entries()}
+        # what an earlier backup holds is not read again; a file that was cut short since is told by its size
+        have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
         there.fill(found, (BLOCKS,) if described.packed else ())
         for mark in marks:
             files = {
@@ -205,6 +203,32 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     except OSError as error:
         raise cannot_use(there.address, error) from error
     return size
+
+
+def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
+    """Read the files that are no block's, and make sure that they are as they were written."""
+    what = "the cube's description"
+    try:
+        metadata = shelf.get(DESCRIPTION)
+        described = describe_cube(metadata)
+        if described.digest != record.digest:
+            raise ValueError(f"it is that of study {described.digest[:12]}")
+        found = {DESCRIPTION: metadata} | {key: shelf.get(key) for key in described.pieces[1:]}
+        for one in described.coordinates.values() if described.packed else ():
+            if one.key in found:
+                what = f"the coordinates along {one.name}"
+                one.decode(found[one.key])
+        for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
+            what, found[key] = key, shelf.get(key)
+            if hashlib.sha256(found[key]).hexdigest() != sha256:
+                raise ValueError("it is not as it was written")
+    except FileNotFoundError as error:
+        raise damaged(shelf, None, what, "a file of it is lost") from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except ValueError as error:
+        raise damaged(shelf, None, what, str(error)) from error
+    return described, found
 
 
 def block_files(described: Description, mark: Row[Any]) -> list[str]:

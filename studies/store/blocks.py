@@ -10,11 +10,11 @@ from sqlalchemy import Connection, delete, func, insert, select, update
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.claims import require_free
-from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.faults import NothingToDo, cannot_use, catalogue_damaged
 from damperlab.studies.store.lookup import Lookup
 from damperlab.studies.store.manifest import drop_marks
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.rows import log_event, marks_of, record_of, study_row
+from damperlab.studies.store.rows import log_event, lost_marks, marks_of, record_of, study_row
 from damperlab.studies.store.tables import done_blocks, studies
 
 _AT_ONCE = 500  # values in one statement
@@ -24,12 +24,24 @@ class Blocks(Lookup):
     """The done-marks of a store."""
 
     def pending(self, study_id: str) -> np.ndarray:
-        """Give the indices of the blocks without a done-mark, ascending, int64."""
+        """Give the indices of the blocks without a done-mark, ascending, int64.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        CatalogueDamaged
+            If done-marks are lost.
+        """
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
             done = np.zeros(row.blocks_total, bool)
-            done[np.fromiter(marks_of(connection, row.number), np.int64)] = True
-            return np.flatnonzero(~done)
+            marks = marks_of(connection, row.number)
+            done[np.fromiter(marks, np.int64)] = True
+        lost = lost_marks(row, len(marks))
+        if lost is not None:
+            raise catalogue_damaged(study_id, lost)
+        return np.flatnonzero(~done)
 
     def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
         """Set the done-marks of blocks whose regions are on the disk; a block that has one keeps its first.

@@ -18,17 +18,19 @@ Marks = Mapping[int, str]
 
 
 class BlockDamaged(StoreFault):
-    """A block has its done-mark, but its files are lost or do not hold what was written."""
+    """What a study has stored is lost or is not what was written: a block with a done-mark, or a cube's description."""
 
 
-def damaged(shelf: Shelf, index: int | None, variable: str, found: str) -> BlockDamaged:
-    """Make the fault for a block that cannot be read; the index is None where it is one of several."""
+def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
+    """Make the fault for a block that cannot be read; the index is None where `what` is no part of a block."""
+    study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     return BlockDamaged(
         Fault(
-            f"{'a block' if index is None else f'block {index}'} of {shelf.name}",
-            f"{variable}: {found}",
-            "the block as it was written",
-            "find what is damaged with `damperlab verify`, and compute it again with `damperlab verify --repair`",
+            f"{'' if index is None else f'block {index} of '}study {study_id}",
+            f"{what}: {found}",
+            "what was written",
+            f"find all that is damaged with `damperlab verify {study_id}`, and repair it with `damperlab verify "
+            f"--repair {study_id}`: descriptions are written anew, lost blocks are computed again",
         )
     )
 

@@ -8,7 +8,7 @@ from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.chunks import Marks
 from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
 from damperlab.studies.store.quota import Taken, taken
-from damperlab.studies.store.rows import marks_of, study_row
+from damperlab.studies.store.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -98,11 +98,11 @@ class Cubes(StoreBase):
                 self._marks[row.number] = kept
                 while len(self._marks) > _MARKS_KEPT:
                     self._marks.pop(next(iter(self._marks)), None)
-            if checked and len(kept[1]) != row.blocks_done:
-                self._marks.pop(row.number, None)
-                raise catalogue_damaged(
-                    study_id, f"{len(kept[1])} done-marks where {row.blocks_done} blocks are done"
-                )
+            if checked:
+                lost = lost_marks(row, len(kept[1]))
+                if lost is not None:
+                    self._marks.pop(row.number, None)
+                    raise catalogue_damaged(study_id, lost)
         return shelf, kept[1]
 
     def trouble(self) -> str | None:

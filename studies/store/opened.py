@@ -46,18 +46,22 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
 
     Raises
     ------
+    BlockDamaged
+        If the description or coordinates are lost or damaged.
     OSError
-        If there is no cube, or it cannot be read.
+        If they cannot be read.
     """
-    metadata = shelf.get(DESCRIPTION)
     try:
+        metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
         variables: dict[str, xr.Variable] = {}
         for name, one in described.coordinates.items():
             values = _coordinate(shelf, described, one, metadata, kept)
             variables[name] = xr.Variable((name,), values, dict(one.attributes))
+    except FileNotFoundError as error:
+        raise damaged(shelf, None, "the cube's description", "a file of it is lost") from error
     except ValueError as error:
-        raise damaged(shelf, None, "its description", str(error)) from error
+        raise damaged(shelf, None, "the cube's description", str(error)) from error
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:

@@ -186,8 +186,9 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     deleted = read_tombstone(shelf)
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
-    marks += [mark for mark in _headers(shelf, described, found) if mark["block"] not in known]
     provenance = json.loads(str(described.attributes["provenance"]))
+    solver = provenance.get("identity", "")
+    marks += [mark for mark in _headers(shelf, described, solver, found) if mark["block"] not in known]
     total = math.prod(described.grid)
     with catalogue.writing() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
@@ -241,8 +242,11 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
         _sum_up(connection, number, total, kept)
 
 
-def _headers(shelf: Shelf, described: Description, found: Rebuilt) -> Iterator[dict[str, Any]]:
-    """Give the marks that whole blocks carry themselves; of several files of one block the first by name."""
+def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
+    """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
+
+    An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
+    """
     seen: set[int] = set()
     if not described.packed:
         return
@@ -257,7 +261,7 @@ def _headers(shelf: Shelf, described: Description, found: Rebuilt) -> Iterator[d
         except (ValueError, FileNotFoundError) as error:
             found.trouble.append(f"{shelf.name}/{key}: {error}")
             continue
-        if header.mark.get("message") is None:
+        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", solver):
             seen.add(parsed[0])
             yield dict(header.mark)
 

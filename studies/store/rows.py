@@ -82,6 +82,15 @@ def marks_of(
     return {int(row.block): str(row.generation) for row in connection.execute(query)}
 
 
+def lost_marks(row: Row[Any], found: int) -> str | None:
+    """Say that a study has not as many done-marks as its row counts, or is done without them all; None where it is well."""
+    if found != row.blocks_done:
+        return f"{found} done-marks where {row.blocks_done} blocks are done"
+    if row.state == "done" and found < row.blocks_total:
+        return f"a study that is done, of which {row.blocks_total - found} of {row.blocks_total} done-marks are missing"
+    return None
+
+
 def claim_owner(row: Row[Any]) -> str | None:
     """Say whose claim on the study holds now."""
     held = row.claim_owner is not None and row.claim_expires >= time.time()

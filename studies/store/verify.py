@@ -229,6 +229,8 @@ def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[De
         raise
     except (ShelfAway, PermissionError) as error:
         raise cannot_use(shelf.address, error) from error  # which says nothing of what is stored
+    except BlockDamaged as error:
+        return None, error.fault.found
     except Exception as error:  # whatever bytes raise that are no metadata
         return None, f"the cube's description cannot be read ({type(error).__name__}: {error})"
     told = {

@@ -203,6 +203,28 @@ def test_a_flipped_bit_is_not_backed_up(filled, tmp_path):
     copy.close()
 
 
+def test_a_damaged_or_lost_coordinate_is_not_backed_up(filled, tmp_path):
+    axis = Path(filled.cube_path(filled.find("study 0").id), "clearance_ratio", "c.0")
+    whole = axis.read_bytes()
+    copy = Store.open(tmp_path / "copy")
+    for content, told in ((bytes([whole[0] ^ 1]) + whole[1:], "clearance_ratio"), (None, "description")):
+        axis.unlink() if content is None else axis.write_bytes(content)
+        with pytest.raises(BlockDamaged, match=told):
+            copy_store(filled, copy)
+    copy.close()
+
+
+def test_a_file_that_was_cut_short_in_a_backup_is_copied_again(filled, tmp_path):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    study = copy.find("study 0")
+    block = Path(copy.cube_path(study.id), "blocks", "7~g")
+    block.write_bytes(block.read_bytes()[:-5])
+    assert copy_store(filled, copy).bytes == block.stat().st_size
+    assert list(verify(copy, copy.find("study 0"))) == []
+    copy.close()
+
+
 def test_uploaded_records_come_along(filled, tmp_path):
     records = filled.data_dir / "records"
     records.mkdir()

@@ -1,5 +1,6 @@
 """What happens to files behind the store's back is found, told, and mended; it is never read as a result."""
 
+import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.faults import CatalogueDamaged, StudyBusy
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage, sweep
@@ -91,6 +92,10 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
         file.write_bytes(b"{" * 40)
         damages = list(verify(store, written))
         assert [damage.block for damage in damages] == [None]
+        with pytest.raises(
+            BlockDamaged, match=f"^study {written.id}: .*damperlab verify --repair {written.id}"
+        ):
+            store.cube(written.id)
         assert repair(store, written, damages).blocks_done == written.blocks_total
         assert list(verify(store, written)) == []
         after = store.cube(written.id).load()
@@ -99,6 +104,17 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
         Path(store.cube_path(written.id)).name,
         "damperlab.json",
     }
+
+
+def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
+        catalogue.execute("DELETE FROM done_blocks WHERE block = 4")
+    catalogue.close()
+    for ask in (store.pending, store.cube):
+        with pytest.raises(CatalogueDamaged, match="damperlab verify"):
+            ask(written.id)
+    repair(store, written, list(verify(store, written)))
+    np.testing.assert_array_equal(store.pending(written.id), [4])
 
 
 def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(

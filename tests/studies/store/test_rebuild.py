@@ -187,6 +187,25 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
     assert description.read_bytes() == bytes(content)
 
 
+def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store, make_study, make_plan_of, values_of):
+    study = make_study(metrics=METRICS)
+    plan, block = make_plan_of(study), make_plan_of(study).block(0)
+    record, _ = store.submit(study, plan, {"identity": "ours", "solver_version": "1"})
+    path = store.cube_path(record.id)
+    # the stranger's file comes first by its name, and of block 1 there is no other
+    write_region(path, block, values_of(study, block), "a", {"identity": "theirs"})
+    write_region(path, block, values_of(study, block), "b", {"identity": "ours"})
+    write_region(path, plan.block(1), values_of(study, plan.block(1)), "a", {"identity": "theirs"})
+    data = store.data_dir
+    store.close()
+    for file in data.glob("catalogue.sqlite*"):
+        file.unlink()
+    assert rebuild(data).blocks == 1
+    again = Store.open(data)
+    assert again.snapshot(record.id)[1] == {0: "b"}
+    again.close()
+
+
 def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path, make_study, make_plan_of):
     other = Store.open(tmp_path / "other")
     other.submit(

@@ -1,0 +1,173 @@
+"""Ten thousand studies of one point handed in by sixteen clients: who is answered what, and what each costs.
+
+The clients are threads with a `Client` of their own: half of the studies come in lists (`Client.submit_all`), half alone
+(`Client.submit`), each way measured by itself. CPU is that of the service's process, user and system, from the first
+request to the last answer; with nobody to compute (a scheduler that has no workers) it is that of submitting alone.
+Files are counted once all are stored. At last a service of one worker computes some of them, and files are counted again.
+"""
+
+import argparse
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+from distributed import LocalCluster
+
+from damperlab.service.client.client import Client
+from damperlab.service.client.faults import ClientFault
+from damperlab.studies.store.store import Store
+
+STUDIES = 10_000
+CLIENTS = 16
+A_LIST = 200
+COMPUTED = 500
+"""Studies that are computed at last."""
+STATE_SECONDS = 0.5
+
+
+def study(number: int) -> dict[str, Any]:
+    """Give one point; no two numbers have the same."""
+    at = {
+        "clearance_ratio": 2.0 + 1e-3 * (number % 1000),
+        "friction_ratio": 0.1 + 1e-3 * (number // 1000),
+        "restitution": 0.47,
+        "mass_ratio": 0.1,
+        "frequency_ratio": 1.0,
+    }
+    return {"name": f"point {number}", "damping_ratio": 0.0038, "axes": at, "steady": {"max_cycles": 100}}
+
+
+@contextmanager
+def serving(folder: Path, scheduler: str | None) -> Iterator[tuple[str, int]]:
+    """Start a service; its address and process."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    environment = {**os.environ, "DAMPERLAB_DATA_DIR": str(folder), "DAMPERLAB_WARM": "false"}
+    command = [str(Path(sys.executable).with_name("damperlab")), "serve", "--port", str(port)]
+    command += ["--scheduler", scheduler] if scheduler else ["--workers", "1"]
+    with (folder / "log").open("ab") as log:
+        server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+    try:
+        url = f"http://127.0.0.1:{port}"
+        give_up = time.monotonic() + 120
+        while True:
+            try:
+                httpx.get(f"{url}/health/live", timeout=30).raise_for_status()
+                break
+            except httpx.HTTPError:
+                if time.monotonic() > give_up or server.poll() is not None:
+                    raise
+                time.sleep(0.2)
+        yield url, server.pid
+    finally:
+        server.terminate()
+        server.wait(120)
+
+
+def submit(url: str, first: int, last: int, clients: int, a_list: int) -> tuple[Counter[str], float]:
+    """Hand in the studies of some numbers, so many at once; what became of them, and for how long a client waited at most."""
+
+    def one(place: int) -> tuple[Counter[str], float]:
+        outcomes: Counter[str] = Counter()
+        longest = 0.0
+        mine = list(range(first + place, last, clients))
+        with Client(url) as client:
+            for start in range(0, len(mine), a_list):
+                some = [study(number) for number in mine[start : start + a_list]]
+                began = time.monotonic()
+                try:
+                    if a_list == 1:
+                        client.submit(some[0])
+                    else:
+                        client.submit_all(some)
+                    outcomes["stored"] += len(some)
+                except ClientFault as error:
+                    outcomes[f"{type(error).__name__}: {error}"[:120]] += len(some)
+                longest = max(longest, time.monotonic() - began)
+        return outcomes, longest
+
+    with ThreadPoolExecutor(clients) as pool:
+        ends = list(pool.map(one, range(clients)))
+    return sum((found for found, _ in ends), Counter()), max(longest for _, longest in ends)
+
+
+def measure(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMPUTED) -> dict[str, Any]:
+    """Hand in, count, and let some be computed."""
+    figures: dict[str, Any] = {"studies": studies, "clients": clients}
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        with LocalCluster(n_workers=0, dashboard_address=None, host="127.0.0.1") as nobody:
+            with serving(folder, nobody.scheduler_address) as (url, pid):
+                half = studies // 2
+                for label, a_list, first, last in (("lists", A_LIST, 0, half), ("alone", 1, half, studies)):
+                    before, began = cpu_seconds(pid), time.monotonic()
+                    outcomes, longest = submit(url, first, last, clients, a_list)
+                    number = last - first
+                    figures[f"{label}: stored"] = outcomes.pop("stored", 0)
+                    figures[f"{label}: refused"] = dict(outcomes)
+                    figures[f"{label}: all of them [s]"] = time.monotonic() - began
+                    figures[f"{label}: longest request [s]"] = longest
+                    figures[f"{label}: CPU of the service a study [ms]"] = (
+                        1e3 * (cpu_seconds(pid) - before) / number
+                    )
+        figures["files a study, queued"] = most_files(folder)
+        if computed:
+            figures |= computing(folder, min(computed, studies))
+    return figures
+
+
+def computing(folder: Path, number: int) -> dict[str, Any]:
+    """Let a service compute until so many studies are done."""
+    with serving(folder, None) as (_, _):
+        store = Store.open(folder)
+        done, began = 0, None
+        while done < number:
+            time.sleep(STATE_SECONDS)
+            totals = store.totals()
+            done = totals["done"].studies if "done" in totals else 0
+            if done and began is None:
+                began = time.monotonic(), done
+        assert began is not None
+        pace = (done - began[1]) / max(time.monotonic() - began[0], STATE_SECONDS)
+        states = {state: total.studies for state, total in store.totals().items()}
+        store.close()
+    return {"done": done, "done a second": pace, "states": states, "files a study, done": most_files(folder)}
+
+
+def most_files(folder: Path) -> int:
+    """Count the files of the study that has most."""
+    return max(
+        sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr")
+    )
+
+
+def cpu_seconds(pid: int) -> float:
+    """Give the CPU time of one process, user and system, without its children."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def run() -> dict[str, Any]:
+    """Measure all."""
+    return measure()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--studies", type=int, default=STUDIES)
+    parser.add_argument("--clients", type=int, default=CLIENTS)
+    parser.add_argument("--computed", type=int, default=COMPUTED)
+    options = parser.parse_args()
+    print(json.dumps(measure(options.studies, options.clients, options.computed), indent=2))
