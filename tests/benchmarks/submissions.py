@@ -108,20 +108,20 @@ def measure(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMP
     figures: dict[str, Any] = {"studies": studies, "clients": clients}
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        with LocalCluster(n_workers=0, dashboard_address=None, host="127.0.0.1") as nobody:
-            with serving(folder, nobody.scheduler_address) as (url, pid):
-                half = studies // 2
-                for label, a_list, first, last in (("lists", A_LIST, 0, half), ("alone", 1, half, studies)):
-                    before, began = cpu_seconds(pid), time.monotonic()
-                    outcomes, longest = submit(url, first, last, clients, a_list)
-                    number = last - first
-                    figures[f"{label}: stored"] = outcomes.pop("stored", 0)
-                    figures[f"{label}: refused"] = dict(outcomes)
-                    figures[f"{label}: all of them [s]"] = time.monotonic() - began
-                    figures[f"{label}: longest request [s]"] = longest
-                    figures[f"{label}: CPU of the service a study [ms]"] = (
-                        1e3 * (cpu_seconds(pid) - before) / number
-                    )
+        half = studies // 2
+        with (
+            LocalCluster(n_workers=0, dashboard_address=None, host="127.0.0.1") as nobody,
+            serving(folder, nobody.scheduler_address) as (url, pid),
+        ):
+            for label, a_list, first, last in (("lists", A_LIST, 0, half), ("alone", 1, half, studies)):
+                before, began = cpu_seconds(pid), time.monotonic()
+                outcomes, longest = submit(url, first, last, clients, a_list)
+                took = cpu_seconds(pid) - before
+                figures[f"{label}: stored"] = outcomes.pop("stored", 0)
+                figures[f"{label}: refused"] = dict(outcomes)
+                figures[f"{label}: all of them [s]"] = time.monotonic() - began
+                figures[f"{label}: longest request [s]"] = longest
+                figures[f"{label}: CPU of the service a study [ms]"] = 1e3 * took / (last - first)
         figures["files a study, queued"] = most_files(folder)
         if computed:
             figures |= computing(folder, min(computed, studies))
@@ -148,9 +148,7 @@ def computing(folder: Path, number: int) -> dict[str, Any]:
 
 def most_files(folder: Path) -> int:
     """Count the files of the study that has most."""
-    return max(
-        sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr")
-    )
+    return max(sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr"))
 
 
 def cpu_seconds(pid: int) -> float:
