@@ -199,6 +199,19 @@ _PRECISION = _of_cube(
     error_high=NUMBERS,
     max_cycles_share=NUMBERS,
 )
+_IMPORTANCE = _of_cube(
+    dimension=_list(_enum(EVERY_DIMENSION)),
+    share=NUMBERS,
+    effect=NUMBERS,
+    number=NUMBERS,
+    metric=TEXT,
+    over=TEXT,
+    interactions=NUMBER,
+    mean=NUMBER,
+    standard_deviation=NUMBER,
+    designs=COUNT,
+    without=COUNT,
+)
 _REFINEMENT_FIELDS: Schema = {
     "known": FLAG,
     "found": TABLE,
@@ -276,6 +289,7 @@ def answer_schemas() -> dict[str, Schema]:
         "RankedDesigns": _DESIGNS,
         "TmdComparison": _TMD,
         "WorkPrecision": _PRECISION,
+        "Importance": _IMPORTANCE,
         "Refinement": _asked(**_REFINEMENT_FIELDS),
         "FollowUps": _asked(
             **_REFINEMENT_FIELDS,

@@ -139,6 +139,21 @@ class Plane:
 
 
 @dataclass(frozen=True)
+class Varied:
+    """Whose variance is shared out among the parameters, and over which part of the grid."""
+
+    metric: str | None = asked(
+        None,
+        "Result whose variance is shared out; amplitude_ratio by default, of a ground-motion suite "
+        "peak_relative_displacement_m.",
+        allowed=EVERY_METRIC,
+    )
+    ranges: Ranges = asked(
+        NONE, "Consider only this range of a dimension.", form="NAME=LO,HI", options=("--within",)
+    )
+
+
+@dataclass(frozen=True)
 class Window:
     """The part of a map that a screen shows."""
 

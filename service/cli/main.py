@@ -10,6 +10,7 @@ from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
+from damperlab.service.cli.importance import importance
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
 from damperlab.service.cli.members import certificates, worker
@@ -73,6 +74,7 @@ for name, command, panel in (
     ("optimum", optimum, "Ask"),
     ("tmd", tmd, "Ask"),
     ("robust", robust, "Ask"),
+    ("importance", importance, "Ask"),
     ("precision", precision, "Ask"),
     ("export", export, "Ask"),
     ("studies", studies, "Keep"),

@@ -110,6 +110,17 @@ class TmdComparison(Answer):
         return draw_comparison(self)
 
 
+class Importance(Answer):
+    """Shares of a result's variance along ``dimension``, and the span of the mean."""
+
+    __slots__ = ()
+
+    def _draw(self) -> "Figure":
+        from damperlab.service.figures.importance import draw_importance
+
+        return draw_importance(self)
+
+
 class WorkPrecision(Answer):
     """Error against run time over the points of a study."""
 
@@ -162,6 +173,11 @@ def read_designs(document: Mapping[str, Any]) -> Designs:
 def read_tmd(document: Mapping[str, Any]) -> TmdComparison:
     """Rebuild a comparison with a tuned mass damper; see `damperlab.studies.answers.tmd_comparison`."""
     return with_words(TmdComparison(*_parts(document, document, ("frequency_ratio",))))
+
+
+def read_importance(document: Mapping[str, Any]) -> Importance:
+    """Rebuild shares of variance; see `damperlab.studies.answers.importance`."""
+    return Importance(*_parts(document, document, ("dimension",)))
 
 
 def read_precision(document: Mapping[str, Any]) -> WorkPrecision:

@@ -17,6 +17,7 @@ from damperlab.studies.questions import (
     Second,
     Selection,
     Tuning,
+    Varied,
 )
 from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduction
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from damperlab.service.client.answers import (
         Designs,
         FrequencyResponse,
+        Importance,
         ResonanceMap,
         TmdComparison,
         WorkPrecision,
@@ -164,6 +166,19 @@ class Questions(Asked):
 
         tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation)
         return read_tmd(self._question("tmd-comparison", tuning, Design(at)))
+
+    @explained(Varied)
+    def importance(self, metric: str | None = None, **ranges: Range) -> "Importance":
+        """Share out the variance of a result over the grid: what each parameter explains alone, and what combinations do.
+
+        Returns
+        -------
+        Importance
+            See `damperlab.studies.answers.importance`.
+        """
+        from damperlab.service.client.answers import read_importance
+
+        return read_importance(self._question("importance", Varied(metric, ranges)))
 
     def work_precision(self) -> "WorkPrecision":
         """Sort the points by run time, and say how exact those of each time are.

@@ -10,10 +10,11 @@ from damperlab.service.parameters import asks
 from damperlab.service.routes.queries import answered, answers
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
-from damperlab.studies.questions import Design, Tuning
+from damperlab.studies.questions import Design, Tuning, Varied
 from damperlab.studies.variables import DIMENSIONS
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
@@ -34,6 +35,19 @@ def ask_tmd(
     require_harmonic(study.dimensions, "tmd-comparison")
     answer = tmd_comparison(service.store.cube(study.id), tuning, design.at)
     return answered(study, columns_document(answer))
+
+
+@router.get(
+    "/importance",
+    **answers("Importance"),
+    summary="Which parameter matters",
+)
+def ask_importance(
+    service: TheService, study: TheStudy, asked: Annotated[tuple[Varied], asks(Varied)]
+) -> Document:
+    """Share out the variance of a result over the grid: what each parameter explains alone, and what combinations do."""
+    (varied,) = asked
+    return answered(study, columns_document(importance(service.store.cube(study.id), varied)))
 
 
 @router.get(

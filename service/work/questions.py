@@ -22,7 +22,7 @@ from damperlab.studies.store.faults import StoreFault
 
 QUESTION = re.compile(
     r"/api/v1/studies/([^/]+)/(?:resonance-map|frequency-response|optimal-designs|robust-designs|tmd-comparison|"
-    r"work-precision)"
+    r"work-precision|importance)"
 )
 KEPT = 256
 """Most answers that are kept."""

@@ -66,7 +66,7 @@ class DesignQuestion:
     ) -> "DesignQuestion":
         """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
-        judging = _in_ratios(cube, judging)
+        judging = judging_in_ratios(cube, judging)
         band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
         objective: Objective = judging.objective or default_objective(cube, band)
         if objective not in OBJECTIVES:
@@ -119,8 +119,8 @@ class DesignQuestion:
                     )
                 )
             check_dimension(cube, name, name)
-        axes = {name: _within(cube, name, name, ranges.get(name)) for name in DESIGN}
-        counting = _within(cube, "band", FREQUENCY, band)
+        axes = {name: within(cube, name, name, ranges.get(name)) for name in DESIGN}
+        counting = within(cube, "band", FREQUENCY, band)
         if objective == "resonance":
             distance = np.abs(cube[FREQUENCY].values[counting] - 1.0)
             counting = counting[[int(distance.argmin())]]
@@ -141,7 +141,7 @@ class DesignQuestion:
         )
 
 
-def _in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
+def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     """Turn ranges that are given in units into those of ratios; one of frequencies is the band."""
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if not units.keys() & judging.ranges.keys():
@@ -161,7 +161,8 @@ def _in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     return replace(judging, band=band, ranges=ranges)
 
 
-def _within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
+def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
+    """Give the places along a dimension that are within limits, all without any; raise `QueryFault` where none is."""
     values = cube[name].values
     if limits is None:
         return np.arange(values.size)

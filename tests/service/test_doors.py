@@ -30,6 +30,7 @@ from damperlab.studies.questions import (
     Simulated,
     Step,
     Tuning,
+    Varied,
     Window,
 )
 from damperlab.studies.unit_names import RESULTS
@@ -42,6 +43,7 @@ QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
     (f"{STUDY}/optimal-designs", "optimum", Study.optimal_designs, (Judging, Ranking)),
     (f"{STUDY}/robust-designs", "robust", Study.robust_designs, (Amplitudes, Judging)),
     (f"{STUDY}/tmd-comparison", "tmd", Study.tmd_comparison, (Tuning, Design)),
+    (f"{STUDY}/importance", "importance", Study.importance, (Varied,)),
     (f"{STUDY}/refine", "refine", Study.refine, (Search, Judging, FollowUps)),
     (f"{STUDY}/refine-boundary", "refine", Study.refine_boundary, (Boundary, Step, FollowUps)),
     (f"{STUDY}/race", "race", Study.race, (Race, Judging, FollowUps)),
