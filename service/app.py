@@ -1,5 +1,6 @@
 """The HTTP service: its parts, put together and started."""
 
+import logging
 import os
 import signal
 import socket
@@ -66,6 +67,8 @@ DRAIN_SECONDS = 10
 """How long a shutdown waits for answers that are under way, before it stops the studies."""
 SHUTDOWN_SECONDS = 85
 """When the process ends whatever is still under way: after the answers, the studies and a little more."""
+
+_log = logging.getLogger("damperlab.edge")
 
 DESCRIPTION = (
     "Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction. A study is "
@@ -198,7 +201,12 @@ class _Server(uvicorn.Server):
             now = time.monotonic()
             for connection in list(self.server_state.connections):
                 assert isinstance(connection, Connection)
-                connection.overdue(now)
+                try:
+                    connection.overdue(now)
+                except Exception:
+                    # no connection ends the service: what leaves this loop would
+                    _log.exception("a connection could not be ended in order")
+                    connection.transport.abort()
         return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:

@@ -154,12 +154,12 @@ class Connection(H11Protocol):
                 ("X-Request-ID", request_id),
                 *POLICY_HEADERS.items(),
             ]
-            for event in (
+            events = (
                 h11.Response(status_code=status, headers=headers, reason=phrase.encode()),
                 h11.Data(data=bytes(body)),
                 h11.EndOfMessage(),
-            ):
-                self.transport.write(self.conn.send(event) or b"")
+            )
+            self.transport.write(b"".join(self.conn.send(event) or b"" for event in events))
         self._linger()
 
     def _linger(self) -> None:
@@ -169,4 +169,7 @@ class Connection(H11Protocol):
         self._lingers_until = time.monotonic() + LINGER_SECONDS
         self.flow.resume_reading()
         if self.transport.can_write_eof():
-            self.transport.write_eof()
+            try:
+                self.transport.write_eof()
+            except OSError:  # reset by the client, which the loop has not told us yet
+                self.transport.abort()

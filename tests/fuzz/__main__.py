@@ -61,7 +61,7 @@ def something_to_ask(url: str) -> Iterator[list[str]]:
         keeper.join()
 
 
-def run(running: Running, program: str, cases: int, more: list[str]) -> int:
+def run(running: Running, folder: str, program: str, cases: int, more: list[str]) -> int:
     """Run schemathesis over one service; its exit status."""
     with something_to_ask(running.url) as ids:
         environment = os.environ | {
@@ -74,7 +74,7 @@ def run(running: Running, program: str, cases: int, more: list[str]) -> int:
             program, "--config-file", str(HERE / "schemathesis.toml"), "run", f"{running.url}/openapi.json",
             "--max-examples", str(cases), "--continue-on-failure", "--suppress-health-check", "all", *more,
         ]  # fmt: skip
-        return subprocess.run(command, env=environment, cwd=HERE, check=False).returncode
+        return subprocess.run(command, env=environment, cwd=folder, check=False).returncode
 
 
 def main() -> None:
@@ -90,7 +90,7 @@ def main() -> None:
             Path(folder) / "data", Path(folder) / "log", DAMPERLAB_WORK_SECONDS="10", DAMPERLAB_ACCESS="auto"
         )
         try:
-            status = run(running, asked.schemathesis, asked.cases, more)
+            status = run(running, folder, asked.schemathesis, asked.cases, more)
         finally:
             stopped = running.stop()
         log = (Path(folder) / "log").read_text()

@@ -1,18 +1,26 @@
 """Clients that take their time, too many of them, and requests that meet a defect."""
 
+import asyncio
 import contextlib
 import logging
 import socket
+import struct
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import httpx
 import pytest
+import uvicorn
 from tests.service.security.raw import host_of
+from uvicorn.server import ServerState
 
 from damperlab.service.access import AccessLog
+from damperlab.service.app import create_app
+from damperlab.service.edge.connection import Connection
+from damperlab.service.settings import Settings
 from damperlab.service.traffic import Traffic
 
 
@@ -78,6 +86,48 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..
             assert time.monotonic() < give_up
         assert 'method="other",status="408"' in answer.text
         assert 'method="other",status="503"' in answer.text
+
+
+class _ResetAtTheEnd:
+    """A transport whose client resets once it has the answer, before our half is closed."""
+
+    def __init__(self, transport: asyncio.Transport, client: socket.socket) -> None:
+        self._transport = transport
+        self._client = client
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+    def write_eof(self) -> None:
+        self._client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self._client.close()
+        self._transport.write_eof()
+
+
+def test_a_client_that_resets_while_it_is_refused_ends_nothing(tmp_path: Path) -> None:
+    """The loop learns of the reset only after the connection was found overdue."""
+    made: list[Connection] = []
+    application = create_app(Settings(data_dir=tmp_path))
+
+    async def ask() -> None:
+        config = uvicorn.Config(application, http=Connection, ws="none", log_config=None)
+        config.load()
+
+        def connection() -> Connection:
+            made.append(Connection(config=config, server_state=ServerState(), app_state={}))
+            return made[-1]
+
+        server = await asyncio.get_running_loop().create_server(connection, "127.0.0.1", 0)
+        client = socket.create_connection(server.sockets[0].getsockname())
+        async with asyncio.timeout(60):
+            while not made or made[0].transport is None:
+                await asyncio.sleep(0.01)
+        made[0].transport = _ResetAtTheEnd(made[0].transport, client)
+        made[0].overdue(time.monotonic() + 1000)
+        assert made[0].transport.is_closing()
+        server.close()
+
+    asyncio.run(ask())
 
 
 async def _failing(scope: Any, receive: Any, send: Any) -> None:
