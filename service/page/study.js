@@ -4,6 +4,7 @@ import { address, ask, follow, Refusal, studyPath } from "./api.js";
 import { comparisonTab } from "./comparison.js";
 import { earthquakeTab } from "./earthquake.js";
 import { el, fill, prose, say } from "./dom.js";
+import { explorerTab } from "./explorer.js";
 import { leading } from "./headline.js";
 import { Kept, plainly } from "./kept.js";
 import { mapTab } from "./map_tab.js";
@@ -22,6 +23,7 @@ import { vocabulary } from "./vocabulary.js";
 /** @type {[string, string, Tab][]} */
 const TABS = [
   ["map", "Map and point", mapTab],
+  ["explore", "Explore", explorerTab],
   ["tmd", "Tuned mass damper", comparisonTab],
   ["earthquake", "Earthquake", earthquakeTab],
   ["data", "Data", dataTab],

@@ -97,7 +97,7 @@ class Phrases:
     def about(self, long_name: str) -> str:
         """Name what designs are judged by."""
         if self._has(AMPLITUDE):
-            long_name = long_name.replace("amplitude ratio", "amplitude")
+            long_name = long_name.replace("X/Z", "X").replace("amplitude ratio", "amplitude")
         return long_name.replace("r = 1", self.equal(FREQUENCY, 1.0))
 
 

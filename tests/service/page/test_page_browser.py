@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -12,8 +11,8 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
+from tests.service.page.looking import serious, until
 
 from damperlab.service.reports import keep_report
 from damperlab.studies.definition import parse_study
@@ -44,17 +43,6 @@ PLACE_OF_TRACE = """(name) => {
 IS_MARKED = "(name) => document.querySelector('.plot').data.some((one) => one.name === name)"
 
 
-def _until(
-    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 300.0
-) -> Any:
-    """Ask the page until the answer is good; its policy forbids what `wait_for_function` does."""
-    give_up = time.monotonic() + seconds
-    while not good(answer := page.evaluate(question, given)):
-        assert time.monotonic() < give_up, answer
-        page.wait_for_timeout(100)
-    return answer
-
-
 def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, tmp_path: Path) -> None:
     watched = open_page(accept_downloads=True)
     page = watched.go()
@@ -68,14 +56,14 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
     page.get_by_role("button", name="Run the study").click()
 
     expect(page.get_by_role("heading", name="journey", level=1)).to_be_visible()
-    at_first = _until(page, KNOWN_POINTS, lambda known: known >= 0)
+    at_first = until(page, KNOWN_POINTS, lambda known: known >= 0)
     expect(page.locator(".head .badge")).to_contain_text("done", timeout=300_000)
-    _until(page, KNOWN_POINTS, lambda known: known == 99)
+    until(page, KNOWN_POINTS, lambda known: known == 99)
     # It filled before the reader's eyes: the same page showed fewer points a moment ago.
     assert at_first < 99
 
     # the design that leads is one in which the particle strikes, not the least value of all
-    _until(page, IS_MARKED, bool, "best with impacts")
+    until(page, IS_MARKED, bool, "best with impacts")
     assert page.evaluate(IS_MARKED, "best, no impact")
     page.mouse.click(*page.evaluate(PLACE_OF_TRACE, "best with impacts"))
     study_id = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
@@ -134,7 +122,7 @@ def test_an_address_shows_the_same_view_elsewhere_and_back_goes_one_step_back(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
     page = open_page().go(f"#/studies/{small_map['id']}")
-    _until(page, KNOWN_POINTS, lambda known: known == 9)
+    until(page, KNOWN_POINTS, lambda known: known == 9)
 
     def pick(label: str, value: str) -> None:
         page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
@@ -205,13 +193,13 @@ def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     assert sketch.evaluate(place) == at_first
     panel.get_by_role("button", name="Play").click()
     expect(panel.get_by_role("button", name="Pause")).to_be_visible()
-    _until(page, "() => document.querySelector('.sketch g').getAttribute('transform')", at_first.__ne__)
+    until(page, "() => document.querySelector('.sketch g').getAttribute('transform')", at_first.__ne__)
     panel.get_by_role("button", name="Pause").click()
 
     slider = panel.get_by_label("Moment of the motion, in cycles")
     cycles = int(slider.get_attribute("max") or 0)
     plots = "() => [...document.querySelectorAll('.point .plot')].map((plot) => plot.data ?? [])"
-    _, motion, phase, spectrum = _until(page, plots, lambda drawn: len(drawn) == 4 and all(drawn))
+    _, motion, phase, spectrum = until(page, plots, lambda drawn: len(drawn) == 4 and all(drawn))
     curves = {one["name"]: one for one in motion}
     assert {"structure x", "base z", "particle in its cavity", "walls"} <= set(curves)
     assert {"structure", "once a cycle"} <= {one["name"] for one in phase}
@@ -271,7 +259,7 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
     shown = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])"
 
     def drawn() -> list[list[float]]:
-        found: list[list[float]] = _until(page, shown, lambda all_: len(all_) >= 3 and all(all_[:2]))
+        found: list[list[float]] = until(page, shown, lambda all_: len(all_) >= 3 and all(all_[:2]))
         return found
 
     value = best["value"] * amplitude * 1000
@@ -293,7 +281,7 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
     page = watched.go(f"#/studies/{record['id']}/map?friction_ratio={best['friction_ratio']}")
     page.get_by_label("Quantities").select_option("ratios")
     expect(head.locator("strong")).to_have_text(f"{best['value']:.5g}")
-    _until(page, shown, lambda all_: len(all_) >= 2 and all_[1] == pytest.approx(curve["values"], rel=1e-12))
+    until(page, shown, lambda all_: len(all_) >= 2 and all_[1] == pytest.approx(curve["values"], rel=1e-12))
     page.reload()
     expect(page.get_by_label("Quantities")).to_have_value("ratios")
     page.get_by_label("Quantities").select_option("units")
@@ -344,7 +332,7 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     expect(page.get_by_role("heading", name="two earthquakes", level=1)).to_be_visible()
     tabs = page.get_by_role("navigation", name="Parts of the study").get_by_role("link")
     expect(tabs).to_have_text(["Map and dampers", "Data"])
-    _until(page, KNOWN_POINTS, lambda known: known == 6)
+    until(page, KNOWN_POINTS, lambda known: known == 6)
     best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.first).to_have_text(f"{best['clearance_m']:g}")
@@ -432,7 +420,7 @@ def test_keys_alone_reach_and_move_the_point(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
     page = open_page().go(f"#/studies/{small_map['id']}/map?clearance_ratio=5&friction_ratio=0.2")
-    _until(page, KNOWN_POINTS, lambda known: known > 0)
+    until(page, KNOWN_POINTS, lambda known: known > 0)
     heading = page.locator(".point h2")
     expect(heading).to_contain_text("d/Z = 5")
     page.keyboard.press("Tab")
@@ -457,21 +445,6 @@ def test_keys_alone_reach_and_move_the_point(
     expect(page.locator(".point").get_by_role("heading", name=re.compile("Motion at r"))).to_be_visible()
 
 
-def _serious(page: Page, schemes: tuple[str, ...] = ("light", "dark")) -> list[Any]:
-    """What axe finds that is serious or critical."""
-    bad: list[Any] = []
-    for scheme in schemes:
-        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
-        page.wait_for_timeout(100)
-        found = Axe().run(page).response["violations"]
-        bad += [
-            (scheme, one["id"], [node["html"][:200] for node in one["nodes"]])
-            for one in found
-            if one["impact"] in ("serious", "critical")
-        ]
-    return bad
-
-
 @pytest.mark.parametrize(("width", "schemes"), [(390, ("dark",)), (1440, ("light", "dark"))])
 def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
     open_page: Callable[..., Any], small_map: dict[str, Any], width: int, schemes: tuple[str, ...]
@@ -482,6 +455,7 @@ def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
         "#/new": ".estimate dl",
         f"{study}/map?clearance_ratio=10&friction_ratio=0.4": ".point .js-plotly-plot",
         f"{study}/tmd": "#tmd-ratio",
+        f"{study}/explore": ".importance",
         f"{study}/earthquake": ".records option >> nth=1",
         f"{study}/data": "pre",
         "#/accuracy": "pre",
@@ -491,7 +465,7 @@ def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
     for view, ready in views.items():
         page = watched.go(view)
         page.wait_for_selector(ready, state="attached")
-        assert _serious(page, schemes) == [], view
+        assert serious(page, schemes) == [], view
         assert page.evaluate("document.documentElement.scrollWidth") <= width, view
 
 
@@ -514,7 +488,7 @@ def test_an_accuracy_report_is_drawn_and_its_table_read(open_page: Callable[...,
         expect(page.get_by_role("row").nth(1)).to_contain_text("passed")
         curves = page.evaluate("document.querySelector('.plot').data.map((one) => one.x.length)")
         assert curves == [len([p for p in one.points if p.error is not None]) for one in diagrams[0].curves]
-        assert _serious(page) == []
+        assert serious(page) == []
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
     finally:
         kept.unlink()

@@ -9,6 +9,7 @@ import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
@@ -113,6 +114,7 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
         frequency_response(cube, Selection(at={"clearance_ratio": 3.0}, interpolate=True)),
         tmd_comparison(cube, Tuning(mass_ratio=0.07)),
         tmd_comparison(alone),
+        importance(cube),
     ]
     for answer in answers:
         words = answer.attrs["in_units"]

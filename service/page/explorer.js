@@ -1,0 +1,21 @@
+/** A study explored: slices through the point, all designs at once, what matters, and pinned points beside each other. */
+
+import { el, fill } from "./dom.js";
+import { importancePanel } from "./importance.js";
+import { parallelPanel } from "./parallel.js";
+import { pinsPanel } from "./pins.js";
+import { sliders } from "./sliders.js";
+import { slicesPanel } from "./slices.js";
+
+/** @type {import("./study.js").Tab} */
+export function explorerTab(session, place) {
+  const { selection } = session;
+  const parts = [slicesPanel(session), parallelPanel(session), importancePanel(session), pinsPanel(session)];
+  fill(
+    place,
+    el("div", { class: "explorer" }, el("section", { class: "box wide", "aria-label": "The design point" }, sliders(selection, session.shown)), parts.map((part) => part.element)),
+  );
+  const look = () => place.isConnected && parts.forEach((part) => part.look());
+  session.changes.addEventListener("grown", look);
+  parts.forEach((part) => part.look());
+}

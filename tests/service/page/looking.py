@@ -1,0 +1,34 @@
+"""What the tests of the page ask it, again and again."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page
+
+
+def until(
+    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 300.0
+) -> Any:
+    """Ask the page until the answer is good; its policy forbids what `wait_for_function` does."""
+    give_up = time.monotonic() + seconds
+    while not good(answer := page.evaluate(question, given)):
+        assert time.monotonic() < give_up, answer
+        page.wait_for_timeout(100)
+    return answer
+
+
+def serious(page: Page, schemes: tuple[str, ...] = ("light", "dark")) -> list[Any]:
+    """What axe finds that is serious or critical."""
+    bad: list[Any] = []
+    for scheme in schemes:
+        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        page.wait_for_timeout(100)
+        found = Axe().run(page).response["violations"]
+        bad += [
+            (scheme, one["id"], [node["html"][:200] for node in one["nodes"]])
+            for one in found
+            if one["impact"] in ("serious", "critical")
+        ]
+    return bad
