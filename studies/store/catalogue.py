@@ -6,6 +6,7 @@ PostgreSQL: an advisory lock gives writers the same turns, and readers see one s
 """
 
 import os
+import re
 import socket
 import sqlite3
 import time
@@ -19,7 +20,7 @@ from sqlalchemy.exc import ArgumentError, DatabaseError, InterfaceError, NoSuchM
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.durable import sync_path
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.migrations import HEAD
 from damperlab.studies.store.rowsum import SUMMED, forget_touched, seal_rows, watch
 
@@ -54,6 +55,15 @@ _PATIENCE = {
     "tcp_user_timeout": 10_000,
 }
 """How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
+
+_NOT_ITS_REVISION = (
+    "already exists",
+    "duplicate column",
+    "no such table",
+    "no such column",
+    "does not exist",
+)
+"""What a database says of a migration that begins elsewhere than the catalogue is."""
 
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
@@ -161,33 +171,38 @@ class Catalogue:
             found = _revision(connection)
         if found == HEAD:
             return
-        if found > HEAD:
+        if found > HEAD and re.fullmatch("[0-9]{4}", found):
             raise StoreFault(
                 Fault(
                     self.name,
                     f"catalogue revision {found}",
                     f"revision {HEAD} or older",
-                    "it was made by a newer damperlab: upgrade this one, or choose another data directory",
+                    "it was made by a newer damperlab: upgrade this one, or choose another data directory; if none has "
+                    "opened it, it is damaged: move it away and make it again with `damperlab rebuild`",
                 )
             )
         if found not in REVISIONS:
-            raise StoreFault(
-                Fault(
-                    self.name,
-                    f"catalogue revision {found!r}, which no version has written",
-                    f"revision {HEAD} or older",
-                    "it is damaged: make it again from the cubes with `damperlab rebuild`",
-                )
-            )
+            raise self._damaged(f"catalogue revision {found!r}, which no version has written")
         if self._sqlite:
             self._switch_to_wal()
         with self._writer.begin() as connection:
             found = _revision(connection)
             if found != HEAD:  # else another process was faster
-                _migrate(connection, found)
+                try:
+                    _migrate(connection, found)
+                except DatabaseError as error:
+                    if not any(each in str(error.orig) for each in _NOT_ITS_REVISION):
+                        raise
+                    raise self._damaged(
+                        f"tables that are not those of revision {found!r} ({error.orig})"
+                    ) from error
                 seal_rows(connection, SUMMED)
         if self._sqlite and self._url.database:
             sync_path(Path(self._url.database).parent)
+
+    def _damaged(self, found: str) -> CatalogueDamaged:
+        advice = "it is damaged: make it again from the cubes with `damperlab rebuild`"
+        return CatalogueDamaged(Fault(self.name, found, f"revision {HEAD} or older", advice))
 
     def _switch_to_wal(self) -> None:
         # several processes may open a new folder at once, and the switch ignores the busy timeout
@@ -285,7 +300,7 @@ def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
 
 def _revision(connection: Connection) -> str:
     if inspect(connection).has_table("alembic_version"):
-        return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one())
+        return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar() or "lost")
     # the first catalogues were SQLite's and kept their version where it keeps such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     return "0001" if first else ""

@@ -70,14 +70,15 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
     )
 
 
-def catalogue_damaged(study_id: str, found: str) -> CatalogueDamaged:
+def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueDamaged:
     """Make the fault for a study whose rows in the catalogue are not what was written."""
     return CatalogueDamaged(
         Fault(
             f"study {study_id}",
             f"{found} in the catalogue",
             "the rows that were written",
-            f"compare everything with `damperlab verify {study_id}`, and repair it with `damperlab verify {study_id} "
+            advice
+            or f"compare everything with `damperlab verify {study_id}`, and repair it with `damperlab verify {study_id} "
             "--repair`; a catalogue that is beyond that is made again by `damperlab rebuild`",
         )
     )

@@ -16,7 +16,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy import Connection, delete, func, insert, or_, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
@@ -25,7 +25,7 @@ from damperlab.studies.store.catalogue import SQLITE_FILE, Catalogue, open_catal
 from damperlab.studies.store.cube import bytes_per_point
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.home import (
     CUBES,
@@ -38,9 +38,9 @@ from damperlab.studies.store.home import (
 from damperlab.studies.store.manifest import read_marks, read_tombstone, study_columns
 from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.rows import advance_counters
-from damperlab.studies.store.rowsum import row_sum
+from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Shelf
-from damperlab.studies.store.tables import done_blocks, studies
+from damperlab.studies.store.tables import done_blocks, events, keys, studies
 
 _AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
@@ -101,7 +101,13 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     found = Rebuilt()
     if address is None:
         found.set_aside = _set_damaged_aside(data_dir)
-    catalogue = open_catalogue(data_dir, address)
+    try:
+        catalogue = open_catalogue(data_dir, address)
+    except CatalogueDamaged:
+        if address is not None:
+            raise
+        found.set_aside = _set_aside(data_dir / SQLITE_FILE)
+        catalogue = open_catalogue(data_dir)
     try:
         shelf = _own(catalogue, data_dir, cubes)
         for name in sorted(shelf.shelves(), key=lambda name: (parse_cube_name(name) or ("", 0))[1]):
@@ -112,6 +118,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
                 _add(catalogue, shelf.at(name), *parsed, found)
             except (StoreFault, ValueError, FileNotFoundError) as error:
                 found.trouble.append(f"{name}: {error}")
+        _drop_damaged(catalogue)
     except OSError as error:
         raise cannot_use(str(data_dir), error) from error
     finally:
@@ -120,7 +127,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
 
 
 def _set_damaged_aside(data_dir: Path) -> str | None:
-    """Rename a SQLite catalogue that is damaged, with what belongs to it; None where there is none."""
+    """Rename a SQLite catalogue whose file is damaged, with what belongs to it; None where it is not."""
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
@@ -131,6 +138,10 @@ def _set_damaged_aside(data_dir: Path) -> str | None:
                 return None
         finally:
             connection.close()
+    return _set_aside(file)
+
+
+def _set_aside(file: Path) -> str:
     aside = file.with_name(f"{SQLITE_FILE}.damaged-{time.strftime('%Y%m%dT%H%M%S')}")
     for suffix in ("-wal", "-shm", ""):
         with suppress(FileNotFoundError):
@@ -192,11 +203,14 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     total = math.prod(described.grid)
     with catalogue.writing() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
-        if row is not None and row.crc is not None and row.crc != row_sum(studies, row):
-            # what it says is not what was written: the cube says it again
-            connection.execute(delete(done_blocks).where(done_blocks.c.study == number))
-            connection.execute(delete(studies).where(studies.c.number == number))
-            row = None
+        for one in connection.execute(
+            select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
+        ).all():
+            if not is_sound(studies, one):
+                # what it says is not what was written: the cube says it again
+                connection.execute(delete(done_blocks).where(done_blocks.c.study == one.number))
+                connection.execute(delete(studies).where(studies.c.number == one.number))
+                row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if deleted is None and row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")
@@ -231,15 +245,31 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             found.studies += 1
         else:
             found.known += 1
-        have = set(
-            connection.execute(select(done_blocks.c.block).where(done_blocks.c.study == number)).scalars()
-        )
+        have = set()
+        lost = 0
+        for mark in connection.execute(select(done_blocks).where(done_blocks.c.study == number)).all():
+            if is_sound(done_blocks, mark):
+                have.add(mark.block)
+            else:
+                place = done_blocks.c.study == number, done_blocks.c.block == mark.block
+                connection.execute(delete(done_blocks).where(*place))
+                lost += 1
         fresh = [mark for mark in marks if 0 <= mark["block"] < total and mark["block"] not in have]
-        if row is not None and not fresh:
+        if row is not None and not fresh and not lost:
             return
         _insert_marks(connection, number, fresh)
         found.blocks += len(fresh)
         _sum_up(connection, number, total, kept)
+
+
+def _drop_damaged(catalogue: Catalogue) -> None:
+    """Remove what no cube can say again and nothing needs: keys of submissions and events that are not what was written."""
+    with catalogue.writing() as connection:
+        for table in (keys, events):
+            own = next(iter(table.primary_key.columns))
+            for row in connection.execute(select(table)).all():
+                if not is_sound(table, row):
+                    connection.execute(delete(table).where(own == row._mapping[own.name]))
 
 
 def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:

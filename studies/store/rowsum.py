@@ -63,15 +63,24 @@ def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
     )
 
 
+def is_sound(table: Table, row: Row[Any]) -> bool:
+    """Whether a whole row of a table is what was written."""
+    return row.crc is None or row.crc == row_sum(table, row)
+
+
 def require_row(table: Table, row: Row[Any], study_id: str) -> None:
     """Raise `CatalogueDamaged` unless a whole row of a table is what was written."""
-    if row.crc is not None and row.crc != row_sum(table, row):
+    if not is_sound(table, row):
         raise damaged_row(table, study_id)
 
 
 def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
     """Make the fault for a row that is not what was written."""
-    return catalogue_damaged(study_id, f"a row of {table.name} whose checksum is not that of its contents")
+    return catalogue_damaged(
+        study_id,
+        f"a row of {table.name} whose checksum is not that of its contents",
+        "make what is damaged again from the cubes with `damperlab rebuild`, which leaves all that is well as it is",
+    )
 
 
 def watch(statement: Any, connection: Connection) -> Any:

@@ -20,6 +20,7 @@ from damperlab.studies.store.manifest import put_tombstone
 from damperlab.studies.store.quota import taken
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
+from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.submitter import signed
 from damperlab.studies.store.tables import done_blocks, studies
 from damperlab.studies.vocabulary import ENDED
@@ -154,10 +155,9 @@ class Submissions(Entering):
         """
         c = studies.c
         with self.catalogue.reading() as connection:
-            rows = connection.execute(
-                select(c.id, c.number).where(c.deleted < before, c.definition != "")
-            ).all()
-        for row in rows:
+            rows = connection.execute(select(studies).where(c.deleted < before, c.definition != "")).all()
+        # a row that is damaged may be of a study that nobody deleted: its files stay
+        for row in (row for row in rows if is_sound(studies, row)):
             if stop():
                 return
             try:

@@ -25,10 +25,11 @@ from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.home import parse_cube_name
 from damperlab.studies.store.packed import BLOCKS, parse_block_key
-from damperlab.studies.store.rows import ALIVE
+from damperlab.studies.store.rows import ALIVE, study_row
+from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import studies
+from damperlab.studies.store.tables import done_blocks, studies
 
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""
@@ -39,6 +40,7 @@ TRASH = "trash"
 TRASH_SECONDS = 7 * 86_400.0
 """How long a cube stays in the trash."""
 
+_AT_ONCE = 500  # values in one statement
 _TRASH_TIME = "%Y%m%dT%H%M%SZ"
 
 
@@ -101,7 +103,10 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     grid = block_grid(record.shape, record.chunk)
     swept = Swept()
     try:
-        for stray in list(_strays(shelf, grid, marks, _limit(older_than))):
+        strays = list(_strays(shelf, grid, marks, _limit(older_than)))
+        # a mark that is damaged may name a file that never was: that of its block stays
+        doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
+        for stray in (entry for entry, block in strays if block not in doubted):
             if not dry_run:
                 shelf.remove(stray.key)
             what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
@@ -183,7 +188,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
     # which waits for who is about to commit
     names = sorted(name for name in store.shelf.shelves() if name != TRASH)
     with store.catalogue.writing() as connection:
-        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+        rows = connection.execute(select(studies)).all()
         last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
     known = {row.number: row for row in rows}
     swept = Swept()
@@ -194,6 +199,10 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             why = (
                 "a number that the catalogue never gave" if parsed and parsed[1] > last else "no known number"
             )
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
+        if not is_sound(studies, row):
+            why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         if row.id == parsed[0] and (row.deleted is None or row.deleted >= limit):
@@ -242,7 +251,23 @@ def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
     return swept
 
 
-def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> Iterator[Entry]:
+def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
+    """Give those of some blocks whose rows in the catalogue are not what was written."""
+    found: set[int] = set()
+    some = sorted(blocks)
+    with store.catalogue.reading() as connection:
+        number = study_row(connection, study_id).number
+        for start in range(0, len(some), _AT_ONCE):
+            place = done_blocks.c.block.in_(some[start : start + _AT_ONCE])
+            rows = connection.execute(select(done_blocks).where(done_blocks.c.study == number, place)).all()
+            found |= {row.block for row in rows if not is_sound(done_blocks, row)}
+    return found
+
+
+def _strays(
+    shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float
+) -> Iterator[tuple[Entry, int | None]]:
+    """Give the files that nobody needs, each with its block where a mark says so."""
     for entry in shelf.entries():
         variable, slash, name = entry.key.partition("/")
         if variable == BLOCKS:
@@ -250,7 +275,7 @@ def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> 
             partial = entry.key.endswith(".partial")
             superseded = block is not None and marks.get(block[0], block[1]) != block[1]
             if (partial or superseded) and entry.changed < limit:
-                yield entry
+                yield entry, block[0] if superseded and block else None
             continue
         if slash and (variable not in EVERY_VARIABLE or name == "zarr.json"):
             continue
@@ -261,4 +286,4 @@ def _strays(shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float) -> 
         partial = entry.key.endswith(".partial")
         superseded = place is not None and marks.get(place[1], generation) != generation
         if (partial or superseded) and entry.changed < limit:
-            yield entry
+            yield entry, place[1] if superseded and place else None

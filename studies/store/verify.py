@@ -30,7 +30,7 @@ from damperlab.studies.store.opened import open_cube
 from damperlab.studies.store.packed import block_key, read_header
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import study_row
-from damperlab.studies.store.rowsum import SUMMED, damaged_row, row_sum
+from damperlab.studies.store.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.shelf import Shelf, ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks, studies
@@ -90,7 +90,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
             select(done_blocks).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
         ).all()
     for mark in marks:
-        if mark.crc is not None and mark.crc != row_sum(done_blocks, mark):
+        if not is_sound(done_blocks, mark):
             yield Damage(mark.block, "its done-mark in the catalogue is not what was written")
     found = _row(row, marks)
     if found is not None:
@@ -140,8 +140,9 @@ def check_catalogue(store: Store) -> Iterator[str]:
         rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
         for table in SUMMED:
             for row in connection.execute(select(table)):
-                if row.crc is not None and row.crc != row_sum(table, row):
-                    yield f"{store.catalogue.name}: {damaged_row(table, str(row._mapping.get('id', row[0]))).fault.found}"
+                if not is_sound(table, row):
+                    fault = damaged_row(table, str(row._mapping.get("id", row[0]))).fault
+                    yield f"{store.catalogue.name}: {fault.found}; {fault.advice}"
     known = {cube_name(row.id, row.number) for row in rows}
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
     for name in names:

@@ -1,13 +1,14 @@
 """Single bits flipped over all files of a store, and every file lost once: found, harmless or refused, never silent.
 
 Each case is a fresh copy of one store, in which one thing is damaged. It is then opened, every study is listed, read
-whole and verified. The outcome is one of
+whole and verified, and its garbage is collected, of which there is none. The outcome is one of
 
     refused    something raised a fault in words, as the store's users get it
     found      all was read, and `verify` told of damage
     harmless   every answer is what it was, to the last bit
     silent     an answer differs, and nobody said so: a defect
     crashed    an exception that is no fault: a defect
+    removed    the collection of garbage took a file: a defect
 """
 
 import argparse
@@ -16,6 +17,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,8 +32,10 @@ from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.opened import KEPT
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
 from damperlab.studies.store.verify import check_catalogue, verify
 
+GOOD = ("refused", "found", "harmless")
 CHUNK = (1, 1, 1, 2, 2, 3)
 
 
@@ -44,7 +48,7 @@ class Report:
     outcomes : Counter
         By kind of file and outcome.
     defects : list of str
-        The cases that were silent or crashed.
+        The cases that were silent, crashed or cost a file.
     """
 
     outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -120,6 +124,15 @@ def answers(folder: Path) -> tuple[dict[str, Any], list[str]]:
 
 def judge(folder: Path, expected: dict[str, Any]) -> tuple[str, str]:
     """Say what comes of a damaged store: the outcome, and in words."""
+    outcome = _asked(folder, expected)
+    before = {path for path in (folder / "cubes").rglob("*") if path.is_file()}
+    with suppress(StoreFault), closing(Store.open(folder)) as store:
+        collect_garbage(store, -1.0)
+    gone = sorted(path.relative_to(folder).as_posix() for path in before if not path.exists())
+    return ("removed", f"{gone} after it was {outcome}") if gone else outcome
+
+
+def _asked(folder: Path, expected: dict[str, Any]) -> tuple[str, str]:
     try:
         found, told = answers(folder)
     except StoreFault as error:
@@ -173,7 +186,7 @@ def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False
         def add(file: Path, what: str) -> None:
             outcome, words = judge(case, expected)
             report.outcomes[kind_of(file), outcome] += 1
-            if outcome in ("silent", "crashed"):
+            if outcome not in GOOD:
                 report.defects.append(f"{file.relative_to(whole)} {what}: {outcome}: {words}")
                 if say:
                     print(report.defects[-1], flush=True)

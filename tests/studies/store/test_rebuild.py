@@ -4,6 +4,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,8 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.verify import check_catalogue, verify
 
 METRICS = ["amplitude_ratio", "period"]
 VOLATILE = {"revision"}
@@ -185,6 +187,44 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
     (trouble,) = found.trouble
     assert lost in trouble
     assert description.read_bytes() == bytes(content)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE studies SET name = 'x' || name WHERE number = 1",
+        "UPDATE studies SET deleted = 1.0 WHERE number = 1",
+        "UPDATE studies SET number = 77 WHERE number = 1",
+        "UPDATE studies SET id = 'x' || substr(id, 2) WHERE number = 1",
+        "UPDATE done_blocks SET generation = 'h' WHERE study = 1 AND block = 3",
+        "UPDATE done_blocks SET checksum = '0' WHERE study = 1 AND block = 3",
+        "UPDATE events SET what = 'x' || what WHERE number = 1",
+        "INSERT INTO keys (key, digest, at, crc) VALUES ('k', 'd', 1.0, 5)",
+        "UPDATE alembic_version SET version_num = '0000'",
+        "UPDATE alembic_version SET version_num = '0003'",
+        "DELETE FROM alembic_version",
+    ],
+)
+def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
+    data, before = filled.data_dir, told(filled)
+    filled.close()
+    with sqlite3.connect(data / "catalogue.sqlite") as catalogue:
+        catalogue.execute(damage)
+    catalogue.close()
+    with suppress(StoreFault):  # where it can be opened, the damage is told and costs no file
+        again = Store.open(data)
+        try:
+            assert any("damperlab rebuild" in line for line in check_catalogue(again))
+            assert collect_garbage(again, -1.0).paths == 0
+        finally:
+            again.close()
+    rebuild(data)
+    again = Store.open(data)
+    assert list(check_catalogue(again)) == []
+    assert told(again) == before
+    for record in again.page().records:
+        assert list(verify(again, record)) == []
+    again.close()
 
 
 def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store, make_study, make_plan_of, values_of):
