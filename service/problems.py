@@ -25,6 +25,7 @@ from damperlab.studies.store.faults import (
     StoreFault,
     StudyBusy,
     StudyNotFound,
+    TooManyUnfinished,
 )
 
 MEDIA_TYPE = "application/problem+json"
@@ -189,6 +190,11 @@ def _store(request: Request, error: Exception) -> Response:
         case NothingToDo():
             problem = Problem(
                 409, "nothing-to-do", "There is nothing that this could change.", (error.fault,)
+            )
+        case TooManyUnfinished():
+            headers = {"Retry-After": str(RETRY_SECONDS)}
+            problem = Problem(
+                429, "too-many-studies", "Too many studies wait or run.", (error.fault,), headers
             )
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))

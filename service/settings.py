@@ -21,7 +21,12 @@ class Settings(BaseSettings):
     """
 
     model_config = SettingsConfigDict(
-        env_prefix="DAMPERLAB_", extra="forbid", frozen=True, env_ignore_empty=True
+        env_prefix="DAMPERLAB_",
+        extra="forbid",
+        frozen=True,
+        env_ignore_empty=True,
+        # how a limit that has a default is lifted
+        env_parse_none_str="none",
     )
 
     data_dir: Path = Field(
@@ -41,6 +46,22 @@ class Settings(BaseSettings):
         None, ge=0, description="Most bytes that studies may take before compression, as in 50GB."
     )
     quota_points: int | None = Field(None, ge=0, description="Most points that studies may have.")
+    quota_unfinished: int | None = Field(None, ge=1, description="Most studies that wait or run.")
+    requests_per_minute: int | None = Field(
+        None, ge=1, description="Most requests a minute of all callers together."
+    )
+    key_quota_bytes: ByteSize | None = Field(
+        ByteSize(50 * 10**9), ge=0, description="Most bytes of the studies of one owner of keys."
+    )
+    key_quota_points: int | None = Field(
+        100_000_000, ge=0, description="Most points of the studies of one owner of keys."
+    )
+    key_quota_unfinished: int | None = Field(
+        1000, ge=1, description="Most studies of one owner of keys that wait or run."
+    )
+    key_requests_per_minute: int | None = Field(
+        6000, ge=1, description="Most requests a minute with one key."
+    )
     reuse: bool = Field(True, description="Reuse points already computed by earlier studies.")
     host: str = Field("127.0.0.1", description="Address to listen on; loopback by default.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
@@ -155,5 +176,8 @@ class Settings(BaseSettings):
         from damperlab.studies.store.quota import Quota
         from damperlab.studies.store.store import Store
 
-        quota = Quota(self.quota_points, self.quota_bytes)
+        each = Quota(
+            self.key_quota_points, self.key_quota_bytes, self.key_quota_unfinished, setting="key_quota"
+        )
+        quota = Quota(self.quota_points, self.quota_bytes, self.quota_unfinished, each)
         return Store.open(self.data_dir, self.catalogue, self.store, quota, **options)

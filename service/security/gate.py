@@ -46,9 +46,9 @@ class Gate:
         caller = None
         if problem is None:
             caller = await self.guard.identify(headers, peer)
-            problem = _not_allowed(caller, scope)
+            problem = _not_allowed(caller, scope) or self._too_often(caller, scope)
         if problem is not None:
-            if caller is not None:
+            if caller is not None and problem.status == HTTPStatus.FORBIDDEN:
                 self._note(scope, caller, peer, problem.status)
             await respond(Request(scope), problem)(scope, receive, send)
             return
@@ -79,6 +79,22 @@ class Gate:
         if scope["method"] in SAFE_METHODS:
             return None
         return refusal(headers, self.guard.origins)
+
+    def _too_often(self, caller: Caller | None, scope: Scope) -> Problem | None:
+        if caller is None or scope_of(scope["method"], scope["path"]) is None:
+            return None  # a probe, the page's files, the sign-in
+        rates = self.guard.rates
+        seconds = rates.wait_seconds(caller.name) if caller.how != "open" else 0
+        whose = "with one key"
+        if not seconds:
+            rates, whose = self.guard.rate_of_all, "of all callers together"
+            seconds = rates.wait_seconds("")
+        if not seconds:
+            return None
+        found, allowed = "more than that", f"{rates.per_minute} requests a minute {whose}"
+        fault = Fault("requests", found, allowed, f"try again in {seconds} s")
+        headers = {"Retry-After": str(seconds)}
+        return Problem(429, "too-many-requests", "Too many requests have come.", (fault,), headers)
 
     def _note(self, scope: Scope, caller: Caller | None, peer: str | None, status: int) -> None:
         self.guard.audit.note(

@@ -13,6 +13,7 @@ from damperlab.service.security.audit import AUDIT_FILE, Audit
 from damperlab.service.security.caller import ANYBODY, Caller
 from damperlab.service.security.hosts import Hosts, is_loopback
 from damperlab.service.security.proxy import Proxies
+from damperlab.service.security.rates import Rates
 from damperlab.service.security.sessions import COOKIE, Sessions
 from damperlab.service.settings import Settings
 from damperlab.studies.store.access_keys import AccessKey, AccessKeys
@@ -44,6 +45,8 @@ class Guard:
         self.proxies = Proxies(settings.trusted_proxies, settings.proxy_user_header, settings.proxy_scope)
         self.audit = Audit(settings.data_dir / AUDIT_FILE)
         self.sessions = Sessions()
+        self.rates = Rates(settings.key_requests_per_minute)
+        self.rate_of_all = Rates(settings.requests_per_minute)
         self.keys: AccessKeys | None = None
         """Set once the catalogue is open."""
         self._limiter: CapacityLimiter | None = None

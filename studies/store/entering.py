@@ -20,11 +20,11 @@ from damperlab.studies.store.cube import block_grid, bytes_per_point, first_file
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached, cannot_use
 from damperlab.studies.store.home import BACKUP_OF, cube_name, forget
 from damperlab.studies.store.packed import BLOCKS
-from damperlab.studies.store.quota import Taken, taken
+from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, newest_row, record_of
 from damperlab.studies.store.rowsum import require_row
-from damperlab.studies.store.submitter import signed
+from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 from damperlab.studies.store.tables import events, keys, studies
 from damperlab.studies.store.turns import Turns
 
@@ -153,7 +153,7 @@ class Entering(StoreBase):
         """Enter what several threads have handed in; what refuses one list leaves the others alone."""
         with self.catalogue.writing() as connection:
             asked = _Asked(connection, lists)
-            before = taken(connection) if self.quota.limited else Taken(0, 0)
+            ledger = Ledger(connection, self.quota)
             entries: dict[str, Entry] = {}
             refused: dict[int, Exception] = {}
             for place, some in enumerate(lists):
@@ -164,15 +164,15 @@ class Entering(StoreBase):
                 }
                 try:
                     asked.require_sound(some)
-                    after = before.plus(
+                    ledger.enter(
+                        some[0].provenance.get(SUBMITTED_BY) if some else None,
                         sum(entry.study.points for entry in fresh.values()),
                         sum(entry.bytes for entry in fresh.values()),
+                        len(fresh),
                     )
-                    self.quota.require(before, after)
                 except (KeyTaken, QuotaReached, CatalogueDamaged) as error:
                     refused[place] = error
                 else:
-                    before = after
                     entries |= {digest: fresh[digest] for digest in reversed(fresh)}
                     asked.take_keys(some)
             asked.keep_keys()

@@ -54,6 +54,10 @@ class QuotaReached(StoreFault):
     """A study would take more than studies may."""
 
 
+class TooManyUnfinished(QuotaReached):
+    """As many studies wait or run as may."""
+
+
 def cannot_use(place: str, error: OSError) -> StoreFault:
     """Put what keeps cubes from being read or written into the user's words."""
     away = isinstance(error, (ShelfAway, PermissionError))

@@ -17,11 +17,11 @@ from damperlab.studies.store.definition import parse_stored, with_attachments
 from damperlab.studies.store.entering import Entering, Entry
 from damperlab.studies.store.faults import NothingToDo, cannot_use
 from damperlab.studies.store.manifest import put_tombstone
-from damperlab.studies.store.quota import taken
+from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import log_event, newest_row, record_of, study_row
 from damperlab.studies.store.rowsum import is_sound
-from damperlab.studies.store.submitter import signed
+from damperlab.studies.store.submitter import signed, submitter
 from damperlab.studies.store.tables import done_blocks, studies
 from damperlab.studies.vocabulary import ENDED
 
@@ -71,9 +71,7 @@ class Submissions(Entering):
             except (OSError, ValueError) as error:
                 raise damaged(shelf, None, "a ground-motion record", str(error)) from error
             entry = Entry(study, older.chunk, signed(provenance), older.reuse, newest.version + 1)
-            if self.quota.limited:
-                before = taken(connection)
-                self.quota.require(before, before.plus(study.points, entry.bytes))
+            Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
             return self.enter(connection, [entry], f"entered as version {entry.version}")[0], True
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:

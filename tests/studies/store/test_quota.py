@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from damperlab.studies.store.cube import bytes_per_point
-from damperlab.studies.store.faults import QuotaReached
+from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
 from damperlab.studies.store.quota import Quota, Taken
 from damperlab.studies.store.store import Store
+from damperlab.studies.store.submitter import submitter
 
 
 def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(
@@ -35,6 +36,31 @@ def test_points_are_counted_too(tmp_path: Path, make_study, make_plan_of) -> Non
     store = Store.open(tmp_path, quota=Quota(points=study.points - 1))
     with pytest.raises(QuotaReached, match=f"quota_points.*{study.points} points"):
         store.submit(study, make_plan_of(study), {})
+    store.close()
+
+
+def test_owners_are_counted_each_for_itself(tmp_path: Path, make_study, make_plan_of) -> None:
+    first, second, third = (make_study(damping_ratio=each) for each in (0.1, 0.2, 0.3))
+    each = Quota(points=2 * first.points, unfinished=1, setting="key_quota")
+    store = Store.open(tmp_path, quota=Quota(of_owner=each))
+
+    def submit(study, who: str | None):
+        token = submitter.set(who)
+        try:
+            return store.submit(study, make_plan_of(study), {"note": '"submitted_by": "ann"'})[0]
+        finally:
+            submitter.reset(token)
+
+    submit(first, 'an"n%')
+    with pytest.raises(TooManyUnfinished, match="key_quota_unfinished"):
+        submit(second, 'an"n%')
+    submit(second, "ann")
+    store.set_state(second.digest[:12], "cancelled")
+    submit(third, "ann")
+    with pytest.raises(QuotaReached, match="key_quota_points"):
+        submit(make_study(damping_ratio=0.4), "ann")
+    for damping in (0.5, 0.6, 0.7):
+        submit(make_study(damping_ratio=damping), None)
     store.close()
 
 

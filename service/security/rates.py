@@ -1,0 +1,38 @@
+"""How often somebody may ask: as much as a minute allows at once, and then as it fills up again."""
+
+import math
+import time
+from collections import OrderedDict
+
+_MINUTE = 60.0
+_KEPT = 10_000
+
+
+class Rates:
+    """Requests of the last minute, by caller; for one event loop.
+
+    Parameters
+    ----------
+    per_minute : int, optional
+        Most requests a minute; None for any number.
+    """
+
+    def __init__(self, per_minute: int | None) -> None:
+        self.per_minute = per_minute
+        # when whatever a caller has asked so far will be forgotten
+        self._spent_until: OrderedDict[str, float] = OrderedDict()
+
+    def wait_seconds(self, who: str) -> int:
+        """Count a request; where it is one too many, say how long to wait, and count nothing."""
+        if self.per_minute is None:
+            return 0
+        now, each = time.monotonic(), _MINUTE / self.per_minute
+        until = max(now, self._spent_until.get(who, now)) + each
+        if until > now + _MINUTE + each / 2:  # half a request for rounding
+            return math.ceil(until - now - _MINUTE)
+        self._spent_until[who] = until
+        self._spent_until.move_to_end(who)
+        if len(self._spent_until) > _KEPT:
+            # whoever asked longest ago; who has asked nothing for a minute has all of it again anyway
+            self._spent_until.popitem(last=False)
+        return 0

@@ -1,0 +1,84 @@
+"""What one key may take: requests, studies that wait, points; another key is not touched by it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from tests.service.security.conftest import Guarded, make_key
+
+from damperlab.service.security.rates import Rates
+
+STUDIES = "/api/v1/studies"
+A_MINUTE = 40
+
+
+@pytest.fixture(scope="module")
+def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
+    folder = tmp_path_factory.mktemp("limited")
+    data: Path = folder / "data"
+    keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve")}
+    running = helpers.start_service(
+        data,
+        folder / "log",
+        DAMPERLAB_ACCESS="keys",
+        DAMPERLAB_KEY_REQUESTS_PER_MINUTE=str(A_MINUTE),
+        DAMPERLAB_KEY_QUOTA_UNFINISHED="2",
+        DAMPERLAB_KEY_QUOTA_POINTS="40100",
+        DAMPERLAB_KEY_QUOTA_BYTES="none",
+    )
+    try:
+        yield Guarded(running, data, keys)
+    finally:
+        running.stop()
+
+
+def _code(answer: httpx.Response) -> tuple[int, str]:
+    return answer.status_code, answer.json()["errors"][0]["field"]
+
+
+def test_points_and_studies_are_counted_for_each_owner(limited: Guarded, helpers: Any) -> None:
+    with limited.client("ann") as ann, limited.client("bob") as bob:
+        long = [
+            ann.post(STUDIES, json=helpers.long_study(f"long {each}", 0.0038 + 1e-4 * each))
+            for each in (0, 1)
+        ]
+        assert [each.status_code for each in long] == [201, 201]
+        waiting = ann.post(STUDIES, json=helpers.CURVE)
+        assert _code(waiting) == (429, "key_quota_unfinished")
+        assert int(waiting.headers["retry-after"]) > 0
+        # what is there is never refused, and what is refused for one is not for another
+        assert ann.post(STUDIES, json=helpers.long_study("long 0")).status_code == 200
+        assert bob.post(STUDIES, json=helpers.CURVE).status_code == 201
+        for each in long:
+            assert ann.post(f"{STUDIES}/{each.json()['id']}/cancel").status_code == 200
+        assert _code(ann.post(STUDIES, json=helpers.long_study("a third", 0.005))) == (
+            507,
+            "key_quota_points",
+        )
+        assert ann.delete(f"{STUDIES}/{long[0].json()['id']}").status_code == 204
+
+
+def test_a_key_has_so_many_requests_a_minute(limited: Guarded) -> None:
+    with limited.client("eve") as eve, limited.client("bob") as bob:
+        statuses = [eve.get(STUDIES, params={"limit": 1}).status_code for _ in range(A_MINUTE)]
+        assert statuses == [200] * A_MINUTE
+        # more may have come back meanwhile, one in 1.5 s
+        while (answer := eve.get(STUDIES)).status_code == 200:
+            pass
+        assert _code(answer) == (429, "requests")
+        assert 1 <= int(answer.headers["retry-after"]) <= 60
+        assert bob.get(STUDIES).status_code == 200
+        assert eve.get("/health/live").status_code == 200
+
+
+def test_rates_fill_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 1000.0
+    monkeypatch.setattr("damperlab.service.security.rates.time.monotonic", lambda: now)
+    rates = Rates(60)
+    assert [rates.wait_seconds("ann") for _ in range(62)] == [0] * 60 + [1, 1]
+    assert rates.wait_seconds("bob") == 0
+    now += 2.0
+    assert [rates.wait_seconds("ann") for _ in range(3)] == [0, 0, 1]
+    assert Rates(None).wait_seconds("ann") == 0
