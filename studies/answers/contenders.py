@@ -68,8 +68,15 @@ def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
     return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 
-def ties(value: Floats, error: Floats, z: float) -> dict[str, float]:
-    """Judge ranked values, the best first, by their errors alone.
+def ties(value: Floats, low: Floats, high: Floats, z: float) -> dict[str, float]:
+    """Judge ranked values, the best first, by their limits.
+
+    Parameters
+    ----------
+    value, low, high : ndarray, (n,)
+        Values with their limits; an upper limit that is not known is NaN.
+    z : float
+        Half width of the limits in standard errors.
 
     Returns
     -------
@@ -79,9 +86,10 @@ def ties(value: Floats, error: Floats, z: float) -> dict[str, float]:
     """
     if not value.size:
         return {}
-    may_be = contend(*limits(value, error, z))
+    may_be = contend(low, high)
     said: dict[str, float] = {"confidence": CONFIDENCE, "as_good": int(may_be.sum()) - 1}
-    chance = chance_of_another(value[may_be], error[may_be], 0)
+    # of a worst case: the error of whatever may exceed it most
+    chance = chance_of_another(value[may_be], (high[may_be] - value[may_be]) / z, 0)
     return said if math.isnan(chance) else said | {"chance_of_another": chance}
 
 

@@ -1,4 +1,4 @@
-"""The designs that no other one beats in every respect at once."""
+"""The designs that no other one beats in every respect at once, and how many more may belong to them within their errors."""
 
 from collections.abc import Mapping, Sequence
 
@@ -24,6 +24,8 @@ RESPECTS: dict[str, tuple[str, str]] = {
 }
 """In what respect designs are compared: where the number comes from, and what it is. Smaller is better."""
 
+_SHARES_ERROR = "dissipation_error"
+
 
 def pareto_front(
     cube: xr.Dataset,
@@ -46,7 +48,9 @@ def pareto_front(
     -------
     Dataset
         As of `optimal_designs`, ordered by the first respect, with each respect as a variable and `alike`,
-        the number of further designs that are equal in all of them.
+        the number of further designs that are equal in all of them. Attributes `confidence` and `as_good`: how many designs
+        beside these may belong to the front within their errors, because none is surely better in every respect (left out
+        where the study keeps no error of its amplitudes).
 
     Raises
     ------
@@ -57,12 +61,23 @@ def pareto_front(
     question = DesignQuestion.ask(cube, judging, top)
     tally = new_tally()
     stored = tuple(name for name in columns if name in cube.data_vars)
+    doubtful = "amplitude_error" in cube
+    if _SHARES_ERROR in cube and any(name.startswith("dissipation") for name in columns):
+        stored += (_SHARES_ERROR,)
     front: dict[str, np.ndarray] = {}
+    may_belong: dict[str, np.ndarray] = {}
     for found in judged(cube, question, tally, stored, BUDGET):
+        if doubtful:
+            may_belong = _joined(may_belong, found)
+            sides = _limits(cube, question, columns, signs, may_belong)
+            may_belong = {name: array[_unsurpassed(*sides)] for name, array in may_belong.items()}
         found["alike"] = np.zeros(found["value"].size, np.int64)
-        if front:
-            found = {name: np.concatenate((front[name], found[name])) for name in found}
+        found = _joined(front, found)
         front = _front(found, _compared(cube, columns, signs, found))
+    said: dict[str, float] = {}
+    if doubtful and front:
+        belong = int((front["alike"] + 1).sum())
+        said = {"confidence": question.doubt.confidence, "as_good": may_belong["value"].size - belong}
     front = {name: array[: question.top] for name, array in front.items()}
     answer = described(cube, question, front)
     for name, column in zip(respects, columns, strict=True):
@@ -74,8 +89,8 @@ def pareto_front(
         front["alike"],
         {"units": "1", "long_name": "further designs that are equal in every respect"},
     )
-    answer.attrs = {**attributes_of(question, tally), "pareto": list(respects)}
-    answer.attrs["note"] = _note(respects, question, tally, answer.sizes["rank"])
+    answer.attrs = {**attributes_of(question, tally), "pareto": list(respects), **said}
+    answer.attrs["note"] = _note(respects, question, tally, answer.sizes["rank"], said)
     return answer
 
 
@@ -110,6 +125,44 @@ def _compared(
     return np.asarray(np.stack(values, axis=1) * signs)
 
 
+def _joined(known: dict[str, np.ndarray], more: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: np.concatenate((known[name], more[name])) for name in more} if known else more
+
+
+def _limits(
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    columns: Sequence[str],
+    signs: np.ndarray,
+    found: Mapping[str, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper limits, as `_compared`: of what has no error, the values themselves."""
+    low = _compared(cube, columns, signs, found)
+    high = low.copy()
+    for at, (name, sign) in enumerate(zip(columns, signs, strict=True)):
+        if name == "value":
+            sides = found["lowest"], np.nan_to_num(found["highest"], nan=np.inf)
+        elif name.startswith("dissipation") and _SHARES_ERROR in found:
+            width = question.standard_errors * found[_SHARES_ERROR]
+            sides = found[name] - width, found[name] + width
+        else:
+            continue
+        low[:, at], high[:, at] = sides if sign > 0 else (-sides[1], -sides[0])
+    return low, high
+
+
+def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Which designs none is surely better than: whose limits lie nowhere above, and in one respect below, all of theirs."""
+    surpassed = np.zeros(low.shape[0], bool)
+    rest = high[np.lexsort(high.T[::-1])]
+    while rest.size:
+        # what is above the best limits is above others too, so these are enough
+        best = rest[0]
+        surpassed |= (best <= low).all(axis=1) & (best < low).any(axis=1)
+        rest = rest[~(rest >= best).all(axis=1)]
+    return ~surpassed
+
+
 def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.ndarray]:
     """Keep what nothing beats, the first of equals, ordered by the first respect."""
     order = np.lexsort(compared.T[::-1])
@@ -127,7 +180,13 @@ def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.n
     return {name: array[kept] for name, array in found.items()}
 
 
-def _note(respects: Sequence[str], question: DesignQuestion, tally: Mapping[str, int], designs: int) -> str:
+def _note(
+    respects: Sequence[str],
+    question: DesignQuestion,
+    tally: Mapping[str, int],
+    designs: int,
+    said: Mapping[str, float],
+) -> str:
     wanted: list[str] = []
     for name in respects:
         better = "larger" if name.startswith("-") else "smaller"
@@ -136,6 +195,11 @@ def _note(respects: Sequence[str], question: DesignQuestion, tally: Mapping[str,
         f"{counted(designs, 'design')} that no other beats at once in: {', '.join(wanted)}.",
         f"Judged at {counted(int(question.frequencies.size), 'frequency ratio')}.",
     ]
+    if said.get("as_good"):
+        sentences.append(
+            f"{counted(int(said['as_good']), 'more design')} may belong to them within the errors "
+            f"({said['confidence']:.0%} confidence over all designs at once)."
+        )
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:
         sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")

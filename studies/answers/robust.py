@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import CONFIDENCE, half_width, ties
+from damperlab.studies.answers.contenders import ties
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import attributes_of, judge, new_tally
@@ -72,7 +72,7 @@ def robust_designs(
         the grid point used there (`clearance_ratio_used`, `friction_ratio_used`); `best_case`;
         `nominal`, the value at a = 1 (NaN where 1 is outside the range); `distance`. Attributes as of
         `optimal_designs`, with `amplitudes` (those judged), `rays`, `left_grid`, `unknown`, and `confidence`,
-        `as_good`, `chance_of_another` as of `verdict.verdict`, by the value and the error of each damper.
+        `as_good`, `chance_of_another` as of `verdict.verdict`, by the limits of all amplitudes of each damper.
 
     Raises
     ------
@@ -119,8 +119,7 @@ def robust_designs(
                 "narrow it, or compute a study with longer axes of clearance and friction",
             )
         )
-    comparisons = tally["rays"] * factors.size * question.frequencies.size
-    said = ties(best["value"], best["error"], half_width(CONFIDENCE, comparisons))
+    said = ties(best["value"], best["lowest"], best["highest"], question.standard_errors)
     answer = _answer(cube, question, factors, {name: array[:top] for name, array in best.items()}, tally)
     answer.attrs |= said
     answer.attrs["note"] = f"{answer.attrs['note']} {say_ties(said)}".strip()
@@ -174,7 +173,7 @@ def _plane(
 ) -> dict[str, np.ndarray]:
     """Judge every point of one (d/Z, γ_F) plane, a row of clearance at a time; NaN where there is no value."""
     shape = (cube.sizes[RAY[0]], cube.sizes[RAY[1]])
-    plane = {"value": np.full(shape, np.nan), "error": np.full(shape, np.nan)}
+    plane = {name: np.full(shape, np.nan) for name in ("value", "error", "lowest", "highest")}
     plane |= {name: np.full(shape, -1, np.int64) for name in ("response_class", FREQUENCY)}
     chunk = cube["amplitude_ratio"].encoding.get("chunks", cube["amplitude_ratio"].shape)[3]
     for start in range(0, shape[0], chunk):
@@ -218,6 +217,8 @@ def _rays(
         off = np.maximum(tracks[RAY[0]].distance[clearance][None, :], tracks[RAY[1]].distance[columns])
         at = d[each, worst], g[each, worst]
         found = {name: plane[name][at] for name in ("value", "error", "response_class", FREQUENCY)}
+        # another amplitude may be the worst within its error
+        found |= {name: plane[name][d, g].max(axis=1) for name in ("lowest", "highest")}
         found |= {"used_0": at[0], "used_1": at[1], "worst": worst, "distance": off.max(axis=1)}
         found |= {"best_case": values.min(axis=1), "nominal": plane["value"][clearance, columns]}
         found |= {RAY[0]: np.full(columns.size, clearance), RAY[1]: columns}

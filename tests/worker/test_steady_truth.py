@@ -12,6 +12,7 @@ from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, WARNED, Point, 
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.stopping import FEWEST_MEASURED
 
 MODELS = ("instant", "instant", "dwell", "instant", "instant", "compliant")
 
@@ -133,6 +134,37 @@ def test_chaotic_points_of_the_paper_meet_the_default_tolerance_and_say_what_the
         assert 0.0 < response.amplitude_error <= 0.02 * response.amplitude_ratio
         assert 0.0 < response.impacts_error < 0.2 * response.impacts_per_cycle
         assert 0.0 < response.dissipation_error < 0.1
+
+
+CHAOTIC_OF_FIGURE_11 = (
+    (10.0, 0.3),
+    (13.0, 0.45),
+    (14.0, 0.2),
+    (15.0, 0.3),
+    (16.0, 0.35),
+    (17.0, 0.15),
+    (18.0, 0.4),
+    (19.0, 0.2),
+    (20.0, 0.1),
+    (21.0, 0.05),
+    (22.0, 0.25),
+    (24.0, 0.3),
+)
+
+
+def test_a_run_ends_soon_after_its_error_is_small_enough() -> None:
+    """A look lies at most a quarter beyond the one before, so a run hardly spends a quarter more than its error asks for."""
+    spent = asked = 0.0
+    for clearance, friction in CHAOTIC_OF_FIGURE_11:
+        point = Point(0.0038, 1.0, friction, Particle(clearance, 0.47, 0.1))
+        response, _ = solved(point)
+        assert response.status == Status.CONVERGED
+        assert response.response_class == ResponseClass.CHAOTIC
+        measured = response.cycles - 0.73 * point.frequency_ratio / point.damping_ratio
+        share = response.amplitude_error / (SETTINGS.tolerance * response.amplitude_ratio)
+        spent += measured
+        asked += max(FEWEST_MEASURED, measured * share**2)
+    assert spent <= 1.25 * asked
 
 
 def test_the_error_of_impacts_per_cycle_and_of_shares_is_that_of_runs_elsewhere_on_the_attractor() -> None:

@@ -3,6 +3,7 @@
 from math import inf, log, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
@@ -12,44 +13,46 @@ from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.variational import SIZE, propagate
 
 _BATCHES = 16
+# Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.
+_RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
+
+HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
+"""Half cycles that a tangent vector is followed at the most."""
 
 
 @kernel
 def is_chaotic(
     state: State,
-    cycles: int,
-    least: float,
+    most: int,
     scene: Scene,
     log_: Transitions,
     size: int,
 ) -> bool:
-    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by `least`.
+    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by a least growth.
 
     Parameters
     ----------
     state : State
         On the attractor.
-    cycles : int
-        Excitation cycles over which the growth is averaged; one sixteenth more go before, to turn the vector.
-    least : float
-        Growth a cycle that counts.
+    most : int
+        Excitation cycles over which the growth is averaged, at most; one sixteenth more go before, to turn the vector.
 
     Notes
     -----
     The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has exponent
-    0: its mean then lies within its error, or below `least`: 0.01 tells slow beats from chaos over 320 cycles.
+    0: its mean then lies within its error, or below 0.01, which tells slow beats from chaos over 320 cycles. The vector is
+    followed only for as long as it takes to tell.
     """
     tangent = np.zeros((SIZE, 1))
     tangent[0, 0] = 1.0
     if size > 2:
         tangent[2, 0] = 0.3
         tangent[3, 0] = 0.7
-    length = max(cycles // _BATCHES, 1)
-    total = 0.0
-    square = 0.0
-    for batch in range(_BATCHES + 1):
-        growth = 0.0
-        for _ in range(2 * length):
+    growth = np.empty(HALVES_FOLLOWED)  # in each half cycle
+    known = 0
+    for cycles, least in _RUNGS:
+        length = max(min(cycles, most) // _BATCHES, 1)
+        while known < 2 * length * (_BATCHES + 1):
             log_.cursor[0] = 0
             state, outcome = half_cycle(state, scene, None, log_)
             if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
@@ -61,13 +64,28 @@ def is_chaotic(
             norm = sqrt(norm)
             if norm == 0.0 or norm == inf:
                 return False
-            growth += log(norm)
+            growth[known] = log(norm)
+            known += 1
             for i in range(SIZE):
                 tangent[i, 0] /= norm
-        if batch > 0:
-            growth /= length
-            total += growth
-            square += growth * growth
+        mean, error = _mean_growth(growth, length)
+        if mean > max(least, 3.0 * error):
+            return True
+    return False
+
+
+@kernel
+def _mean_growth(growth: NDArray[np.float64], length: int) -> tuple[float, float]:
+    """Growth a cycle and its standard error, by batches of `length` cycles; the first one turns the vector."""
+    total = 0.0
+    square = 0.0
+    for batch in range(1, _BATCHES + 1):
+        gained = 0.0
+        for half in range(2 * length * batch, 2 * length * (batch + 1)):
+            gained += growth[half]
+        gained /= length
+        total += gained
+        square += gained * gained
     mean = total / _BATCHES
     variance = max(square / _BATCHES - mean * mean, 0.0)
-    return mean > max(least, 3.0 * sqrt(variance / (_BATCHES - 1)))
+    return mean, sqrt(variance / (_BATCHES - 1))

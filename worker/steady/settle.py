@@ -9,7 +9,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.coordinates import coordinates
-from damperlab.worker.steady.lyapunov import is_chaotic
+from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.newton import around
 from damperlab.worker.steady.orbit import orbit_multiplier
 from damperlab.worker.steady.response import (
@@ -40,8 +40,6 @@ _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
 _CLOSED = 1e-9  # relative distance within which a state repeats
-# Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.
-_LYAPUNOV = ((32, 0.2), (96, 0.1), (320, 0.01))
 
 
 @kernel
@@ -125,13 +123,8 @@ def _measured_run(found, scene, probe, particle, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    chaotic = False
-    for cycles, least in _LYAPUNOV:
-        if not chaotic:
-            begin_beside(probe, scene, 4 * cycles)
-            chaotic = is_chaotic(
-                state, min(cycles, found.look.half // 2), least, probe, notes.log, found.look.size
-            )
+    begin_beside(probe, scene, HALVES_FOLLOWED)
+    chaotic = is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size)
     response = measured_response(
         stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
         notes.meter.energies,

@@ -14,7 +14,10 @@ FEWEST_MEASURED = 768
 
 _TRANSIENT_LEFT = 0.01  # share of a free vibration that is left after the burn-in
 _CORRELATIONS = 50.0  # correlation times that have to be measured
-_MARGIN = 1.1  # of the cycles that the next look is planned at, over those that the last one asks for
+# The next look comes after so many times the cycles of the last, at the least and at the most: an error is itself uncertain by
+# an eighth, what it asks for by a quarter, and a look further ahead would overshoot by as much.
+_SOONEST_LOOK = 1.1
+_LATEST_LOOK = 1.25
 # Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
 _CREEP = 1e-2
 _TIE = 1e-12
@@ -66,7 +69,7 @@ def next_look(mean, settings):
     needed = max(
         measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, _CORRELATIONS * mean.correlation
     )
-    return mean.first + int(min(max(_MARGIN * needed, 1.25 * measured), 3.0 * measured))
+    return mean.first + int(min(max(needed, _SOONEST_LOOK * measured), _LATEST_LOOK * measured))
 
 
 @kernel

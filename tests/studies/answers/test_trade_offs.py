@@ -58,6 +58,28 @@ def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, res
     np.testing.assert_array_equal(answer["amplitude"], answer["value"])
 
 
+@pytest.mark.parametrize("budget", [30, 2**18])
+def test_designs_that_none_is_surely_better_than_may_belong_to_the_front(cube, whole, monkeypatch, budget):
+    """Pair by pair: surely better is what is no worse in every respect, and better in one, even at the limits of both."""
+    monkeypatch.setattr("damperlab.studies.answers.pareto.BUDGET", budget)
+    every = optimal_designs(cube, Judging("peak", band=(0.8, 1.2)), top=1000)
+    speed = {row[0]: row[2] for row in _rows(whole, (0.8, 1.2))}
+    designs = [tuple(every[name].values[i].item() for name in DESIGN) for i in range(every.sizes["rank"])]
+    low = np.array([(every["lowest"].values[i], speed[one]) for i, one in enumerate(designs)])
+    high = np.array([(every["highest"].values[i], speed[one]) for i, one in enumerate(designs)])
+    surely = [bool(((high <= mine).all(axis=1) & (high < mine).any(axis=1)).any()) for mine in low]
+    answer = pareto_front(cube, ["amplitude", "impact_speed"], Judging("peak", band=(0.8, 1.2)))
+    belong = answer.sizes["rank"] + int(answer["alike"].sum())
+    assert answer.attrs["as_good"] == surely.count(False) - belong > 0
+    assert (
+        f"{answer.attrs['as_good']} more designs may belong to them within the errors" in answer.attrs["note"]
+    )
+    exact = whole.assign(amplitude_error=0.0 * whole["amplitude_error"])
+    assert pareto_front(exact, ["amplitude", "impact_speed"]).attrs["as_good"] == 0
+    unknown = pareto_front(whole.drop_vars("amplitude_error"), ["amplitude", "impact_speed"])
+    assert "as_good" not in unknown.attrs
+
+
 def test_designs_that_are_equal_in_every_respect_stand_once_and_are_counted(whole):
     whole["amplitude_ratio"][:] = 1.0
     whole["status"][:] = 0
@@ -142,6 +164,24 @@ def test_the_robust_ranking_is_the_worst_along_each_diagonal():
         )
     # the ray lies on the grid but for rounding in the powers of two
     assert answer["distance"].max() < 1e-9
+
+
+def test_a_robust_design_may_be_as_good_by_what_is_unknown_at_another_amplitude():
+    """The worst amplitude of the best is known exactly; the one that is nearly as bad is not."""
+    cube = _logarithmic()
+    value, error = np.full((9, 9), 9.0), np.zeros((9, 9))
+    for k in range(5):
+        value[2 + k, 2 + k], value[k, 4 + k] = 2.0, 2.1
+    value[3, 3], error[3, 3] = 1.99, 0.5
+    for name, plane in (("amplitude_ratio", value), ("amplitude_error", error)):
+        cube[name][:] = plane[None, None, None, :, :, None]
+    answer = robust_designs(cube, (0.5, 2.0))
+    assert answer["value"].values[0] == 2.0
+    assert answer.attrs["as_good"] == 1
+    assert answer.attrs["chance_of_another"] > 0.1
+    error[3, 3] = 0.0
+    cube["amplitude_error"][:] = error[None, None, None, :, :, None]
+    assert robust_designs(cube, (0.5, 2.0)).attrs["as_good"] == 0
 
 
 def test_no_friction_stays_no_friction_and_a_coarse_grid_owns_up():
