@@ -74,11 +74,12 @@ fuzz: install-bench ## any request that the OpenAPI document allows or forbids, 
 contract: install-dev ## the copy of /openapi.json that clients rely on, renewed; what breaks them is refused
 	$(BIN)/python -m tests.service.contract
 
-faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once
+faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once, the same by commands and over HTTP
 	$(BIN)/python -m tests.faults.campaign --kills 200
 	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql --s3
 	$(BIN)/python -m tests.faults.reading --reads 10000
 	$(BIN)/python -m tests.faults.damage --flips 1000
+	$(BIN)/python -m tests.faults.doors --commands 200 --http 100
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
 kernels: install ## the kernels of every scene, compiled into the package, so that a wheel answers at once

@@ -4,6 +4,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from hashlib import blake2b
+from itertools import chain, islice
 from pathlib import Path
 from typing import Annotated, BinaryIO
 
@@ -125,6 +126,9 @@ def _pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
             yield piece
 
 
-def _download(content: Iterator[str] | Iterator[bytes], media_type: str, name: str) -> StreamingResponse:
+def _download(content: Iterator[str | bytes], media_type: str, name: str) -> StreamingResponse:
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    return StreamingResponse(content, headers=headers, media_type=media_type)
+    # the head and the first points are read before the status is sent: damage among them is a problem document, and
+    # whatever is found later ends the connection, so that the file is known to be cut short
+    first = list(islice(content, 2))
+    return StreamingResponse(chain(first, content), headers=headers, media_type=media_type)
