@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import copy_matrix
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter
 from damperlab.worker.steady.coordinates import coordinates
@@ -85,7 +86,7 @@ def stable_orbit_nearby(state, look, spare, scene, probe, particle, notes):
         if particle is not None:
             if abs(notes.departure[i]) > _REACH * look.scale:
                 return nothing, False, halves
-    notes.jacobian[:] = notes.monodromy
+    copy_matrix(notes.monodromy, notes.jacobian)
     certain = _attracts_all(orbit, point, scene, probe, particle, notes)
     return Candidate(orbit, look.half, look.half, 1.0), certain, halves
 

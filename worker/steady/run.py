@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import unit_matrix
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene
@@ -103,10 +104,10 @@ def make_notes(max_cycles, energies):
         np.empty(cycles),
         Meter(np.zeros(METERS), energies),
         empty_transitions(_LOG_ROWS),
-        np.eye(SIZE),
+        unit_matrix(SIZE),
         np.zeros(SIZE),
         np.zeros(SIZE),
-        np.eye(SIZE),
+        unit_matrix(SIZE),
     )
 
 

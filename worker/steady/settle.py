@@ -158,6 +158,15 @@ def _shortest_period(state, found, probe, particle, scene, notes):
             begin_beside(probe, scene, shorter)
             there, complete = around(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, particle, end)
-            if complete and np.abs(end - start).max() <= known:
+            if complete and _is_near(end, start, known):
                 return shorter
     return lag
+
+
+@kernel
+def _is_near(point, other, known):
+    """Whether two section points differ by no more than what is known, in every coordinate."""
+    near = True
+    for i in range(SIZE):
+        near = near and abs(point[i] - other[i]) <= known
+    return near

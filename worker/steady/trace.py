@@ -101,10 +101,19 @@ def stretch_of(trace, first, last):
         after[_TOTALS + 5] - before[_TOTALS + 5],
         before[STORED],
         after[STORED],
-        trace[first + 1 : last + 1, HALF_SPEED].max(),
-        trace[first + 1 : last + 1, HALF_PEAK].max(),
-        trace[first + 1 : last + 1, HALF_RELATIVE_PEAK].max(),
+        _largest(trace, first, last, HALF_SPEED),
+        _largest(trace, first, last, HALF_PEAK),
+        _largest(trace, first, last, HALF_RELATIVE_PEAK),
     )
+
+
+@kernel
+def _largest(trace, first, last, column):
+    """The largest of a column over the half cycles of the rows first + 1 … last."""
+    largest = trace[first + 1, column]
+    for row in range(first + 2, last + 1):
+        largest = max(largest, trace[row, column])
+    return largest
 
 
 @kernel

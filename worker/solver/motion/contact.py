@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import reduced_mass
+from damperlab.worker.solver.arrays import unit_matrix
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, Base
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
@@ -217,7 +218,7 @@ def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between
     rows = np.zeros(4 * DIM * TERMS)
     slow_rows = np.zeros(4 * DIM * TERMS)
     if not between:
-        _fill_rows(rows, a, np.eye(DIM), DIM, base, wall, share, held)
+        _fill_rows(rows, a, unit_matrix(DIM), DIM, base, wall, share, held)
     reader = np.zeros((2, DIM))
     writer = np.zeros((DIM, 2))
     rates = np.zeros((2, 2))

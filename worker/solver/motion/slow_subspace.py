@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import copy_matrix, largest_modulus
 from damperlab.worker.solver.memory import Floats
 
 Array = NDArray[np.float64]
@@ -57,7 +58,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 p[i, j] = total
         if change == 0.0:
             break
-    converged = change <= _ROUNDING * np.abs(p).max()
+    converged = change <= _ROUNDING * largest_modulus(p)
     rates = np.zeros((fast, fast))
     for i in range(fast):
         for j in range(fast):
@@ -68,9 +69,10 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
     inverse = _inverse(rates)
     b = np.zeros((n, fast))
     for _ in range(_ITERATIONS):
-        right = a[:n, n:].copy()
+        right = np.zeros((n, fast))
         for i in range(n):
             for j in range(fast):
+                right[i, j] = a[i, n + j]
                 for k in range(n):
                     right[i, j] += g[i, k] * b[k, j]
         change = 0.0
@@ -83,7 +85,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 b[i, j] = total
         if change == 0.0:
             break
-    converged = converged and change <= _ROUNDING * np.abs(b).max()
+    converged = converged and change <= _ROUNDING * largest_modulus(b)
     # one fast coordinate stands in the second of two places, so that what follows knows one form
     whole = np.zeros((2, 2))
     whole_inverse = np.zeros((2, 2))
@@ -91,8 +93,8 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         whole[i, i] = rates[fast - 1, fast - 1]
         whole_inverse[i, i] = inverse[fast - 1, fast - 1]
     if fast == 2:
-        whole[:, :] = rates
-        whole_inverse[:, :] = inverse
+        copy_matrix(rates, whole)
+        copy_matrix(inverse, whole_inverse)
     return p, b, whole, whole_inverse, converged
 
 

@@ -1,0 +1,46 @@
+"""Whole arrays in kernels: as numpy has them, jitted and plain."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+from damperlab.worker.solver.arrays import copy_matrix, largest_modulus, unit_matrix
+from damperlab.worker.steady.eigenvalues import spectral_radius
+
+MATRICES = arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 4)), elements=st.floats())
+FORMS = ["jitted", "plain"]
+
+
+def form(function: object, which: str) -> object:
+    return getattr(function, "py_func", function) if which == "plain" else function
+
+
+@pytest.mark.parametrize("which", FORMS)
+@given(matrix=MATRICES)
+def test_a_copy_and_the_largest_modulus_are_numpys(which: str, matrix: NDArray[np.float64]) -> None:
+    copied = np.zeros(matrix.shape)
+    form(copy_matrix, which)(matrix, copied)  # type: ignore[operator]
+    np.testing.assert_array_equal(copied, matrix)
+    found = form(largest_modulus, which)(matrix)  # type: ignore[operator]
+    np.testing.assert_array_equal(found, np.abs(matrix).max())
+
+
+@pytest.mark.parametrize("which", FORMS)
+def test_a_unit_matrix(which: str) -> None:
+    np.testing.assert_array_equal(form(unit_matrix, which)(3), np.eye(3))  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("which", FORMS)
+@given(matrix=arrays(np.float64, (4, 4), elements=st.floats(-1e6, 1e6, allow_subnormal=False)))
+def test_the_spectral_radius_is_the_largest_eigenvalue_of_the_leading_block(
+    which: str, matrix: NDArray[np.float64]
+) -> None:
+    given_matrix = matrix.copy()
+    found = form(spectral_radius, which)(matrix, 3)  # type: ignore[operator]
+    np.testing.assert_array_equal(matrix, given_matrix)
+    # squaring goes wrong where eigenvalues are defective by the square root of rounding and more, as any method does
+    scale = np.abs(matrix[:3, :3]).max()
+    assert abs(found - np.abs(np.linalg.eigvals(matrix[:3, :3])).max()) <= 1e-4 * scale
