@@ -53,6 +53,7 @@ from damperlab.service.security.guard import Guard
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
+from damperlab.service.work.kept import Kept
 from damperlab.service.work.processes import Work
 from damperlab.service.work.questions import Apart
 from damperlab.studies.store.access_keys import AccessKeys
@@ -136,6 +137,7 @@ def create_app(settings: Settings) -> FastAPI:
         # A cube is compressed already.
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),
     )
+    app.add_middleware(Kept)
     app.add_middleware(Head)
     app.state.guard = Guard(settings)
     app.add_middleware(Gate, guard=app.state.guard)

@@ -74,8 +74,9 @@ StudyId = Annotated[str, Path(description="Id of a study, the first digits of it
 """What names a study in an address."""
 
 
-def _study(service: TheService, study_id: StudyId) -> Record:
-    return service.store.find(study_id)
+def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
+    known: Record | None = request.scope.get("study")  # looked up at the door
+    return known or service.store.find(study_id)
 
 
 def _exact_study(

@@ -1,15 +1,12 @@
-"""Questions to large cubes: computed where they can be ended and stop nobody, and kept while the study stays as it is."""
+"""Questions to large cubes: computed where they can be ended and stop nobody."""
 
 import asyncio
 import re
-from collections import OrderedDict
 from functools import lru_cache
 from typing import Any, cast
 
 from anyio import CapacityLimiter
-from anyio.to_thread import run_sync
 from fastapi import FastAPI
-from starlette.datastructures import QueryParams
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -18,23 +15,19 @@ from damperlab.service.problems import Problem, install, respond
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.work.processes import Work
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import Record
 
 QUESTION = re.compile(
     r"/api/v1/studies/([^/]+)/(?:resonance-map|frequency-response|optimal-designs|robust-designs|tmd-comparison|"
     r"work-precision|importance)"
 )
-KEPT = 256
-"""Most answers that are kept."""
-KEPT_BYTES = 1 << 20
-"""Largest of them."""
 _SENT_ON = ("accept", "x-request-id")
 
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
 
 
 class Apart:
-    """ASGI middleware: keeps answers, and has questions to cubes of many points answered by a process of `Work`.
+    """ASGI middleware: has questions to cubes of many points answered by a process of `Work`.
 
     Parameters
     ----------
@@ -47,67 +40,26 @@ class Apart:
     def __init__(self, app: ASGIApp, points: int) -> None:
         self.app = app
         self.points = points
-        self._kept: OrderedDict[tuple[object, ...], Answer] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
-        asked = QUESTION.fullmatch(scope["path"]) if scope["type"] == "http" else None
-        if asked is None or scope["method"] != "GET":
+        study: Record | None = scope.get("study")  # of a question, and nothing else
+        if study is None or study.points_total < self.points:
             await self.app(scope, receive, send)
             return
         service: Service = scope["app"].state.service
+        request = Request(scope, receive)
         try:
-            study = await run_sync(service.store.find, asked[1])
-        except StoreFault:
-            await self.app(scope, receive, send)  # which says what is wrong
+            answer = await self._ask(service.work, service.settings, request)
+        except Problem as problem:
+            await respond(request, problem)(scope, receive, send)
             return
-        # of several studies an answer holds only while all of them stay as they are
-        keeps = "with" not in QueryParams(scope["query_string"])
-        key = (study.id, study.created, study.revision, study.state, scope["path"], scope["query_string"])
-        answer = self._kept.get(key) if keeps else None
-        if answer is not None:
-            self._kept.move_to_end(key)
-        elif study.points_total < self.points:
-            await self.app(scope, receive, self._keeping(key, send) if keeps else send)
+        except ClientDisconnect:
             return
-        else:
-            request = Request(scope, receive)
-            try:
-                answer = await self._ask(service.work, service.settings, request)
-            except Problem as problem:
-                await respond(request, problem)(scope, receive, send)
-                return
-            except ClientDisconnect:
-                return
-            if keeps:
-                self._keep(key, answer)
         status, headers, body = answer
         response = Response(body, status)
         response.raw_headers = [*headers]
         await response(scope, receive, send)
-
-    def _keeping(self, key: tuple[object, ...], send: Send) -> Send:
-        """Send on what is answered, and keep it."""
-        start: Message = {}
-
-        async def send_and_keep(message: Message) -> None:
-            nonlocal start
-            if message["type"] == "http.response.start":
-                start = {**message, "headers": [*message["headers"]]}
-            elif not message.get("more_body", False):
-                self._keep(key, (start["status"], start["headers"], message.get("body", b"")))
-            else:
-                start = {"status": 0, "headers": []}
-            await send(message)
-
-        return send_and_keep
-
-    def _keep(self, key: tuple[object, ...], answer: Answer) -> None:
-        status, _, body = answer
-        if status == 200 and len(body) <= KEPT_BYTES:
-            self._kept[key] = answer
-            if len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
 
     @staticmethod
     async def _ask(work: Work, settings: Settings, request: Request) -> Answer:

@@ -1,0 +1,162 @@
+"""Answers to questions, kept while their study stays as it is: as they are sent, packed and with their tag."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from anyio.to_thread import run_sync
+from starlette.datastructures import Headers, QueryParams
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from damperlab.service.edge.conditional import has_seen
+from damperlab.service.state import Service
+from damperlab.service.work.questions import QUESTION
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import Record
+
+KEPT = 512
+"""Most answers that are kept."""
+KEPT_BYTES = 1 << 20
+"""Largest of them."""
+
+Found = TypeVar("Found")
+Key = tuple[object, ...]
+Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
+
+
+class Shared(Generic[Found]):
+    """Looks something up once for all who ask while the look before is under way.
+
+    Nobody is told what was seen before they asked: whoever comes during a look waits for the next one.
+
+    Parameters
+    ----------
+    look : callable
+        Called in a thread.
+    """
+
+    def __init__(self, look: Callable[[str], Found]) -> None:
+        self._look = look
+        self._next: dict[str, asyncio.Task[Found]] = {}
+        self._under_way: dict[str, asyncio.Task[Found]] = {}
+
+    async def ask(self, what: str) -> Found:
+        """Give what is found; raise what `look` raises."""
+        task = self._next.get(what)
+        if task is None:
+            task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
+            task.add_done_callback(
+                lambda done: done.cancelled() or done.exception()
+            )  # whoever asked may be gone
+        return await asyncio.shield(task)
+
+    async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:
+        if before is not None:
+            await asyncio.wait([before])
+        self._under_way[what] = self._next.pop(what)
+        mine = self._under_way[what]
+        try:
+            return await run_sync(self._look, what)
+        finally:
+            if self._under_way.get(what) is mine:
+                del self._under_way[what]
+
+
+class Kept:
+    """ASGI middleware: answers a question again as long as its study has not changed, and computes no answer twice at a time.
+
+    The study that a question is about is left in the scope.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Answers, packs and tags.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+        self._studies: Shared[Record] | None = None
+        self._kept: OrderedDict[Key, Answer] = OrderedDict()
+        self._under_way: dict[Key, asyncio.Event] = {}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        asked = QUESTION.fullmatch(scope["path"]) if scope["type"] == "http" else None
+        if asked is None or scope["method"] != "GET":
+            await self.app(scope, receive, send)
+            return
+        if self._studies is None:
+            service: Service = scope["app"].state.service
+            self._studies = Shared(service.store.find)
+        try:
+            study = await self._studies.ask(asked[1])
+        except StoreFault:
+            await self.app(scope, receive, send)  # which says what is wrong
+            return
+        scope["study"] = study
+        query = scope["query_string"]
+        if "with" in QueryParams(query):
+            # of several studies an answer holds only while all of them stay as they are
+            await self.app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        packed = "gzip" in headers.get("accept-encoding", "")
+        key = (study.id, study.created, study.revision, study.state, scope["path"], query, packed)
+        under_way = self._under_way.get(key)
+        if under_way is not None and key not in self._kept:
+            await under_way.wait()
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            await _send(self._kept[key], headers, scope, receive, send)
+        elif key in self._under_way:
+            await self.app(scope, receive, send)  # another computes it, and it will not be kept either
+        else:
+            await self._compute(key, scope, receive, send)
+
+    async def _compute(self, key: Key, scope: Scope, receive: Receive, send: Send) -> None:
+        self._under_way[key] = asyncio.Event()
+        unconditional = [(name, value) for name, value in scope["headers"] if name != b"if-none-match"]
+        start: Message | None = None
+
+        async def send_and_keep(message: Message) -> None:
+            nonlocal start
+            if message["type"] == "http.response.start" and message["status"] == 200:
+                start = message
+                return
+            if start is None or message.get("more_body", False):
+                if start is not None:
+                    await send(start)
+                    start = None
+                await send(message)
+                return
+            answer = start["status"], [*start["headers"]], bytes(message.get("body", b""))
+            if len(answer[2]) <= KEPT_BYTES:
+                self._kept[key] = answer
+                if len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
+            self._done(key)
+            await _send(answer, Headers(scope=scope), scope, receive, send)
+
+        try:
+            await self.app({**scope, "headers": unconditional}, receive, send_and_keep)
+        finally:
+            self._done(key)
+
+    def _done(self, key: Key) -> None:
+        under_way = self._under_way.pop(key, None)
+        if under_way is not None:
+            under_way.set()
+
+
+async def _send(answer: Answer, headers: Headers, scope: Scope, receive: Receive, send: Send) -> None:
+    status, raw_headers, body = answer
+    response = Response(body, status)
+    response.raw_headers = [*raw_headers]
+    tag = response.headers.get("etag")
+    if tag is not None and has_seen(headers, tag):
+        response = Response(status_code=304)
+        left = (b"content-length", b"content-type", b"content-encoding")
+        response.raw_headers = [(name, value) for name, value in raw_headers if name.lower() not in left]
+    await response(scope, receive, send)
