@@ -1,0 +1,129 @@
+"""What many ask at a time is looked up and computed once, and nobody is told what was seen before they asked."""
+
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import anyio
+import httpx
+import pytest
+from anyio.to_thread import run_sync
+
+from damperlab.service.work.kept import Kept, Shared
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import StudyNotFound
+
+URL = "/api/v1/studies/one/resonance-map"
+
+
+def test_whoever_comes_during_a_look_is_told_of_the_next() -> None:
+    looks: list[str] = []
+    began, go = threading.Event(), threading.Event()
+
+    def look(what: str) -> int:
+        looks.append(what)
+        began.set()
+        go.wait(60)
+        return len(looks)
+
+    async def main() -> list[int]:
+        shared = Shared(look)
+        found = [0] * 11
+
+        async def ask(place: int) -> None:
+            found[place] = await shared.ask("a study")
+
+        async with anyio.create_task_group() as group:
+            group.start_soon(ask, 0)
+            await run_sync(began.wait, 60)
+            for place in range(1, 11):
+                group.start_soon(ask, place)
+            await anyio.wait_all_tasks_blocked()
+            go.set()
+        return found
+
+    assert anyio.run(main) == [1] + [2] * 10
+    assert looks == ["a study"] * 2
+
+
+def test_what_is_not_found_is_told_to_all_and_forgotten() -> None:
+    async def main() -> None:
+        shared = Shared({"here": 1}.__getitem__)
+        for _ in range(2):
+            with pytest.raises(KeyError):
+                await shared.ask("gone")
+            assert await shared.ask("here") == 1
+
+    anyio.run(main)
+
+
+class _Service:
+    """An application that answers slowly, and whose study changes when told."""
+
+    def __init__(self, status: int) -> None:
+        self.status, self.revision, self.computed = status, 1, 0
+        self.state = SimpleNamespace(service=SimpleNamespace(store=self))
+
+    def find(self, name: str) -> Any:
+        if name != "one":
+            raise StudyNotFound(Fault("study", name, "one that is there", "name another"))
+        return SimpleNamespace(id=name, created=0, revision=self.revision, state="running")
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        self.computed += 1
+        await anyio.sleep(0.05)
+        body = b"%d of %d" % (self.computed, self.revision)
+        headers = [(b"content-length", b"%d" % len(body)), (b"etag", b'W/"%s"' % body)]
+        await send({"type": "http.response.start", "status": self.status, "headers": headers})
+        await send({"type": "http.response.body", "body": body})
+
+
+def _ask(status: int, steps: Any) -> None:
+    service = _Service(status)
+    kept = Kept(service)
+
+    async def application(scope: Any, receive: Any, send: Any) -> None:
+        await kept({**scope, "app": service}, receive, send)
+
+    async def main() -> None:
+        transport = httpx.ASGITransport(app=application)
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+            await steps(service, client)
+
+    anyio.run(main)
+
+
+async def _together(client: httpx.AsyncClient, many: int) -> list[httpx.Response]:
+    answers: list[httpx.Response] = []
+
+    async def one() -> None:
+        answers.append(await client.get(URL))
+
+    async with anyio.create_task_group() as group:
+        for _ in range(many):
+            group.start_soon(one)
+    return answers
+
+
+def test_one_answer_serves_all_until_the_study_changes() -> None:
+    async def steps(service: _Service, client: httpx.AsyncClient) -> None:
+        answers = await _together(client, 30)
+        assert {(each.status_code, each.content) for each in answers} == {(200, b"1 of 1")}
+        tag = answers[0].headers["etag"]
+        same = await client.get(URL, headers={"if-none-match": tag})
+        assert (same.status_code, same.content, same.headers["etag"]) == (304, b"", tag)
+        service.revision = 2
+        assert (await client.get(URL, headers={"if-none-match": tag})).content == b"2 of 2"
+        assert service.computed == 2
+
+    _ask(200, steps)
+
+
+def test_refusals_are_not_kept() -> None:
+    async def steps(service: _Service, client: httpx.AsyncClient) -> None:
+        answers = await _together(client, 5)
+        assert [each.status_code for each in answers] == [409] * 5
+        assert service.computed == 5
+        assert (await client.get(URL.replace("one", "other"))).content == b"6 of 1"
+
+    _ask(409, steps)
