@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
+LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
 .PHONY: help install install-dev install-bench demo warm test lint docs docs-figures bench fuzz contract faults kernels dist lock audit clean
@@ -24,7 +25,7 @@ $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
 install-dev: $(VENV)/.installed-dev node_modules/.installed
 
 node_modules/.installed: package-lock.json
-	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund || echo "npm could not install the checker of the page" >&2; else echo "no npm here: the page's JavaScript is not checked" >&2; fi
+	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund && mkdir -p $(LIBRARY) && cp node_modules/plotly.js-cartesian-dist-min/*.min.js $(LIBRARY) || echo "npm could not install what the page needs" >&2; else echo "no npm here: the page's JavaScript is not checked, and it loads the whole plotting library" >&2; fi
 	@mkdir -p $(@D) && touch $@
 
 $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
@@ -85,7 +86,7 @@ faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many
 kernels: install ## the kernels of every scene, compiled into the package, so that a wheel answers at once
 	$(BIN)/python -m damperlab.worker.shipping
 
-dist: kernels ## the wheel and the source archive, with kernels, in dist/
+dist: kernels node_modules/.installed ## the wheel and the source archive, with kernels, in dist/
 	rm -rf build dist
 	$(BIN)/python -c "from setuptools import build_meta as b; b.build_sdist('dist'); b.build_wheel('dist')" >/dev/null
 
@@ -104,4 +105,4 @@ audit: ## known vulnerabilities of what the lock files name (needs pip-audit and
 	pip-audit --disable-pip --require-hashes -r requirements-dev.lock
 
 clean: ## what the commands above made, and nothing else
-	rm -rf $(VENV) $(DEMO) site build dist worker/kernels node_modules *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(DEMO) site build dist worker/kernels node_modules $(LIBRARY) *.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

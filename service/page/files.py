@@ -10,6 +10,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 PLOTLY = "plotly.min.js"
+SMALL = "plotly-cartesian.min.js"
+"""Plotly's bundle of cartesian figures, a third of the whole: `make install-dev` and `make dist` put it into the package."""
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -47,7 +49,7 @@ class PageFile:
 @cache
 def page_version() -> str:
     """Digest of every file of the page: the part of their addresses that changes when one of them does."""
-    digest = sha256(version("plotly").encode())
+    digest = sha256(version("plotly").encode() + b"\0" + plotly_path().name.encode())
     for name in page_names():
         digest.update(name.encode() + b"\0" + _read(name))
     return digest.hexdigest()[:12]
@@ -64,7 +66,7 @@ def page_names() -> tuple[str, ...]:
 def page_file(name: str) -> PageFile | None:
     """Give a file of the page by its name; None where there is none."""
     if name == PLOTLY:
-        return PageFile.of(_plotly_path().read_bytes(), ".js")
+        return PageFile.of(plotly_path().read_bytes(), ".js")
     if name not in page_names():
         return None
     return PageFile.of(_read(name), Path(name).suffix)
@@ -85,7 +87,11 @@ def _read(name: str) -> bytes:
     return (files("damperlab.service") / "page" / name).read_bytes()
 
 
-def _plotly_path() -> Path:
+def plotly_path() -> Path:
+    """Give the plotting library: the small bundle where the package has it, else the whole of plotly's wheel."""
+    small = Path(str(files("damperlab.service") / "page" / "library" / SMALL))
+    if small.is_file():
+        return small
     # Found, not imported: the package takes seconds to import, and only one of its files is wanted.
     spec = find_spec("plotly")
     assert spec is not None
