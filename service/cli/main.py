@@ -17,6 +17,7 @@ from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
 from damperlab.service.cli.queries import map_, optimum, response
+from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
 from damperlab.service.cli.searches import race, refine
@@ -76,6 +77,7 @@ for name, command, panel in (
     ("robust", robust, "Ask"),
     ("importance", importance, "Ask"),
     ("precision", precision, "Ask"),
+    ("report", write_report, "Ask"),
     ("export", export, "Ask"),
     ("studies", studies, "Keep"),
     ("show", show, "Keep"),

@@ -49,7 +49,9 @@ def draw_comparison(answer: xr.Dataset) -> Figure:
         scale(axes, "x", r.values)
         axes.grid(color="#dddddd", lw=0.5)
         axes.set_axisbelow(True)
-        axes.set(xlabel=title_of(r), ylabel="Amplitude ratio $X/Z$", title=fixed_title(answer))
+        units = answer["hybrid"].attrs.get("units", "1")
+        amplitude = "Amplitude ratio $X/Z$" if units == "1" else f"Amplitude $X$ [{units}]"
+        axes.set(xlabel=title_of(r), ylabel=amplitude, title=fixed_title(answer))
         axes.margins(x=0.01)
         axes.legend()
     return figure

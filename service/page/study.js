@@ -184,6 +184,8 @@ function dataTab(session, place) {
         el("h2", {}, "Download the data"),
         el("ul", {}, formats.map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
         el("p", { class: "quiet" }, "Points that are not computed yet have status −1. Other programs read the cube where it is, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
+        el("h2", {}, "Report"),
+        el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
         el("h2", {}, "The study"),
         facts(record),
       ),

@@ -19,7 +19,7 @@ from damperlab.studies.store.record import Record
 
 QUESTION = re.compile(
     r"/api/v1/studies/([^/]+)/(?:resonance-map|frequency-response|optimal-designs|robust-designs|tmd-comparison|"
-    r"work-precision|importance)"
+    r"work-precision|importance|report)"
 )
 _SENT_ON = ("accept", "x-request-id")
 
@@ -79,11 +79,11 @@ def answer(settings: Settings, asked: dict[str, Any]) -> Answer:
 
 @lru_cache(maxsize=1)
 def _application(settings: Settings) -> FastAPI:
-    from damperlab.service.routes import queries, refine, studies, tmd
+    from damperlab.service.routes import queries, refine, report, studies, tmd
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     install(app)
-    for route in (queries, tmd, refine, studies):
+    for route in (queries, tmd, report, refine, studies):
         app.include_router(route.router)
     nothing = cast(Any, None)  # no question runs a study, compiles, or computes points
     store = settings.open_store(wait_seconds=settings.catalogue_wait_seconds)

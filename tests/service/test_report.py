@@ -1,0 +1,110 @@
+"""The report: one document that loads nothing, whose numbers are the cube's."""
+
+import io
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import xarray as xr
+from tests.service.cli.commands import run
+
+MASS, HERTZ, BASE = 2.0, 4.0, 0.003
+STUDY: dict[str, Any] = {
+    "name": "<b>pad</b> & floor",
+    "particle": False,
+    "damping_ratio": 0.02,
+    "physical": {
+        "mass_kg": MASS,
+        "natural_frequency_hz": HERTZ,
+        "base_amplitude_m": BASE,
+        "friction_force_n": [0.4, 0.8, 1.2],
+        "excitation_frequency_hz": {"start": 3.2, "stop": 4.8, "num": 5},
+    },
+    "steady": {"max_cycles": 100},
+}
+
+
+class Tables(HTMLParser):
+    """Cells of every table, and what the document refers to."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tables: list[list[list[str]]] = []
+        self.addresses: list[str] = []
+        self.tags: set[str] = set()
+        self.cell = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+            self.cell = True
+
+    def handle_endtag(self, tag: str) -> None:
+        self.cell = self.cell and tag not in ("td", "th")
+
+    def handle_data(self, data: str) -> None:
+        if self.cell:
+            self.tables[-1][-1][-1] += data
+
+
+@pytest.fixture(scope="module")
+def written(service: Any, helpers: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, xr.Dataset]:
+    """What the command writes of a study, and the study's cube."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    with httpx.Client(base_url=service.url, timeout=300.0) as client:
+        record = client.post("/api/v1/studies", json=STUDY).raise_for_status().json()
+        helpers.wait_for(client, record["id"], helpers.ended)
+        exported = client.get(f"/api/v1/studies/{record['id']}/export").raise_for_status().content
+    run("report", record["id"], "--data-dir", service.log.parent / "data", "-o", path)
+    return path.read_text(), xr.load_dataset(io.BytesIO(exported), engine="h5netcdf")
+
+
+def test_designs_are_the_cubes_in_the_units_of_the_study(written: tuple[str, xr.Dataset]) -> None:
+    text, cube = written
+    worst = cube["amplitude_ratio"].squeeze().max("frequency_ratio").values
+    order = np.argsort(worst, kind="stable")
+    head, *rows = Tables(text).tables[0]
+    assert head[1] == "amplitude [m]"
+    assert head[3] == "friction force [N]"
+    assert len(rows) == 3
+    for row, place in zip(rows, order, strict=True):
+        assert float(row[1]) == pytest.approx(worst[place] * BASE, rel=1e-5)
+        assert float(row[3]) == pytest.approx([0.4, 0.8, 1.2][place], rel=1e-5)
+    assert "Optimum: largest amplitude in the band" in text
+    assert f"{worst.min() * BASE * 1e3:.6g}" in text
+
+
+def test_it_loads_nothing_and_text_stays_text(written: tuple[str, xr.Dataset]) -> None:
+    text, _ = written
+    found = Tables(text)
+    assert "<h1>&lt;b&gt;pad&lt;/b&gt; &amp; floor</h1>" in text
+    assert not found.tags & {"script", "link", "iframe", "object", "b"}
+    assert len(found.addresses) >= 3
+    assert all(address.startswith("data:image/svg+xml;base64,") for address in found.addresses)
+    assert not re.search(r"url\(|@import", text.split("</style>")[0])
+    versions = dict(found.tables[-1][1:])
+    assert versions["solver_version"]
+    assert not {"host", "user"} & versions.keys()
+
+
+def test_over_http_it_is_the_same_kind_of_page_for_either_kind_of_study(
+    client: httpx.Client, curve: dict[str, Any], suite: dict[str, Any]
+) -> None:
+    for study in (curve, suite):
+        answer = client.get(f"/api/v1/studies/{study['id']}/report")
+        assert answer.status_code == 200
+        assert answer.headers["content-type"] == "text/html; charset=utf-8"
+        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+    dampers = Tables(answer.text).tables[0]
+    best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
+    assert float(dampers[1][1]) == pytest.approx(best["value"], rel=1e-5)
