@@ -67,7 +67,7 @@ def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
         process = subprocess.Popen(command, env=variables, stdout=out, stderr=subprocess.STDOUT)
     give_up = time.monotonic() + START_SECONDS
     while time.monotonic() < give_up:
-        found = re.search(r"running on (http://\S+)", log.read_text())
+        found = re.search(r"running on (https?://\S+)", log.read_text())
         if found:
             return Running(process, found.group(1), log)
         if process.poll() is not None:
