@@ -69,8 +69,9 @@ $(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
 bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels
 	$(BIN)/python -m tests.benchmarks
 
-fuzz: install-bench ## any request that the OpenAPI document allows or forbids, all of schemathesis' checks (CASES for each operation)
+fuzz: install-bench ## requests that the OpenAPI document allows or forbids (CASES for each operation), and 20,000 malformed ones over raw sockets
 	$(BIN)/python -m tests.fuzz --cases $(or $(CASES),100)
+	$(BIN)/python -m tests.fuzz.raw
 
 contract: install-dev ## the copy of /openapi.json that clients rely on, renewed; what breaks them is refused
 	$(BIN)/python -m tests.service.contract
