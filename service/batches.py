@@ -6,7 +6,7 @@ from damperlab.service.answers import estimate_document
 from damperlab.service.documents import Document
 from damperlab.service.state import Service
 from damperlab.studies.definition import parse_study
-from damperlab.studies.faults import Fault, StudyFaults, join
+from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
@@ -67,13 +67,27 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
     if not 1 <= len(documents) <= MOST_STUDIES:
         advice = "send one study without brackets, or several lists"
         raise StudyFaults(
-            [Fault("study", f"a list of {len(documents)}", f"1 to {MOST_STUDIES} studies", advice)]
+            [
+                Fault(
+                    "study",
+                    f"a list of {len(documents)}",
+                    f"1 to {MOST_STUDIES} studies",
+                    advice,
+                    f"A list may hold 1 to {MOST_STUDIES} studies; this one holds {len(documents)}.",
+                )
+            ]
         )
     faults = []
     if key is not None:
         advice = "leave it out: the same definition is the same study, however often it is sent"
         faults.append(
-            Fault("Idempotency-Key", "a key for a list of studies", "one for a single study", advice)
+            Fault(
+                "Idempotency-Key",
+                "a key for a list of studies",
+                "one for a single study",
+                advice,
+                "`Idempotency-Key` applies to a single study, not to a list.",
+            )
         )
     studies: list[AnyStudy] = []
     values = 0
@@ -83,12 +97,19 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
             values += sum(studies[-1].shape)
             if values > MOST_VALUES:
                 found, allowed = f"axes of {values:,} values up to here", f"{MOST_VALUES:,} in one list"
-                raise StudyFaults([Fault("axes", found, allowed, "send studies with long axes alone")])
+                raise StudyFaults(
+                    [
+                        Fault(
+                            "axes",
+                            found,
+                            allowed,
+                            "send studies with long axes alone",
+                            f"The axes up to here have {values:,} values; those of one list may have at most {MOST_VALUES:,}.",
+                        )
+                    ]
+                )
         except StudyFaults as error:
-            faults += [
-                Fault(join(f"[{place}]", fault.field), fault.found, fault.allowed, fault.advice)
-                for fault in error.faults
-            ]
+            faults += [fault.under(f"[{place}]") for fault in error.faults]
         if values > MOST_VALUES:
             break
     if faults:

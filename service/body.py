@@ -4,7 +4,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
 from damperlab.service.problems import Problem
-from damperlab.studies.faults import Fault, printable
+from damperlab.studies.faults import NOTHING, Fault, listing, printable
 
 
 class ComputeQuery(BaseModel):
@@ -46,15 +46,24 @@ def media_type(request: Request, allowed: tuple[str, ...]) -> str:
     if found not in allowed:
         advice = f"name the format of the body, as in `Content-Type: {allowed[0]}`"
         faults.append(
-            Fault("Content-Type", printable(found) if found else "nothing", ", ".join(allowed), advice)
+            Fault(
+                "Content-Type", printable(found) if found else NOTHING, f"one of {listing(allowed)}", advice
+            )
         )
     if charset.replace("_", "-") not in ("utf-8", "utf8", "us-ascii"):
         faults.append(
-            Fault("Content-Type", f"charset={printable(charset)}", "utf-8", "send the text in UTF-8")
+            Fault(
+                "Content-Type",
+                f"charset={printable(charset)}",
+                "in the charset utf-8",
+                "send the text in UTF-8",
+            )
         )
     if encoding not in ("identity", ""):
         faults.append(
-            Fault("Content-Encoding", printable(encoding), "identity", "send the body uncompressed")
+            Fault(
+                "Content-Encoding", printable(encoding), "identity or left out", "send the body uncompressed"
+            )
         )
     if faults:
         raise Problem(
@@ -92,6 +101,10 @@ async def read_body(request: Request, limit: int) -> bytes:
 
 def _too_large(found: str, limit: int) -> Problem:
     fault = Fault(
-        "body", found, f"at most {limit} bytes", "give axes as {start, stop, num} in place of long lists"
+        "body",
+        found,
+        f"at most {limit:,} bytes",
+        "give axes as {start, stop, num} in place of long lists",
+        f"The body may have at most {limit:,} bytes.",
     )
     return Problem(413, "body-too-large", "The body is larger than the service reads.", (fault,))

@@ -36,7 +36,17 @@ def answer_comparison(asked: Earthquake) -> dict[str, Any]:
     if windows * runs > MOST_WINDOWS:
         found = f"{runs} runs of about {windows:,.0f} steps"
         advice = "ask for fewer `starts` or `cases`, a shorter tail, or a slower structure"
-        raise StudyFaults([Fault("starts", found, f"at most {MOST_WINDOWS:,} steps in all", advice)])
+        raise StudyFaults(
+            [
+                Fault(
+                    "starts",
+                    found,
+                    f"at most {MOST_WINDOWS:,} steps in all",
+                    advice,
+                    f"The comparison takes {found}; at most {MOST_WINDOWS:,} steps in all are allowed.",
+                )
+            ]
+        )
     answer = compare(asked)
     paper = {case: {"peak_m": peak, "rms_m": rms} for case, (peak, rms) in TABLE_A1.items()}
     return {**answer, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}

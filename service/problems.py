@@ -13,7 +13,18 @@ from starlette.responses import Response
 
 from damperlab.service.documents import Document
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, path, printable
+from damperlab.studies.faults import (
+    NOTHING,
+    PARTS,
+    Fault,
+    StudyFaults,
+    describe,
+    listing,
+    nearest,
+    path,
+    printable,
+    sentence,
+)
 from damperlab.studies.ground.shelf import RecordKept, RecordNotFound, ShelfFull
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
@@ -46,8 +57,8 @@ PROBLEM_SCHEMA: dict[str, Any] = {
             "type": "array",
             "items": {
                 "type": "object",
-                "required": ["field", "found", "allowed", "advice"],
-                "properties": {name: {"type": "string"} for name in ("field", "found", "allowed", "advice")},
+                "required": list(PARTS),
+                "properties": {name: {"type": "string"} for name in PARTS},
             },
         },
     },
@@ -121,15 +132,18 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
 def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
     place = entry["loc"][1:] if entry["loc"][:1] in (("query",), ("path",), ("header",)) else entry["loc"]
     field = path(place) or "body"
-    message = str(entry["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+    message = str(entry["msg"]).removeprefix("Value error, ")
+    bound = message.removeprefix("Input should be ")
     match entry["type"]:
         case "extra_forbidden":
             meant = nearest(str(place[-1]), known)
-            advice = f"write {meant}" if meant else "leave it out"
-            return Fault(field, "an unknown name", listing(known) or "no names at all", advice)
+            advice = f"did you mean {meant}?" if meant else "leave it out"
+            told = f"{{field}} is not a parameter of this question{f'; its parameters are {listing(known)}' if known else ''}."
+            return Fault(field, "an unknown name", listing(known) or "no names at all", advice, told)
         case "missing":
-            return Fault(field, "nothing", "a value", "add it")
-    return Fault(field, describe(entry["input"]), message, "correct the value")
+            return Fault(field, NOTHING, "a value", "add it", "{field} is missing.")
+    told = "" if bound != message else f"{{field}} is {describe(entry['input'])}. {sentence(message)}"
+    return Fault(field, describe(entry["input"]), bound, "correct the value", told)
 
 
 def respond(request: Request, problem: Problem) -> Response:
@@ -144,10 +158,7 @@ def respond(request: Request, problem: Problem) -> Response:
         "request_id": request.scope.get("request_id"),
     }
     if problem.faults:
-        document["errors"] = [
-            {"field": fault.field, "found": fault.found, "allowed": fault.allowed, "advice": fault.advice}
-            for fault in problem.faults
-        ]
+        document["errors"] = [fault.document() for fault in problem.faults]
     return Document(document, problem.status, problem.headers, MEDIA_TYPE)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
@@ -107,14 +107,20 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
                 ratios[name] = _caught(faults, RATIOS[name].read, given[name], name, 1.0)
         elif name in document:
             faults.append(
-                Fault(name, describe(document[name]), "nothing in a scene without a particle", "leave it out")
+                Fault(
+                    name,
+                    describe(document[name]),
+                    "nothing in a scene without a particle",
+                    "leave it out",
+                    "{field} does not apply to a scene without a particle.",
+                )
             )
     slowness = max(1.0, 1.0 / ratios.get("frequency_ratio", 1.0))
     most = max(1, int(cycles_limit / slowness))
     longest = max(1, int(HISTORY_PERIODS / slowness))
     method = document.get("method", Simulated.method)
     if method not in ("event", "rk4"):
-        faults.append(Fault("method", describe(method), "event, rk4", "choose one of these"))
+        faults.append(Fault("method", describe(method), "event or rk4", "choose one of the two"))
     contact: Contact | None = None
     if "contact" in document:
         try:
@@ -122,7 +128,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         except StudyFaults as caught:
             faults.extend(caught.faults)
         if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
-            allowed = "contact instant with method rk4"
+            allowed = "instant with method rk4"
             faults.append(Fault("contact", contact.model, allowed, "write method event"))
     if isinstance(contact, CompliantContact) and has_particle:
         fault = compliant_fault(ratios["restitution"], "restitution")
@@ -131,13 +137,25 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     if cycles is not None:
         cycles = _caught(faults, lambda raw, field: read_count(raw, 1, most, field), cycles, "cycles", 1)
     elif method == "rk4":
-        faults.append(Fault("cycles", "nothing", "a number of cycles with method rk4", "add it"))
+        faults.append(
+            Fault(
+                "cycles",
+                NOTHING,
+                "a number of cycles with method rk4",
+                "add it",
+                "{field} is missing: method rk4 runs for a given number of cycles.",
+            )
+        )
     starts = _caught(faults, _read_count, document.get("starts", Simulated.starts), "starts", 0)
     if starts and (cycles is not None or method == "rk4"):
         advice = "leave out `starts`, or `cycles` and `method`"
         faults.append(
             Fault(
-                "starts", describe(starts), "`starts` only for steady responses of the event solver", advice
+                "starts",
+                describe(starts),
+                "`starts` only for steady responses of the event solver",
+                advice,
+                "`starts` applies to steady responses of the event solver alone, not with `cycles` or method rk4.",
             )
         )
     seed = _caught(faults, _read_count, document.get("seed", Simulated.seed), "seed", 0)

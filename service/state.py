@@ -15,7 +15,7 @@ from damperlab.service.readiness import Readiness
 from damperlab.service.security.caller import TheCaller, require_own
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -88,7 +88,8 @@ def _exact_study(
     if record.id != study_id:
         # The start of an id or a name is enough to look, but a slip of the pen must not delete a study.
         advice = f"write {record.id} if you mean {record.name}"
-        raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice))
+        told = f"A study is changed by its complete id alone, and {printable(study_id)} is not one."
+        raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice, told))
     require_own(caller, record)
     return record
 

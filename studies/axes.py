@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -117,13 +118,13 @@ def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
         if isinstance(raw, int | float) and not isinstance(raw, bool):
             raise
         allowed = f"{quantity.allowed}, a list of such numbers, or {{start, stop, num, spacing}}"
-        raise StudyFaults([Fault(f.field, f.found, allowed, f.advice) for f in error.faults]) from None
+        raise StudyFaults([replace(fault, allowed=allowed) for fault in error.faults]) from None
 
 
 def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str) -> tuple[float, ...]:
     if not raw:
         advice = "give at least one value, or leave the axis out to get its default"
-        raise StudyFaults([Fault(field, "an empty list", "at least one value", advice)])
+        raise StudyFaults([Fault(field, "an empty list", "a list of at least one value", advice)])
     if len(raw) > MAX_AXIS_VALUES:
         raise StudyFaults([_too_many(field, len(raw))])
     faults: list[Fault] = []
@@ -132,7 +133,13 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
         if len(faults) == MAX_FAULTS_PER_AXIS:
             rest = f"{counted(len(raw) - index, 'more value')} that may be faulty too"
             faults.append(
-                Fault(field, rest, "valid values only", "fix the ones listed first, then submit again")
+                Fault(
+                    field,
+                    rest,
+                    "valid values only",
+                    "correct the ones listed first, then submit again",
+                    f"{{field}} has {counted(len(raw) - index, 'more value')} that have not been checked yet.",
+                )
             )
             break
         try:
@@ -142,7 +149,8 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
             continue
         if value in first:
             found = f"{describe(item)}, the value of entry {first[value]} again"
-            faults.append(Fault(f"{field}[{index}]", found, "each value once", "remove the duplicate"))
+            told = f"{{field}} repeats the value of entry {first[value]}, {describe(item)}."
+            faults.append(Fault(f"{field}[{index}]", found, "each value once", "remove the duplicate", told))
         else:
             first[value] = index
     if faults:
@@ -225,16 +233,17 @@ def _order_faults(numbers: dict[str, float], field: str) -> list[Fault]:
     if num == 1 and start != stop:
         found = f"1, with start {start:g} and stop {stop:g}"
         advice = "ask for more values, or write the one value as a plain number"
-        return [Fault(join(field, "num"), found, "at least 2 between two different ends", advice)]
+        return [Fault(join(field, "num"), found, "at least 2 where start and stop differ", advice)]
     if num > 1 and not start < stop:
         advice = "exchange start and stop, or write a single value as a plain number"
-        return [Fault(join(field, "stop"), f"{stop:g}", f"a number above start, which is {start:g}", advice)]
+        return [Fault(join(field, "stop"), f"{stop:g}", f"greater than start ({start:g})", advice)]
     return []
 
 
 def _too_many(field: str, count: int) -> Fault:
     allowed = f"at most {MAX_AXIS_VALUES:,} values on one axis"
-    return Fault(field, counted(count, "value"), allowed, "use fewer values")
+    told = f"{{field}} has {counted(count, 'value')}; an axis may have at most {MAX_AXIS_VALUES:,}."
+    return Fault(field, counted(count, "value"), allowed, "use fewer values", told)
 
 
 def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, Any]:

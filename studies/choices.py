@@ -147,7 +147,7 @@ def _choice(key: str, tags: tuple[str, ...], plain: bool = False) -> tuple[Discr
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"
-            raise StudyFaults([Fault("", describe(raw), allowed, f"write {allowed}")])
+            raise StudyFaults([Fault("", describe(raw), allowed, "write it in that form")])
         chosen = name(raw)
         if isinstance(raw, str) and chosen in tags[1:]:
             allowed = f"{tags[0]}, or a mapping such as {{{key}: {chosen}}}"

@@ -25,7 +25,7 @@ def compliant_fault(restitution: float, field: str) -> Fault | None:
     """Find what is wrong with the smallest e asked of compliant walls: 0 would take endless damping."""
     if restitution >= LEAST_COMPLIANT:
         return None
-    allowed = f"from {LEAST_COMPLIANT:g} to 1 with contact compliant"
+    allowed = f"a number from {LEAST_COMPLIANT:g} to 1 with compliant contact"
     return Fault(
         field,
         f"{restitution:g}",
@@ -78,7 +78,8 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     points = math.prod(sizes)
     if points > MAX_POINTS:
         found, allowed = counted(points, "design point"), f"at most {MAX_POINTS:,} design points"
-        faults.append(Fault("axes", found, allowed, "use fewer values, or split the study"))
+        told = f"The study has {found}; at most {MAX_POINTS:,} are allowed."
+        faults.append(Fault("axes", found, allowed, "use fewer values, or split the study", told))
     return faults
 
 
@@ -93,7 +94,8 @@ def _not_given_by_start(document: Mapping[str, Any]) -> Iterator[Fault]:
         needed = VARIABLES[name].start if isinstance(name, str) and name in VARIABLES else ""
         if needed and start != needed:
             allowed = f"{name} only with `start: {{kind: {needed}}}`"
-            yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or start with an {needed}")
+            told = f"{{field}} is {name}, which needs `start: {{kind: {needed}}}`."
+            yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or start with an {needed}", told)
 
 
 def _is_stepped(document: Mapping[str, Any]) -> bool:
@@ -107,16 +109,19 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
         return
     contact = document.get("contact")
     if isinstance(contact, dict) and contact.get("model", "instant") != "instant":
-        found = f"{contact.get('model')} with solver rk4"
+        found = f"{contact.get('model')}"
         yield Fault("contact.model", found, "instant with solver rk4", "write instant, or use solver event")
     start = _start_of(document)
     if start != "rest":
-        yield Fault("start", f"{start} with solver rk4", "rest with solver rk4", "leave `start` out")
+        yield Fault("start", f"{start}", "rest with solver rk4", "leave `start` out")
     metrics = document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         if isinstance(name, str) and name in VARIABLES and name not in STEPPED:
             allowed = f"with solver rk4 one of {', '.join(STEPPED)}"
-            yield Fault(f"metrics[{index}]", name, allowed, "remove it, or use solver event")
+            told = (
+                f"{{field}} is {name}, which solver rk4 does not compute; it computes {', '.join(STEPPED)}."
+            )
+            yield Fault(f"metrics[{index}]", name, allowed, "remove it, or use solver event", told)
 
 
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:
@@ -126,7 +131,8 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
             found = f"{derivation.ratio} given a second time, beside {ratio}"
             allowed = "each ratio once, as a ratio or by physical quantities"
             advice = f"remove `{derivation.source}` or `{ratio}`"
-            yield Fault(f"physical.{derivation.source}", found, allowed, advice)
+            told = f"{derivation.ratio} is given twice, by {{field}} and by `{ratio}`; one of them determines it."
+            yield Fault(f"physical.{derivation.source}", found, allowed, advice, told)
 
 
 def _required(name: str) -> Fault:

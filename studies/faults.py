@@ -5,10 +5,16 @@ import json
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
+
+NOTHING = "nothing"
+"""What was found where something is missing."""
+
+PARTS = ("field", "found", "allowed", "advice", "message")
+"""What a problem document says of a fault."""
 
 _TEXT_SHOWN = 60
 _FIELD_SHOWN = 300
@@ -29,12 +35,16 @@ class Fault:
         What may stand there.
     advice : str
         What to do.
+    message : str
+        What is wrong and what is allowed, as a sentence; made of the three before where it is empty. ``{field}`` stands
+        for the field, which may be seen from a larger document later.
     """
 
     field: str
     found: str
     allowed: str
     advice: str
+    message: str = ""
 
     def __post_init__(self) -> None:
         """Shorten a name that is not ours: a document may have keys of megabytes."""
@@ -42,13 +52,26 @@ class Fault:
             object.__setattr__(self, "field", f"{self.field[:_FIELD_SHOWN]}…")
 
     def __str__(self) -> str:
-        """Put the fault in one sentence."""
-        end = "" if self.advice.endswith("?") else "."
-        return f"{self.field}: found {self.found}; allowed: {self.allowed}; {self.advice}{end}"
+        """Say what is wrong, what is allowed, and what to do."""
+        return f"{self.sentence} {sentence(self.advice)}".rstrip()
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong and what is allowed."""
+        field = f"`{self.field}`" if self.field else "The value"
+        if self.message:
+            return self.message.replace("{field}", field)
+        if self.found == NOTHING:
+            return f"{field} is missing; it must be {self.allowed}."
+        return f"{field} must be {self.allowed}, not {self.found}."
+
+    def document(self) -> dict[str, str]:
+        """Give the fault as problem documents list it; `message` is its sentence."""
+        return {name: getattr(self, name) for name in PARTS} | {"message": self.sentence}
 
     def under(self, parent: str) -> "Fault":
         """Return the same fault, seen from a document that holds this one at ``parent``."""
-        return Fault(join(parent, self.field), self.found, self.allowed, self.advice)
+        return replace(self, field=join(parent, self.field))
 
 
 class StudyFaults(ValueError):
@@ -67,7 +90,11 @@ class StudyFaults(ValueError):
             listed = listed[:MAX_FAULTS]
             listed.append(
                 Fault(
-                    "study", f"{more} more faults", "none", "correct those that are listed, then submit again"
+                    "study",
+                    f"{more} more faults",
+                    "none",
+                    "correct those that are listed, then submit again",
+                    f"There are {counted(more, 'more fault')}.",
                 )
             )
         self.faults: tuple[Fault, ...] = tuple(listed)
@@ -136,6 +163,11 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return matches[0] if matches else None
 
 
+def sentence(text: str) -> str:
+    """Write an advice as a sentence: with a capital letter at its start and a full stop at its end."""
+    return text[:1].upper() + text[1:] + ("." if text and text[-1] not in ".?!" else "")
+
+
 def listing(names: Iterable[str]) -> str:
     """Write names as a plain enumeration."""
     return ", ".join(names)
@@ -146,4 +178,7 @@ def unknown_key(field: str, key: object, known: tuple[str, ...]) -> Fault:
     near = nearest(key, known) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
-    return Fault(field, found, f"the keys {', '.join(known)}", advice)
+    allowed = f"the keys {', '.join(known)}"
+    return Fault(
+        field, found, allowed, advice, f"{{field}} is not a known key; allowed are {listing(known)}."
+    )

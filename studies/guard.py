@@ -66,16 +66,14 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
         where, held = pending.pop()
         containers += 1
         if len(where) >= MAX_DEPTH:
-            raise StudyFaults(
-                [_too_much(where, f"more than {MAX_DEPTH} levels of nesting", f"{MAX_DEPTH} levels")]
-            )
+            raise StudyFaults([_too_much(where, f"more than {MAX_DEPTH} levels of nesting", f"{MAX_DEPTH}")])
         if containers > MAX_CONTAINERS:
             found = f"more than {MAX_CONTAINERS} lists and mappings"
-            raise StudyFaults([_too_much((), found, f"{MAX_CONTAINERS} of them")])
+            raise StudyFaults([_too_much((), found, f"{MAX_CONTAINERS}")])
         if isinstance(held, dict):
             if len(held) > MAX_KEYS:
                 raise StudyFaults(
-                    [_too_much(where, f"a mapping of {counted(len(held), 'key')}", f"{MAX_KEYS} keys")]
+                    [_too_much(where, f"a mapping of {counted(len(held), 'key')}", f"{MAX_KEYS}")]
                 )
             faults.extend(_repeats(where, held))
             faults_of_entries = [
@@ -90,9 +88,7 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
             values += len(held)
             if values > MAX_VALUES:
                 found = f"more than {MAX_VALUES:,} values in lists"
-                raise StudyFaults(
-                    [_too_much(where, found, f"{MAX_VALUES:,} values; write long axes as ranges")]
-                )
+                raise StudyFaults([_too_much(where, found, f"{MAX_VALUES:,}")])
             pending.extend(((*where, i), v) for i, v in enumerate(held) if isinstance(v, dict | list | tuple))
     return document, faults
 
@@ -101,11 +97,22 @@ def _oddities(where: tuple[object, ...], key: object, value: object) -> list[Fau
     """Find keys and values that no JSON or YAML study has, and that later code need not expect."""
     if not isinstance(key, str) or not key.isprintable():
         return [
-            Fault(path((*where, key)), f"{describe(key)} as a key", "keys of printable text", "remove it")
+            Fault(
+                path((*where, key)),
+                f"{describe(key)} as a key",
+                "keys of printable text",
+                "remove it",
+                f"{{field}} is not a valid key: keys must be printable text, not {describe(key)}.",
+            )
         ]
     if value is not None and not isinstance(value, str | int | float | list | tuple | dict):
         return [
-            Fault(path((*where, key)), describe(value), "plain data, as of JSON", "write it as plain data")
+            Fault(
+                path((*where, key)),
+                describe(value),
+                "plain data, as in JSON",
+                "write it as a number, a text, a list or a mapping",
+            )
         ]
     return []
 
@@ -114,7 +121,11 @@ def _repeats(where: tuple[object, ...], held: dict[str, Any]) -> list[Fault]:
     repeated = held.keys_repeated if isinstance(held, Repeated) else ()
     return [
         Fault(
-            path((*where, key)), "the key more than once in one mapping", "each key once", "keep one of them"
+            path((*where, key)),
+            "the key more than once in one mapping",
+            "each key once",
+            "keep one of them",
+            "{field} is given more than once.",
         )
         for key in repeated
     ]
@@ -130,5 +141,6 @@ def _too_much(where: tuple[object, ...], found: str, limit: str) -> Fault:
         path(where) or "study",
         found,
         f"at most {limit}",
-        "write axes as {start, stop, num} and nest no deeper",
+        "write long axes as {start, stop, num}, and nest no deeper than a study needs",
+        f"{{field}} has {found}; at most {limit} are allowed.",
     )

@@ -38,14 +38,18 @@ def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tu
         if not isinstance(item, str) or item not in variables:
             near = nearest(item, variables) if isinstance(item, str) else None
             advice = f"write `{near}` if that is meant" if near else "write the name of a result variable"
-            faults.append(Fault(place, describe(item), listing(variables), advice))
+            faults.append(Fault(place, describe(item), f"one of {listing(variables)}", advice))
         elif item in seen:
-            faults.append(Fault(place, f"{item} a second time", "each name once", "remove one of the two"))
+            told = f"{{field}} names {item} a second time."
+            faults.append(
+                Fault(place, f"{item} a second time", "each name once", "remove one of the two", told)
+            )
         else:
             seen.add(item)
     if len(raw) > len(variables):
         allowed = f"at most the {len(variables)} result variables"
-        faults.append(Fault(field, describe(raw), allowed, "leave `metrics` out to store all"))
+        told = f"{{field}} has {len(raw):,} entries; there are {len(variables)} result variables."
+        faults.append(Fault(field, describe(raw), allowed, "leave `metrics` out to store all", told))
     if faults:
         raise StudyFaults(faults)
     return tuple(name for name in variables if name in seen or name == "status")

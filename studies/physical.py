@@ -149,27 +149,30 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
                     f"add `{partner}`, or give {derivation.ratio} as a ratio and remove `{derivation.source}`"
                 )
                 allowed = f"a number: {derivation.source} needs it to make {derivation.ratio}"
-                faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice))
+                told = f"{{field}} is missing: {derivation.source} needs it to give {derivation.ratio}."
+                faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice, told))
     axes = [name for name, value in raw.items() if isinstance(value, list | tuple | dict)]
     for name in axes:
         here = f"physical.{name}"
         fed = [d.ratio for d in made if name == d.source or name in d.partners]
         ignored = not particle and any(d.of_particle and d.source == name for d in DERIVATIONS.values())
         if name in Physical.model_fields and not fed and not ignored:
-            allowed = "a number, because no ratio is made of it here"
+            allowed = "a single number, because no ratio is made of it here"
             faults.append(
                 Fault(here, describe(raw[name]), allowed, "give one number here, or vary the ratio in `axes`")
             )
         if len(fed) > 1:
             found = f"an axis that moves {' and '.join(fed)} together"
-            advice = "a grid cannot hold a ray: vary the ratios in `axes`, or submit one study per value"
-            faults.append(Fault(here, found, "an axis of one ratio", advice))
+            advice = "vary the ratios in `axes`, or submit one study for each value"
+            told = f"{{field}} is an axis that changes {' and '.join(fed)} together, but an axis may change one ratio only."
+            faults.append(Fault(here, found, "an axis of one ratio", advice, told))
     for derivation in made:
         several = [name for name in axes if name == derivation.source or name in derivation.partners]
         if len(several) > 1:
             faults.append(
                 Fault(f"physical.{several[-1]}", f"a second axis of {derivation.ratio} in addition to {several[0]}",
-                      "one axis for each ratio", "keep one of them an axis and make the others numbers")
+                      "one axis for each ratio", "keep one of them an axis and make the others numbers",
+                      f"{derivation.ratio} has two axes, `physical.{several[0]}` and {{field}}; a ratio may have only one.")
             )  # fmt: skip
     return faults
 
@@ -185,10 +188,11 @@ def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
         wrong = [float(value) for value in (values[0], values[-1]) if not quantity.admits(float(value))]
         if wrong:
             found = f"{derivation.ratio} = {wrong[0]:.6g}"
-            faults.append(
-                Fault(field, found, quantity.allowed, "check the units and the sizes of the physical block")
-            )
+            told = f"{{field}} gives {found}, which must be {quantity.allowed}."
+            advice = "check the units and the sizes of the physical block"
+            faults.append(Fault(field, found, quantity.allowed, advice, told))
         elif not bool(np.all(np.diff(values) > 0.0)):
             found = f"values of {derivation.ratio} that are equal in double precision"
-            faults.append(Fault(field, found, "distinct values", "use fewer values or a wider range"))
+            told = f"{{field}} gives {found}."
+            faults.append(Fault(field, found, "distinct values", "use fewer values or a wider range", told))
     return faults

@@ -1,11 +1,12 @@
 """What pydantic found wrong, as faults of the study."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, path, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, unknown_key
 
 _CHOICES = ("contact", "solver", "start")
 """Fields that are a choice of models: pydantic puts the name of the choice into the location."""
@@ -40,7 +41,7 @@ def _translate(
     if kind in ("extra_forbidden", "invalid_key"):
         return [_unknown(field, found["loc"][-1], known, keys)]
     if kind == "missing":
-        return [Fault(field, "nothing", "a value", f"add `{found['loc'][-1]}`")]
+        return [Fault(field, NOTHING, "a value", f"add `{found['loc'][-1]}`", "{field} is missing.")]
     if kind == "literal_error":
         return [Fault(field, describe(value), context["expected"].replace("'", ""), "choose one of these")]
     if kind == "model_type":
@@ -55,4 +56,4 @@ def _unknown(field: str, key: object, known: tuple[str, ...], keys: Mapping[str,
     if not homes:
         return fault
     advice = f"write it inside `{homes[0]}`" if homes[0] else "write it at the top of the document, outside"
-    return Fault(field, fault.found, fault.allowed, advice)
+    return replace(fault, advice=advice)

@@ -6,7 +6,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from damperlab.studies.definition import Study, parse_harmonic, parse_study
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.text import MAX_BYTES, Format, load_text
@@ -50,9 +50,10 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
         return named_study(path_or_name)
     if not known:
         near = nearest(path_or_name, _named_files())
-        advice = f"did you mean {near}?" if near else "give the path of a study file, or one of these names"
-        allowed = f"a file {', '.join(_FORMATS)}, or one of {listing(_named_files())}"
-        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice)])
+        advice = f"did you mean {near}?" if near else "`damperlab studies --named` describes the named ones"
+        allowed = f"a {', '.join(_FORMATS)} file, or one of the named studies {listing(_named_files())}"
+        told = f"There is no study {printable(path_or_name)}: name {allowed}."
+        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice, told)])
     written_in = _FORMATS[path.suffix.lower()]
     try:
         with path.open("rb") as file:
@@ -61,7 +62,8 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
         found = f"{describe(path_or_name)} ({reason})"
-        raise StudyFaults([Fault("study", found, "a readable file", "check the path")]) from None
+        told = f"The file {printable(path_or_name)} cannot be read: {reason}."
+        raise StudyFaults([Fault("study", found, "a readable file", "check the path", told)]) from None
     return parse_study_text(text, written_in, shelf)
 
 

@@ -51,37 +51,45 @@ def load_text(text: bytes | str, written_in: Format) -> Any:
     limit = MAX_BYTES[written_in]
     if len(text) > limit:
         size = f"{len(text):,} {'bytes' if isinstance(text, bytes) else 'characters'}"
-        raise _refused(size, f"at most {limit:,} bytes of {written_in.upper()}", _SHORTER)
+        told = f"The document has {size}; {written_in.upper()} may have at most {limit:,} bytes."
+        raise _refused(size, f"at most {limit:,} bytes of {written_in.upper()}", _SHORTER, told)
     if isinstance(text, bytes):
         try:
             text = text.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             found = f"byte 0x{text[error.start]:02x} at offset {error.start}"
-            raise _refused(found, "text in UTF-8", "save the document as UTF-8") from None
+            told = f"The document is not UTF-8: {found} is none of its characters."
+            raise _refused(found, "text in UTF-8", "save the document as UTF-8", told) from None
     if written_in == "yaml":
         return _load_yaml(text)
     return _load_json(text, MOST_STUDIES if text.lstrip().startswith("[") else 1)
 
 
+_CORRECT = "correct the text there"
 _SHORTER = "write long axes as {start, stop, num}, and long lists as JSON"
 
 
-def _refused(found: str, allowed: str, advice: str) -> StudyFaults:
-    return StudyFaults([Fault("study", found, allowed, advice)])
+def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
+    return StudyFaults([Fault("study", found, allowed, advice, told)])
 
 
 def _load_json(text: str, studies: int) -> Any:
     # Counting characters costs little beside parsing them, and the guard would refuse the same later.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
-        raise _refused("far more values than a study has", f"at most {MAX_VALUES:,} values", _SHORTER)
+        told = f"The document has far more values than a study; at most {MAX_VALUES:,} are allowed."
+        raise _refused("far more values than a study has", f"at most {MAX_VALUES:,} values", _SHORTER, told)
     try:
         return json.loads(text, object_pairs_hook=mapping, parse_int=_integer)
     except json.JSONDecodeError as error:
         found = f"at line {error.lineno}, column {error.colno}: {error.msg}"
-        raise _refused(found, "a JSON document", "mend the text there") from None
+        raise _refused(
+            found, "a JSON document", _CORRECT, f"The document is not valid JSON {found}."
+        ) from None
     except RecursionError:
-        raise _refused("lists or mappings nested too deeply", f"{MAX_DEPTH} levels", "flatten it") from None
+        told = f"The document is nested more than {MAX_DEPTH} levels deep."
+        found = "lists or mappings nested too deeply"
+        raise _refused(found, f"{MAX_DEPTH} levels", "flatten it", told) from None
 
 
 def _integer(digits: str) -> int | float:
@@ -94,12 +102,13 @@ def _load_yaml(text: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         at = f"at line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        raise _refused(f"{at}{error.problem}", "a YAML document", "mend the text there") from None
+        told = f"The document is not valid YAML {at}{error.problem}."
+        raise _refused(f"{at}{error.problem}", "a YAML document", _CORRECT, told) from None
     except (yaml.YAMLError, UnicodeEncodeError) as error:
         found = printable(str(error).splitlines()[0])
-        raise _refused(
-            found, "a YAML document of printable characters", "remove the odd characters"
-        ) from None
+        told = f"The document holds characters that YAML does not allow: {found}."
+        allowed = "a YAML document of printable characters"
+        raise _refused(found, allowed, "remove these characters", told) from None
 
 
 class _Level:
@@ -121,34 +130,45 @@ def _build(text: str) -> Any:
     for event in yaml.parse(text, Loader=_LOADER):
         here = levels[-1]
         if isinstance(event, yaml.AliasEvent):
-            raise _at(
-                event, f"the alias {printable(event.anchor or '')}", "no aliases", "write the value out"
-            )
+            found = f"the alias {printable(event.anchor or '')}"
+            raise _at(event, found, "no aliases", "write the value out", "aliases are not allowed")
         if isinstance(event, yaml.NodeEvent):
             is_key = here.is_mapping and len(here.items) % 2 == 0
             if is_key and not isinstance(event, yaml.ScalarEvent):
-                raise _at(event, "a list or mapping as a key", "texts as keys", "write a plain key")
+                raise _at(
+                    event,
+                    "a list or mapping as a key",
+                    "texts as keys",
+                    "write a plain key",
+                    "a key must be a text",
+                )
             tag = getattr(event, "tag", None)
             if tag not in (None, "!"):
-                raise _at(event, f"the tag {printable(tag)}", "no tags", "write the plain value")
+                found = f"the tag {printable(tag)}"
+                raise _at(event, found, "no tags", "write the plain value", "tags are not allowed")
         if isinstance(event, yaml.ScalarEvent):
             here.items.append(event.value if is_key or not event.implicit[0] else _scalar(event.value))
         elif isinstance(event, yaml.CollectionStartEvent):
             if len(levels) > MAX_DEPTH:
-                raise _at(event, "lists or mappings nested too deeply", f"{MAX_DEPTH} levels", "flatten it")
+                found = "a list or mapping that is nested too deeply"
+                rule = f"a document may be nested at most {MAX_DEPTH} levels deep"
+                raise _at(event, found, f"{MAX_DEPTH} levels", "flatten it", rule)
             levels.append(_Level(isinstance(event, yaml.MappingStartEvent)))
         elif isinstance(event, yaml.CollectionEndEvent):
             levels.pop()
             levels[-1].items.append(here.close())
         elif isinstance(event, yaml.DocumentStartEvent) and here.items:
-            raise _at(event, "a second document", "one document", "remove the line `---` and what follows")
+            advice = "remove the line `---` and what follows it"
+            raise _at(event, "a second document", "one document", advice, "a file holds one document")
     documents = levels[0].items
     return documents[0] if documents else None
 
 
-def _at(event: Any, found: str, allowed: str, advice: str) -> StudyFaults:
+def _at(event: Any, found: str, allowed: str, advice: str, rule: str) -> StudyFaults:
     mark = event.start_mark
-    return _refused(f"at line {mark.line + 1}, column {mark.column + 1}: {found}", allowed, advice)
+    place = f"line {mark.line + 1}, column {mark.column + 1}"
+    told = f"There is {found} at {place}: {rule}."
+    return _refused(f"at {place}: {found}", allowed, advice, told)
 
 
 def _scalar(text: str) -> Any:

@@ -43,6 +43,7 @@ def security(folder: Path | None = None) -> Security:
                     f"{str(folder)!r} without a readable {file.name}",
                     f"a folder with {CA}, {CERTIFICATE} and {KEY}",
                     "make one with `damperlab certificates DIR` and copy it to every machine of the cluster",
+                    f"The folder {folder} holds no {file.name} that can be read; it must hold {CA}, {CERTIFICATE} and {KEY}.",
                 )
             )
     ca, certificate, key = map(str, files)

@@ -93,6 +93,7 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
                     f"{workers}, together with scheduler {scheduler!r}",
                     "one of the two",
                     "leave `workers` out: the scheduler's own workers are used",
+                    "`workers` and `scheduler` cannot be combined.",
                 )
             )
         opened = _remote(scheduler)
@@ -181,6 +182,8 @@ def _remote(address: str) -> Iterator[Client]:
                 allowed,
                 "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS where it asks for certificates; or"
                 " leave `scheduler` out to compute on this machine",
+                f"No Dask scheduler can be used at {address}: "
+                f"{str(error) or f'there was no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s'}.",
             )
         ) from error
     try:
@@ -197,7 +200,8 @@ def _lost(error: Exception) -> ClusterUnusable:
             "scheduler",
             f"one that went away while it was asked ({error})",
             "a running Dask scheduler",
-            "nothing need be done where it comes back; else start one with `dask scheduler`",
+            "nothing need be done if it comes back; otherwise start one with `dask scheduler`",
+            f"The scheduler went away while it was asked ({error}).",
         )
     )
 

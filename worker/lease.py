@@ -109,6 +109,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
                 f"study {study_id}, which another process is running",
                 "a study that no other process runs",
                 "wait for it, or cancel it there; the claim of a process that died expires by itself",
+                f"Study {study_id} is run by another process.",
             )
         )
     _held.add(lease.owner)

@@ -79,8 +79,10 @@ def report(error: Exception, as_json: bool) -> int:
     if as_json:
         _print_problem(kind, status, text, faults)
     else:
-        for line in faults or (text,):
-            note(f"damperlab: {_spelled(str(line))}")
+        # of a study's own fields one may be called like an option
+        lines = [str(fault) for fault in faults] or [text]
+        for line in lines if isinstance(error, StudyFaults) else map(_spelled, lines):
+            note(f"damperlab: {line}")
     return status
 
 
@@ -124,9 +126,6 @@ def _print_problem(kind: str, status: int, detail: str, faults: tuple[Fault, ...
             "title": "Bad usage" if status == BAD_USAGE else "Failed",
             "exit_status": status,
             "detail": detail,
-            "errors": [
-                {"field": fault.field, "found": fault.found, "allowed": fault.allowed, "advice": fault.advice}
-                for fault in faults
-            ],
+            "errors": [fault.document() for fault in faults],
         }
     )

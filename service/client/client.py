@@ -345,7 +345,8 @@ def _study(study: "Definition") -> dict[str, Any]:
         return _written(study.encode(), "yaml")
     if not isinstance(study, str | Path):
         advice = "give a mapping, a path, a text of YAML, or a name such as figure-11"
-        raise refused((Fault("study", describe(study), "a study", advice),))
+        told = f"A study cannot be read from {describe(study)}."
+        raise refused((Fault("study", describe(study), "a study", advice, told),))
     path = Path(study)
     kind = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}.get(path.suffix.lower())
     if kind is not None and path.is_file():

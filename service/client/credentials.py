@@ -33,13 +33,30 @@ def key_from_environment() -> str | None:
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or "it holds no key"
         raise refused(
-            (Fault(KEY_FILE, f"{path}: {reason}", "a file that holds a key", "name another file"),)
+            (
+                Fault(
+                    KEY_FILE,
+                    f"{path}: {reason}",
+                    "a file that holds a key",
+                    "name another file",
+                    f"The key cannot be read from {path}, which {KEY_FILE} names: {reason}.",
+                ),
+            )
         ) from None
     if os.name == "posix" and mode & 0o077:
         found = f"{path}, which others can read (mode {mode:04o})"
-        raise refused((Fault(KEY_FILE, found, "a file of mode 0600", f"chmod 600 {path}"),))
+        told = f"Others can read {path}, which holds a key (mode {mode:04o})."
+        raise refused((Fault(KEY_FILE, found, "a file of mode 0600", f"run `chmod 600 {path}`", told),))
     if not key or "\n" in key:
         raise refused(
-            (Fault(KEY_FILE, f"no key in {path}", "one key, on one line", "write the key into it"),)
+            (
+                Fault(
+                    KEY_FILE,
+                    f"no key in {path}",
+                    "one key, on one line",
+                    "write one key into it, on one line",
+                    f"{path}, which {KEY_FILE} names, does not hold one key.",
+                ),
+            )
         )
     return key

@@ -62,13 +62,16 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
     """
     kind, layout = KINDS.get(path.suffix.lower(), (None, None))
     if kind is None:
-        allowed = f"a file {', '.join(KINDS)}"
-        raise refused((Fault("path", describe(path.name), allowed, "name the file by its format"),))
+        allowed = f"a {', '.join(KINDS)} file"
+        raise refused(
+            (Fault("path", describe(path.name), allowed, "give the file the suffix of its format"),)
+        )
     try:
         content = path.read_bytes()
     except OSError as error:
         found = f"{describe(str(path))} ({error.strerror})"
-        raise refused((Fault("path", found, "a readable file", "check the path"),)) from None
+        told = f"The file {path} cannot be read: {error.strerror}."
+        raise refused((Fault("path", found, "a readable file", "check the path", told),)) from None
     asked = {"format": layout, "units": units, "name": name or path.stem}
     return {"content": content, "headers": {"Content-Type": kind}, "params": asked}
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from damperlab.studies.faults import Fault
+from damperlab.studies.faults import PARTS, Fault
 
 
 class ClientFault(Exception):
@@ -37,7 +37,7 @@ class Problem(ClientFault):
     type, title, detail : str
         What kind of problem it is, ``urn:damperlab:problem:<kind>``; the status in words; what happened.
     faults : tuple of Fault
-        What is wrong with the request: `field`, `found`, `allowed`, `advice` of each.
+        What is wrong with the request: `field`, `found`, `allowed`, `advice` and `message` of each.
     request_id : str, optional
         Under which the service's log has the request.
     """
@@ -50,8 +50,7 @@ class Problem(ClientFault):
         self.detail = str(document.get("detail", ""))
         self.request_id: str | None = document.get("request_id")
         self.faults = tuple(
-            Fault(*(str(entry.get(name, "")) for name in ("field", "found", "allowed", "advice")))
-            for entry in document.get("errors", ())
+            Fault(*(str(entry.get(name, "")) for name in PARTS)) for entry in document.get("errors", ())
         )
         super().__init__(self.detail)
 
@@ -101,7 +100,7 @@ def problem(document: Mapping[str, Any]) -> Problem:
 
 def refused(faults: tuple[Fault, ...]) -> Refused:
     """Make the exception for what is wrong before anything is sent."""
-    entries = [vars(fault) for fault in faults]
+    entries = [fault.document() for fault in faults]
     what = "Nothing was sent."
     return Refused(
         {

@@ -10,7 +10,7 @@ from damperlab.service.client.questions import Questions
 from damperlab.service.client.results import read_record
 from damperlab.service.client.searches import Searches
 from damperlab.service.client.transport import Transport
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.html import card
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import EXPORT_SUFFIXES, ExportFormat
@@ -238,7 +238,10 @@ class Study(Questions, Searches):
         chosen = format or EXPORT_SUFFIXES.get(path.suffix.lower())
         if chosen is None:
             fault = Fault(
-                "path", describe(path.name), f"a name with {', '.join(EXPORT_SUFFIXES)}", "name the format"
+                "path",
+                describe(path.name),
+                f"a name that ends in one of {listing(EXPORT_SUFFIXES)}",
+                "name the `format`, or give the file one of these suffixes",
             )
             raise refused((fault,))
         part = path.with_name(f"{path.name}.part")

@@ -36,7 +36,13 @@ def _too_long(scope: Scope) -> Problem | None:
 
 
 def _problem(field: str, size: int, limit: int) -> Problem:
-    fault = Fault(field, f"{size} bytes", f"at most {limit} bytes", "send a shorter one")
+    fault = Fault(
+        field,
+        f"{size} bytes",
+        f"at most {limit} bytes",
+        "send a shorter one",
+        f"`{field}` has {size:,} bytes; at most {limit:,} are allowed.",
+    )
     return Problem(
         431, "head-too-long", "The head of the request is longer than the service reads.", (fault,)
     )

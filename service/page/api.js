@@ -1,10 +1,10 @@
 /**
  * The service, as this page asks it. Every refusal becomes a `Refusal`, which carries the problem document.
  *
- * @typedef {{field: string, found: string, allowed: string, advice: string}} Fault
+ * @typedef {{field: string, found: string, allowed: string, advice: string, message: string}} Fault
  */
 
-import { capital, el } from "./dom.js";
+import { capital, el, prose } from "./dom.js";
 
 /** Name of the event that tells the page that the service asks for a key. */
 export const KEY_NEEDED = "key-needed";
@@ -122,8 +122,8 @@ export function refusalBox(error) {
   );
 }
 
-/** @param {Fault} fault */
+/** What is wrong, what is allowed and what to do, in sentences. @param {Fault} fault @returns {import("./dom.js").Child[]} */
 export function faultText(fault) {
   const advice = capital(fault.advice);
-  return `${fault.field ? fault.field + ": " : ""}found ${fault.found}; allowed: ${fault.allowed}. ${advice}${advice.endsWith("?") ? "" : "."}`;
+  return prose(`${fault.message} ${advice}${/[.?!]$/.test(advice) ? "" : "."}`);
 }

@@ -100,7 +100,16 @@ async def _read(
 ) -> GroundMotion:
     layout: Layout = query.format or ("csv" if kind == "text/csv" else "at2")
     if not query.name.isprintable():
-        raise StudyFaults([Fault("name", describe(query.name), "text on one line", "remove odd characters")])
+        raise StudyFaults(
+            [
+                Fault(
+                    "name",
+                    describe(query.name),
+                    "printable text on one line",
+                    "remove the characters that cannot be printed",
+                )
+            ]
+        )
     return await service.work.run(request, uploaded, body, layout, query.name, query.units)
 
 

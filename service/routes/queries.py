@@ -36,7 +36,10 @@ def once(request: Request) -> None:
     names = [name for name, _ in request.query_params.multi_items()]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise StudyFaults(Fault(name, "several values", "one value", "keep one of them") for name in twice)
+        raise StudyFaults(
+            Fault(name, "several values", "one value", "keep one of them", "{field} is given more than once.")
+            for name in twice
+        )
 
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
@@ -92,7 +95,17 @@ def ask_response(
         answer = frequency_response(cube, selection)
     elif selection.interpolate:
         advice = "leave one of the two out"
-        raise StudyFaults([Fault("interpolate", "true", "false where `with` is given", advice)])
+        raise StudyFaults(
+            [
+                Fault(
+                    "interpolate",
+                    "true",
+                    "false where `with` is given",
+                    advice,
+                    "`interpolate` and `with` cannot be combined.",
+                )
+            ]
+        )
     else:
         other = service.store.find(second.with_)
         require_harmonic(other.dimensions, "frequency-response")
@@ -147,7 +160,15 @@ def _check_size(cube: xr.Dataset, x: str, y: str) -> None:
     if points > ANSWER_POINTS:
         advice = "export the cube, or choose shorter dimensions"
         raise StudyFaults(
-            (Fault("x, y", f"{describe(points)} points", f"at most {ANSWER_POINTS} points", advice),)
+            (
+                Fault(
+                    "x, y",
+                    f"{describe(points)} points",
+                    f"at most {ANSWER_POINTS} points",
+                    advice,
+                    f"The map would have {points:,} points; at most {ANSWER_POINTS:,} are allowed.",
+                ),
+            )
         )
 
 

@@ -59,11 +59,25 @@ async def sign_in(request: Request) -> Document:
     document = load_text(await read_body(request, BODY_LIMIT_BYTES), "json")
     secret = document.get("key") if isinstance(document, dict) and len(document) == 1 else None
     if not isinstance(secret, str):
-        raise StudyFaults((Fault("body", "no key", '{"key": "dlk_…"}', "send a key, and nothing else"),))
+        raise StudyFaults(
+            (
+                Fault(
+                    "body",
+                    "no key",
+                    '{"key": "dlk_…"}',
+                    "send a key, and nothing else",
+                    'The body must be of the form {"key": "dlk_…"}.',
+                ),
+            )
+        )
     key = await run_sync(guard.of_key, secret) if secret.isascii() else None
     if key is None:
         fault = Fault(
-            "key", "a key that is not valid", "a key of this service", "copy the whole key, from dlk_ on"
+            "key",
+            "a key that is not valid",
+            "a key of this service",
+            "copy the whole key, from dlk_ on",
+            "The key is not a valid key of this service.",
         )
         raise Problem(
             401, "no-key", "This is no key of this service, or it has expired or was revoked.", (fault,)

@@ -73,7 +73,11 @@ def require_owner(caller: Caller, owner: str | None, what: str) -> None:
     if "admin" not in caller.scopes and owner != caller.owner:
         whose = f"a {what} of {owner}" if owner else f"a {what} that nobody's key submitted"
         fault = Fault(
-            what, whose, f"what {caller.owner} submitted", "ask its owner, or use a key of scope admin"
+            what,
+            whose,
+            f"what {caller.owner} submitted",
+            "ask its owner, or use a key of scope admin",
+            f"This is {whose}; your key belongs to {caller.owner}.",
         )
         raise Problem(403, "not-yours", f"This {what} is not yours to change.", (fault,))
 

@@ -10,7 +10,7 @@ from damperlab.service.problems import Problem, respond
 from damperlab.service.security.caller import SAFE_METHODS, Caller, scope_of
 from damperlab.service.security.guard import Guard
 from damperlab.service.security.origins import refusal
-from damperlab.studies.faults import Fault, printable
+from damperlab.studies.faults import NOTHING, Fault, printable
 from damperlab.studies.store.submitter import submitter
 
 WITHOUT_A_KEY = "nobody"
@@ -74,7 +74,9 @@ class Gate:
         host = headers.get("host", "")
         if not (self.guard.hosts.allows(host) or (not host and scope["http_version"] == "1.0")):
             advice = "use one of these names, or let the operator add yours with --hosts"
-            fault = Fault("Host", printable(host) if host else "nothing", self.guard.hosts.told, advice)
+            fault = Fault(
+                "Host", printable(host) if host else NOTHING, f"one of {self.guard.hosts.told}", advice
+            )
             return Problem(421, "foreign-host", "The service does not answer to this name.", (fault,))
         if scope["method"] in SAFE_METHODS:
             return None
@@ -116,10 +118,15 @@ def _not_allowed(caller: Caller | None, scope: Scope) -> Problem | None:
         return None
     if caller is None:
         advice = "send a key as `Authorization: Bearer …`; `damperlab keys create` makes one where the service runs"
-        fault = Fault("Authorization", "no key that is valid", f"a key of scope {wanted}", advice)
+        told = f"The request has no valid key; it needs one of scope {wanted}."
+        fault = Fault("Authorization", "no key that is valid", f"a key of scope {wanted}", advice, told)
         detail = "The service asks for a key."
         return Problem(401, "no-key", detail, (fault,), {"WWW-Authenticate": 'Bearer realm="damperlab"'})
     fault = Fault(
-        "Authorization", f"a key of scope {caller.scopes[-1]}", wanted, "use a key that may do this"
+        "Authorization",
+        f"a key of scope {caller.scopes[-1]}",
+        wanted,
+        "use a key of that scope",
+        f"The key has scope {caller.scopes[-1]}; the request needs one of scope {wanted}.",
     )
     return Problem(403, "scope-lacking", "The key does not allow this.", (fault,))

@@ -36,7 +36,7 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
     kind = headers.get("content-type", "").partition(";")[0].strip().lower()
     if kind in _SIMPLE_TYPES:
         fault = Fault(
-            "Content-Type", kind, "application/json, text/csv, application/octet-stream", _TYPE_ADVICE
+            "Content-Type", kind, "one of application/json, text/csv, application/octet-stream", _TYPE_ADVICE
         )
         return Problem(415, "unsupported-media-type", "A browser sends such a body from any page.", (fault,))
     return None

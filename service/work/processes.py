@@ -91,7 +91,13 @@ class Work:
         try:
             return await while_there(request, work)
         except TooManyWaiting:
-            fault = Fault("requests", f"{WAITING} that wait", "fewer", f"try again in {RETRY_SECONDS} s")
+            fault = Fault(
+                "requests",
+                f"{WAITING} that wait",
+                "fewer",
+                f"try again in {RETRY_SECONDS} s",
+                f"{WAITING} of your requests are waiting to be computed, which is the most that may.",
+            )
             headers = {"Retry-After": str(RETRY_SECONDS)}
             raise Problem(
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
@@ -110,6 +116,7 @@ class Work:
             f"at most {self._seconds:g} s and {self._memory_bytes >> 20} MiB for one request",
             "ask for less (fewer cycles or starts, a less stiff contact, a part of the grid), or compute it on the command "
             "line, which has no limit",
+            f"The request took {found}; one request may take {self._seconds:g} s and {self._memory_bytes >> 20} MiB.",
         )
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
 

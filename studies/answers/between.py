@@ -40,8 +40,9 @@ class Between:
 
     def __init__(self, cube: xr.Dataset, metric: str, at: At, free: tuple[str, ...]) -> None:
         if coded(cube, metric):
-            advice = f"{metric} has codes, which have nothing in between: leave `interpolate` out"
-            raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice))
+            told = f"{metric} holds codes, so there is nothing to interpolate between them."
+            advice = "leave `interpolate` out, or choose a metric that is a quantity"
+            raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice, told))
         require_stored(cube, "interpolate", "response_class")
         self._cube, self._metric, self._free = cube, metric, free
         self.nearest = choose(cube, at, free)

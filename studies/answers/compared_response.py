@@ -69,7 +69,8 @@ def compared_response(
         if not np.array_equal(ours, theirs):
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, such as the way down for the way up"
-            raise QueryFault(Fault("with", found, f"a study with the same {name}", advice))
+            told = f"The two studies have different values of {name}, so their responses cannot be compared."
+            raise QueryFault(Fault("with", found, f"a study with the same {name}", advice, told))
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)

@@ -8,10 +8,10 @@ import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.contenders import DOUBT, Doubt, half_width
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.selection import check_dimension, require_stored
-from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
@@ -74,14 +74,17 @@ class DesignQuestion:
                 Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
             )
         if not 1 <= top <= MOST_DESIGNS:
-            raise QueryFault(Fault("top", describe(top), f"1 to {MOST_DESIGNS}", "ask for fewer designs"))
+            raise QueryFault(
+                Fault("top", describe(top), f"a number from 1 to {MOST_DESIGNS:,}", "ask for fewer designs")
+            )
         if band is not None and objective == "resonance":
             raise QueryFault(
                 Fault(
                     "band",
                     describe(list(band)),
                     "no band with objective resonance",
-                    "choose peak or a band mean",
+                    "leave `band` out, or choose another `objective`",
+                    "`band` cannot be combined with the objective resonance, which judges the frequency nearest r = 1 alone.",
                 )
             )
         if max_impact_speed is not None:
@@ -90,7 +93,7 @@ class DesignQuestion:
                     Fault(
                         "max_impact_speed",
                         describe(max_impact_speed),
-                        "0 or more",
+                        "a number of at least 0",
                         "correct it, or leave it out",
                     )
                 )
@@ -102,9 +105,8 @@ class DesignQuestion:
             require_stored(cube, name, name)
             if VARIABLES[name].flags is not None:
                 allowed = "a result that is a quantity, or a design dimension"
-                raise QueryFault(
-                    Fault(name, "a range of codes", allowed, "codes have no order: leave it out")
-                )
+                told = f"`{name}` holds codes, which have no order, so a range of it means nothing."
+                raise QueryFault(Fault(name, "a range of codes", allowed, "leave it out", told))
             _check_limits(name, limit)
         for name in ranges:
             if name in limits:
@@ -115,7 +117,8 @@ class DesignQuestion:
                         name,
                         describe(list(ranges[name])),
                         "a range of a design dimension",
-                        "use `band` for it",
+                        "give the range as `band`",
+                        f"{FREQUENCY} is not a design dimension: designs are judged over its range.",
                     )
                 )
             check_dimension(cube, name, name)
@@ -167,19 +170,10 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
     if limits is None:
         return np.arange(values.size)
     low, high = limits
-    shown = _check_limits(field, limits)
+    _check_limits(field, limits)
     found = np.flatnonzero(inside(values, low, high))
     if found.size == 0:
-        span = f"{values.min():.10g} to {values.max():.10g}"
-        near = values[np.abs(values - low).argmin()]
-        raise QueryFault(
-            Fault(
-                field,
-                f"{shown}, which holds no grid point",
-                f"a range with some of the {counted(values.size, 'grid point')} of {name} from {span}",
-                f"widen it; {near:.10g} is the nearest",
-            )
-        )
+        raise QueryFault(empty_range(field, name, low, high, values))
     return found
 
 

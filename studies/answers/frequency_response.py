@@ -69,6 +69,7 @@ def frequency_response(
                 describe(at[FREQUENCY]),
                 "nothing: the curve runs along frequency_ratio",
                 "leave it out: every frequency of the study is in the answer",
+                f"`{FREQUENCY}` cannot be fixed here, because the curve runs along it.",
             )
         )
     index = choose(cube, at, (FREQUENCY,))

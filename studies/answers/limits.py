@@ -14,5 +14,9 @@ def check(question: object) -> None:
         value = getattr(question, each.name)
         limited = words_of(each)
         if limited and value is not None and not admits(each, value):
-            advice = "leave it out" if each.default is None else f"the default is {each.default:,}"
+            advice = (
+                "leave it out"
+                if each.default is None
+                else f"choose one within these limits; the default is {each.default:,}"
+            )
             raise QueryFault(Fault(each.name, describe(value), limited, advice))

@@ -64,9 +64,12 @@ def merged_designs(
         same = ("band", "frequencies")
         if [answers[name].attrs[key] for key in same] != [first.attrs[key] for key in same]:
             low, high = answers[name].attrs["band"]
-            found = f"{name}, judged at {counted(answers[name].attrs['frequencies'], 'frequency ratio')} {low:g} to {high:g}"
+            count = answers[name].attrs["frequencies"]
+            span = f"{low:g} to {high:g}" if count > 1 else f"{low:g}"
+            found = f"{name}, judged at {counted(count, 'frequency ratio')}, {span}"
+            told = f"Study {name} is judged at other frequencies ({span}) than the study it is to be ranked with."
             advice = "name follow-ups of this study, refined with the same objective and band"
-            raise QueryFault(Fault("with", found, "studies at the same frequencies", advice))
+            raise QueryFault(Fault("with", found, "studies at the same frequencies", advice, told))
     parts = [
         answer.assign(study=("rank", np.full(answer.sizes["rank"], name))) for name, answer in answers.items()
     ]

@@ -101,8 +101,8 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
             Fault(
                 "pareto",
                 describe(",".join(respects)),
-                "two or three different respects",
-                "name them once each",
+                "two or three different quantities",
+                "name each of them once",
             )
         )
     for name in bare:

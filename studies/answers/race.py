@@ -15,7 +15,7 @@ import xarray as xr
 
 from damperlab.studies.answers.contenders import LOOKS, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
     cover,
@@ -78,7 +78,9 @@ def race_designs(
     ranked = merged_designs(cubes, judging, MOST_DESIGNS, confidence)
     if ranked.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or loosen what is asked"
-        raise QueryFault(Fault("race", "no design that qualifies", "a study with a best design", advice))
+        raise QueryFault(
+            Fault("race", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES)
+        )
     low, high = ranked["lowest"].values, ranked["highest"].values
     left = np.flatnonzero(contend(low, high))
     best = float(ranked["value"].values[0])

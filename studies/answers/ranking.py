@@ -44,13 +44,20 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):
         found = f"{kind.words}, to which it does not apply"
         others = " or ".join(each.words for each in KINDS if name in each.ranking)
-        raise QueryFault(Fault(name.rstrip("_"), found, others, kind.instead))
+        told = f"{{field}} applies to {others}, but this study is {kind.words}."
+        raise QueryFault(Fault(name.rstrip("_"), found, others, kind.instead, told))
     if kind is SUITE:
         return worst_case_designs(cube, ranking.metric, ranking.top, ranking.records, judging.ranges)
     if ranking.pareto is not None and ranking.with_:
         found = describe(",".join(ranking.with_))
         raise QueryFault(
-            Fault("with", found, "no follow-up where `pareto` is given", "leave one of the two out")
+            Fault(
+                "with",
+                found,
+                "no follow-up where `pareto` is given",
+                "leave one of the two out",
+                "`with` and `pareto` cannot be combined.",
+            )
         )
     if ranking.pareto is not None:
         return pareto_front(cube, ranking.pareto, judging).isel(rank=slice(ranking.top))

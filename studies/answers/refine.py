@@ -10,7 +10,7 @@ import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
     follow_up,
@@ -69,7 +69,9 @@ def refine_optimum(
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or loosen what is asked"
-        raise QueryFault(Fault("refine", "no design that qualifies", "a study with a best design", advice))
+        raise QueryFault(
+            Fault("refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES)
+        )
     parent = next(iter(cubes.values()))
     asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
@@ -77,7 +79,8 @@ def refine_optimum(
     if not varied:
         allowed = "a study that varies at least one design dimension"
         advice = "submit one with an axis of several values"
-        raise QueryFault(Fault("refine", "a study of one design", allowed, advice))
+        told = "The study has only one design, so there is nothing to refine."
+        raise QueryFault(Fault("refine", "a study of one design", allowed, advice, told))
     cells = Cells.of(cubes, asked, judging.ranges, varied)
     wide = cells.widths > tolerance * (1 + ROUNDING)
     touching = cells.touch([found[name] for name in varied])
@@ -200,7 +203,8 @@ def refine_boundary(
                 "boundary",
                 f"{kinds} all along {along}",
                 "a line on which the class of response changes",
-                "fix the other dimensions elsewhere, or look at a map of response_class",
+                "fix the other dimensions at other values, or look at a map of response_class",
+                f"The class of response does not change along {along}: {kinds} everywhere.",
             )
         )
     middle = (values[change] + values[change + 1]) / 2

@@ -98,7 +98,8 @@ def resonance_map(
                 "reduce",
                 describe(reduce),
                 "nothing without `over`",
-                "name the dimension to reduce with `over`",
+                "name the dimension to reduce as `over`, or leave `reduce` out",
+                "`reduce` needs `over`, the dimension that is reduced.",
             )
         )
     used = {x, y, over, *at}
@@ -120,17 +121,20 @@ def resonance_map(
                     "metric",
                     metric,
                     "a quantity where `over` is given",
-                    f"{metric} has codes, which have no {reduce}: leave `over` out",
+                    "leave `over` out, or choose a metric that is a quantity",
+                    f"{metric} holds codes, which have no {reduce}, so no dimension can be reduced.",
                 )
             )
     free = tuple(name for name in (x, y, over, inner) if name is not None)
     if interpolate:
         if not kind_of(cube.sizes).interpolates:
-            advice = "leave it out: the response to a ground motion may change abruptly between neighbouring points"
-            raise QueryFault(Fault("interpolate", "true", "false for a ground-motion suite", advice))
+            told = "A ground-motion suite is not interpolated, because responses may change abruptly between grid points."
+            allowed = "false for a ground-motion suite"
+            raise QueryFault(Fault("interpolate", "true", allowed, "leave `interpolate` out", told))
         if over is not None:
             advice = "leave `over` out, or ask without `interpolate`"
-            raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice))
+            told = "`interpolate` and `over` cannot be combined."
+            raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice, told))
         return _between(cube, x, y, metric, at)
     index = choose(cube, at, free)
     if over is None or reduce is None:

@@ -117,6 +117,8 @@ def robust_designs(
                 f"{low:.10g} to {high:.10g}, over which every ray leaves the grid",
                 f"a range with a ratio of at most {_span(cube):.4g}",
                 "narrow it, or compute a study with longer axes of clearance and friction",
+                f"Over amplitudes from {low:.10g} to {high:.10g} every design leaves the study's grid; the ratio of the two "
+                f"may be at most {_span(cube):.4g}.",
             )
         )
     said = ties(best["value"], best["lowest"], best["highest"], question.standard_errors)

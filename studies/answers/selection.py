@@ -77,7 +77,9 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
         if otherwise:
             advice += f", or {otherwise}"
         allowed = f"a study that stores {'it' if len(missing) == 1 else 'them'}"
-        raise QueryFault(Fault(field, f"a study that does not store {listing(missing)}", allowed, advice))
+        found = f"a study that does not store {listing(missing)}"
+        told = f"The study does not store {listing(missing)}, which `{field}` needs."
+        raise QueryFault(Fault(field, found, allowed, advice, told))
 
 
 def _submit(cube: xr.Dataset, *names: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.selection import (
     check_dimension,
     check_metric,
@@ -45,6 +45,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
                 f"a ground-motion suite, over {listing(dimensions)}",
                 f"a study of the response to a harmonic base for {asked}",
                 "ask for a map over two of its dimensions, for its optimal designs, or for an export",
+                f"This study is a ground-motion suite, and {asked} is a question about the response to a harmonic base.",
             )
         )
 
@@ -87,7 +88,8 @@ def worst_case_designs(
     metric = main_metric(cube) if metric is None else metric
     check_metric(cube, metric)
     if coded(cube, metric):
-        raise QueryFault(Fault("metric", metric, "a quantity", f"{metric} has codes, which have no order"))
+        told = f"{metric} holds codes, which have no order, so dampers cannot be ranked by it."
+        raise QueryFault(Fault("metric", metric, "a quantity", "choose a metric that is a quantity", told))
     if not 1 <= top <= MOST:
         raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
     part = cube.isel(_counting(cube, records, ranges or {}))
@@ -162,15 +164,14 @@ def _counting(
         for each in records:
             if whole_id(each) not in known:
                 advice = "leave it out for all"
-                raise QueryFault(Fault(RECORD, describe(each), f"some of {listing(known)}", advice))
+                raise QueryFault(Fault(RECORD, describe(each), f"one or more of {listing(known)}", advice))
         index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
     for name, (low, high) in ranges.items():
         check_dimension(cube, name, name, (RECORD,))
         values = cube[name].values
         inside = np.flatnonzero((values >= low) & (values <= high))
         if not inside.size:
-            allowed = f"a range with some of the values from {values.min():.10g} to {values.max():.10g}"
-            raise QueryFault(Fault(name, f"{low:.10g} to {high:.10g}", allowed, "widen it"))
+            raise QueryFault(empty_range(name, name, low, high, values))
         index[name] = inside
     return index
 

@@ -140,7 +140,7 @@ def tmd_comparison(
 
 def _check_mass(mass_ratio: float, advice: str) -> None:
     if not LEAST_MASS <= mass_ratio <= MOST_ABSORBER_MASS:
-        allowed = f"{LEAST_MASS:g} to {MOST_ABSORBER_MASS:g}: a tuned mass damper has a mass"
+        allowed = f"a number from {LEAST_MASS:g} to {MOST_ABSORBER_MASS:g}"
         raise QueryFault(Fault("mass_ratio", describe(mass_ratio), allowed, advice))
 
 

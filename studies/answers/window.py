@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside
-from damperlab.studies.faults import Fault
 
 FEWEST = 2
 """Values along an axis that stay in any case: its ends."""
@@ -69,8 +68,7 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
     low, high = limits
     found = np.flatnonzero(inside(values, low, high))
     if found.size == 0:
-        allowed = f"a range with some of the values from {values.min():.10g} to {values.max():.10g}"
-        raise QueryFault(Fault(f"range of {name}", f"{low:.10g} to {high:.10g}", allowed, "widen it"))
+        raise QueryFault(empty_range(f"range of {name}", name, low, high, values))
     return found
 
 

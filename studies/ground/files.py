@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.faults import describe, listing, printable
+from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.motion import UNITS, GroundMotion, checked, refused
 
 Layout = Literal["at2", "csv"]
@@ -46,16 +46,22 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     """
     if len(text) > MOST_BYTES:
         raise refused(
-            "record", f"{len(text):,} bytes", f"at most {MOST_BYTES:,}", "cut or resample the record"
+            "record",
+            f"{len(text):,} bytes",
+            f"a file of at most {MOST_BYTES:,} bytes",
+            "cut or resample the record",
         )
     if units is not None and units not in UNITS:
-        raise refused("units", describe(units), listing(UNITS), "write the unit of the acceleration")
+        raise refused(
+            "units", describe(units), f"one of {listing(UNITS)}", "write the unit of the acceleration"
+        )
     # Only these end a line: splitlines() would also split at odd characters and miscount.
     lines = _decoded(text).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     for number, line in enumerate(lines, start=1):
         if len(line) > _LONGEST_LINE:
             found = f"{len(line):,} characters"
-            raise refused(_at(number), found, f"at most {_LONGEST_LINE:,}", "give a text file of short lines")
+            allowed = f"at most {_LONGEST_LINE:,} characters long"
+            raise refused(_at(number), found, allowed, "give a text file of short lines")
     return _read_at2(lines, name, units) if layout == "at2" else _read_columns(lines, name, units)
 
 
@@ -80,8 +86,8 @@ def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
         raise refused(
             place,
             seen,
-            "NPTS= a number, DT= a number",
-            "give a PEER file (.AT2) whole, or write csv for two columns",
+            "of the form NPTS=<number>, DT=<number>",
+            "give a complete PEER file (.AT2), or name the format csv for two columns",
         )
     header, count, step = index + 1, int(found[1][:12]), _float(found[2])
     heading = lines[:index]
@@ -94,19 +100,20 @@ def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
             raise refused(
                 _at(number),
                 printable(line.strip()),
-                "numbers alone",
+                "numbers only",
                 "correct the line, or remove it if it is not data",
             )
         samples.extend(_float(one) for one in _ONE.findall(line))
         if len(samples) > count:
-            advice = "correct NPTS, or remove the samples too many"
-            raise refused(
-                _at(number), f"sample {len(samples):,}", f"{count:,} samples, as line {header} says", advice
-            )
+            allowed = f"{count:,} samples, as line {header} says"
+            told = f"Line {number} holds sample {len(samples):,}, but line {header} announces only {count:,} samples."
+            advice = "correct NPTS, or remove the samples that are too many"
+            raise refused(_at(number), f"sample {len(samples):,}", allowed, advice, told)
     if len(samples) < count:
         found_here = f"the end after {len(samples):,} samples"
         allowed = f"{count:,} samples, as line {header} says"
-        raise refused(_at(len(lines)), found_here, allowed, "give the file whole, or correct NPTS")
+        told = f"The file ends after {len(samples):,} samples, but line {header} announces {count:,}."
+        raise refused(_at(len(lines)), found_here, allowed, "give the complete file, or correct NPTS", told)
     title = ", ".join(line.strip() for line in heading[1:2] if line.strip())
     return checked(
         GroundMotion(name or title[:200] or "record", step, np.array(samples) * factor, title[:200]),
@@ -134,7 +141,11 @@ def _agreed(units: str, stated: str | None) -> str:
     if stated is not None and stated != units:
         found = f"{units} while the file says {stated}"
         raise refused(
-            "units", found, f"{stated}, or nothing", "leave it out, or correct the heading of the file"
+            "units",
+            found,
+            f"{stated}, or nothing",
+            "leave `units` out, or correct the heading of the file",
+            f"`units` is {units}, but the file says {stated}.",
         )
     return units
 
@@ -154,7 +165,8 @@ def _units_of_header(heading: list[str]) -> str:
         _at(min(3, max(1, len(heading)))),
         printable(heading[2]) if len(heading) > 2 else "no unit",
         "a line with `UNITS OF G`",
-        f"give the unit: {listing(UNITS)}",
+        f"name the unit of the acceleration with the file: {listing(UNITS)}",
+        "The file does not state the unit of its acceleration.",
     )
 
 
@@ -173,7 +185,7 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
             heading += bare
             continue
         if len(cells) != 2 or len(numbers) != 2:
-            allowed = "two numbers, time [s] and acceleration"
+            allowed = "two numbers, time in s and acceleration"
             raise refused(_at(number), printable(bare), allowed, "correct the line, or remove it")
         rows.append((_float(cells[0]), _float(cells[1])))
         places.append(number)
@@ -182,7 +194,8 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
             _at(len(lines)),
             f"the end after {len(rows)} rows",
             "two rows or more",
-            "give time and acceleration",
+            "give time and acceleration, one sample on each line",
+            f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two.",
         )
     factor = UNITS[
         _units_of_heading(heading) if units is None else _agreed(units, _stated_in_heading(heading))
@@ -204,7 +217,9 @@ def _units_of_heading(heading: str) -> str:
         return unit
     found = printable(heading) if heading else "no heading"
     allowed = f"the unit of the acceleration: {listing(UNITS)}"
-    raise refused("units", found, allowed, "state it, or write the heading as `time (s), acceleration (g)`")
+    told = "The file does not state the unit of its acceleration."
+    advice = "name it with the file, or write the heading as `time (s), acceleration (g)`"
+    raise refused("units", found, allowed, advice, told)
 
 
 def _check_steps(time: NDArray[np.float64], step: float, places: list[int]) -> None:
@@ -217,10 +232,12 @@ def _check_steps(time: NDArray[np.float64], step: float, places: list[int]) -> N
         usual = float(np.median(steps))
         wrong = int(np.argmax(np.abs(steps - usual) > _UNEVEN * abs(usual)))
         found = f"a step of {steps[wrong]:.6g} s after steps of {usual:.6g} s"
-        raise refused(_at(places[wrong + 1]), found, "equal time steps", "resample the record to equal steps")
-    raise refused(
-        _at(places[-1]), f"the time {time[-1]:g} s at the end", "a time that grows", "order the lines by time"
-    )
+        told = f"Line {places[wrong + 1]} follows after {found.removeprefix('a ')}; all time steps must be equal."
+        advice = "resample the record to equal steps"
+        raise refused(_at(places[wrong + 1]), found, "equal time steps", advice, told)
+    told = f"The last time, {time[-1]:g} s, is not later than the first; time must increase."
+    found = f"the time {time[-1]:g} s at the end"
+    raise refused(_at(places[-1]), found, "a time that grows", "order the lines by time", told)
 
 
 def _float(text: str) -> float:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.faults import Fault, StudyFaults, describe, path, unknown_key
 from damperlab.studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
 from damperlab.studies.quantity import Quantity, read_count
 
@@ -57,7 +57,7 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
     if not isinstance(document, dict):
         raise StudyFaults([Fault("kanai_tajimi", describe(document), "a mapping", 'write {"seed": 1}')])
     known = ("seed", *_QUANTITIES, "name")
-    faults = [unknown_key("kanai_tajimi", key, known) for key in document if key not in known]
+    faults = [unknown_key(path(("kanai_tajimi", key)), key, known) for key in document if key not in known]
     values: dict[str, float] = {}
     seed, name = 0, document.get("name", "")
     for key, (quantity, default) in _QUANTITIES.items():
@@ -125,10 +125,21 @@ def kanai_tajimi(
     count = round(duration_s / step_s) + 1
     if count > MOST_SAMPLES:
         allowed = f"at most {MOST_SAMPLES:,} samples"
-        raise StudyFaults([Fault("kanai_tajimi.step_s", f"{count:,} samples", allowed, "take a longer step")])
+        raise StudyFaults(
+            [
+                Fault(
+                    "kanai_tajimi.step_s",
+                    f"{count:,} samples",
+                    allowed,
+                    "take a longer step",
+                    f"{{field}} = {step_s:g} makes {count:,} samples; a record may have at most {MOST_SAMPLES:,}.",
+                )
+            ]
+        )
     if rise_s + fall_s > duration_s:
         found, advice = f"{rise_s + fall_s:g} s of rise and fall", "shorten rise_s or fall_s"
-        raise StudyFaults([Fault("kanai_tajimi.rise_s", found, f"at most {duration_s:g} s", advice)])
+        told = f"The record takes {rise_s + fall_s:g} s to rise and fall, but lasts only {duration_s:g} s."
+        raise StudyFaults([Fault("kanai_tajimi.rise_s", found, f"at most {duration_s:g} s", advice, told)])
     length = 2 * math.ceil(count / 2)
     frequency = np.fft.rfftfreq(length, step_s)[1:-1]
     phase = 2.0 * np.pi * np.random.default_rng(seed).random(frequency.size)

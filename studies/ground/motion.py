@@ -101,21 +101,31 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
     """
     size = motion.acceleration_m_s2.size
     if not 2 <= size <= MOST_SAMPLES:
-        raise refused(place, f"{size:,} samples", f"from 2 to {MOST_SAMPLES:,}", "cut or resample the record")
+        told = f"The record has {size:,} samples; it must have from 2 to {MOST_SAMPLES:,}."
+        allowed = f"from 2 to {MOST_SAMPLES:,}"
+        raise refused(place, f"{size:,} samples", allowed, "cut or resample the record", told)
     if not SHORTEST_STEP <= motion.step_s <= LONGEST_STEP:
         allowed = f"a time step from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s"
-        raise refused(place, f"a step of {motion.step_s:g} s", allowed, "check the unit of time")
+        told = f"The record has a time step of {motion.step_s:g} s; it must be from {SHORTEST_STEP:g} to {LONGEST_STEP:g} s."
+        raise refused(place, f"a step of {motion.step_s:g} s", allowed, "check the unit of time", told)
     peak = motion.peak_m_s2
     if not peak <= MOST_ACCELERATION:
         allowed = f"at most {MOST_ACCELERATION:g} m/s²"
-        raise refused(place, f"an acceleration of {peak:.6g} m/s²", allowed, "check the unit of acceleration")
+        found = f"an acceleration of {peak:.6g} m/s²"
+        told = f"The record has {found}; {allowed} is allowed."
+        raise refused(place, found, allowed, "check the unit of acceleration", told)
     if peak < 1e-9:
         raise refused(
-            place, f"a peak of {peak:g} m/s²", "a base that moves", "check the unit of acceleration"
+            place,
+            f"a peak of {peak:g} m/s²",
+            "a base that moves",
+            "check the unit of acceleration",
+            f"The base does not move in this record: its peak acceleration is {peak:g} m/s².",
         )
     return motion
 
 
-def refused(place: str, found: str, allowed: str, advice: str) -> StudyFaults:
-    """Return the refusal of a record for one fault."""
-    return StudyFaults([Fault(place, found, allowed, advice)])
+def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
+    """Return the refusal of a record for one fault, which stands in a field or a line; `told` is its sentence."""
+    in_line = f"{place.capitalize()} must be {allowed}, not {found}." if place.startswith("line ") else ""
+    return StudyFaults([Fault(place, found, allowed, advice, told or in_line)])

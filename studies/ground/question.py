@@ -65,7 +65,7 @@ def march_contact(contact: Contact) -> Contact:
     if isinstance(contact, CompliantContact):
         advice = "write dwell with the same contact_time; a harmonic study takes compliant"
         raise StudyFaults(
-            [Fault("contact.model", "compliant", "instant or dwell under a ground motion", advice)]
+            [Fault("contact.model", "compliant", "instant or dwell where the base follows a record", advice)]
         )
     return contact
 
@@ -100,7 +100,9 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             faults.extend(caught.faults)
     criterion = held.get("tmd_criterion", Compared.tmd_criterion)
     if criterion not in tuple(CRITERIA):
-        faults.append(Fault("tmd_criterion", describe(criterion), listing(CRITERIA), "choose one of these"))
+        faults.append(
+            Fault("tmd_criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of these")
+        )
     cases = _cases(held.get("cases", list(CASES)), faults)
     counts = {"starts": Compared.starts, "seed": Compared.seed}
     for name, most in (("starts", MOST_STARTS), ("seed", MOST_SEED)):
@@ -149,5 +151,7 @@ def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]
 def _cases(raw: object, faults: list[Fault]) -> tuple[str, ...]:
     if isinstance(raw, list | tuple) and raw and all(isinstance(case, str) and case in CASES for case in raw):
         return tuple(case for case in CASES if case in raw)
-    faults.append(Fault("cases", describe(raw), f"a list of {listing(CASES)}", "leave it out for all"))
+    faults.append(
+        Fault("cases", describe(raw), f"a list of any of {listing(CASES)}", "leave it out for all of them")
+    )
     return ()

@@ -91,7 +91,9 @@ class Shelf:
         """
         if record_id in builtin_ids():
             advice = "only uploaded records can be removed"
-            raise RecordKept(Fault("record", f"{record_id}, which is built in", "an uploaded record", advice))
+            told = f"Record {record_id} is built in and cannot be removed."
+            found = f"{record_id}, which is built in"
+            raise RecordKept(Fault("record", found, "an uploaded record", advice, told))
         self._require_uploaded(record_id)
         # the summary first: a record is there when its summary is
         for suffix in (".json", ".npy"):
@@ -126,12 +128,13 @@ class Shelf:
                 return whole, GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
             except (OSError, ValueError, KeyError):
                 found = f"{whole}, whose files are lost or damaged"
+                told = f"The files of record {whole} are lost or damaged."
                 raise RecordNotFound(
-                    Fault("record", found, "a record that is whole", "upload it again")
+                    Fault("record", found, "a record that is whole", "upload it again", told)
                 ) from None
         near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
-        advice = f"write {near} if that is meant" if near else "list the records, or upload this one"
-        allowed = f"{listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
+        advice = f"did you mean {near}?" if near else "list the records, or upload this one"
+        allowed = f"one of {listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
         raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
 
     def put(self, motion: GroundMotion) -> tuple[str, bool]:
@@ -155,7 +158,8 @@ class Shelf:
             return record_id, False
         if len(kept) >= MOST_RECORDS:
             advice = "remove some with DELETE /api/v1/records/{id}"
-            raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice))
+            told = f"{len(kept)} records are stored, and at most {MOST_RECORDS} may be."
+            raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice, told))
         self.folder.mkdir(parents=True, exist_ok=True)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)

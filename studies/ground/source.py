@@ -114,7 +114,8 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     if raw.get("sha256", source.sha256) != source.sha256:
         found = f"record {source.id} with the digest {describe(raw['sha256'])}"
         advice = "leave `sha256` out to take the record as it is now"
-        raise StudyFaults([Fault("sha256", found, f"{source.sha256}, that of the record here", advice)])
+        told = f"The samples of record {source.id} have changed: their SHA-256 is {source.sha256} now."
+        raise StudyFaults([Fault("sha256", found, f"{source.sha256}, that of the record here", advice, told)])
     return source, motion
 
 

@@ -138,7 +138,11 @@ class Suite:
             advice = "upload the record again"
             raise StudyFaults(
                 Fault(
-                    "records", f"{each}, whose samples are gone", "a record whose samples are stored", advice
+                    "records",
+                    f"{each}, whose samples are gone",
+                    "a record whose samples are stored",
+                    advice,
+                    f"The samples of record {each} are no longer stored.",
                 )
                 for each in lost
             )

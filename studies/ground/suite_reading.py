@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
 from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
@@ -102,7 +103,7 @@ def _unknown(key: str) -> Fault:
     fault = unknown_key(key, key, KEYS)
     if key not in AXES:
         return fault
-    return Fault(key, fault.found, fault.allowed, "write it inside `axes`")
+    return replace(fault, advice="write it inside `axes`")
 
 
 def _records(
@@ -122,13 +123,13 @@ def _records(
         except StudyFaults as caught:
             # a record that is not found says so under a name of its own, which a list has no use for
             faults.extend(
-                Fault(place, f.found, f.allowed, f.advice) if f.field == "record" else f.under(place)
-                for f in caught.faults
+                replace(f, field=place) if f.field == "record" else f.under(place) for f in caught.faults
             )
             continue
         if source.id in found:
             words = f"{source.id} a second time"
-            faults.append(Fault(place, words, "each record once", "remove the duplicate"))
+            told = f"{{field}} names {source.id} a second time."
+            faults.append(Fault(place, words, "each record once", "remove the duplicate", told))
         found[source.id] = source, motion
     return list(found.values())
 
@@ -140,11 +141,14 @@ def _too_much(
     runs = len(sources) * math.prod(axis_count(spec) for spec in axes.values()) * (1 + starts)
     if runs > MOST_RUNS:
         advice = "use fewer values, records or starts"
-        faults.append(Fault("axes", f"{runs:,} runs", f"at most {MOST_RUNS:,} runs", advice))
+        told = f"The suite takes {runs:,} runs; at most {MOST_RUNS:,} are allowed."
+        faults.append(Fault("axes", f"{runs:,} runs", f"at most {MOST_RUNS:,} runs", advice, told))
     samples = sum(source.samples for source in sources)
     if samples > MOST_SAMPLES:
         allowed = f"at most {MOST_SAMPLES:,} samples"
-        faults.append(Fault("records", counted(samples, "sample"), allowed, "use fewer or shorter records"))
+        found = counted(samples, "sample")
+        told = f"The records have {found} in all; at most {MOST_SAMPLES:,} are allowed."
+        faults.append(Fault("records", found, allowed, "use fewer or shorter records", told))
     fastest = float(axis_values(axes["natural_frequency_hz"])[-1])
     for source in sources:
         windows = float(windows_of(source, fastest, numbers["tail_s"]))
@@ -152,5 +156,6 @@ def _too_much(
             found = f"{windows:,.0f} steps of {source.id} at {fastest:g} Hz"
             advice = "use a shorter record or tail, or a slower structure"
             allowed = f"at most {MOST_WINDOWS:,} steps"
-            faults.append(Fault("axes.natural_frequency_hz", found, allowed, advice))
+            told = f"One run takes about {found}; at most {MOST_WINDOWS:,} are allowed."
+            faults.append(Fault("axes.natural_frequency_hz", found, allowed, advice, told))
     return faults

@@ -11,7 +11,7 @@ from typing import Any
 
 from sqlalchemy import Row, insert, select, update
 
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import NOTHING, Fault, describe, listing, printable
 from damperlab.studies.store.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import utc
@@ -112,14 +112,12 @@ class AccessKeys:
         """
         if not _OWNER.fullmatch(owner):
             raise KeyFault(
-                Fault(
-                    "owner", describe(owner), "one line of 1 to 100 characters", "name a person or a program"
-                )
+                Fault("owner", describe(owner), "a line of 1 to 100 characters", "name a person or a program")
             )
         strange = [scope for scope in scopes if scope not in SCOPES]
         if strange or not scopes:
-            found = describe(strange[0]) if strange else "none"
-            raise KeyFault(Fault("scope", found, ", ".join(SCOPES), "choose one of these"))
+            found = describe(strange[0]) if strange else NOTHING
+            raise KeyFault(Fault("scope", found, f"one of {listing(SCOPES)}", "choose one of these"))
         highest = max(SCOPES.index(scope) for scope in scopes)
         key_id, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
         now = time.time()
@@ -165,7 +163,13 @@ class AccessKeys:
         found = self.find(key_id)
         if found is None:
             raise KeyFault(
-                Fault("key", describe(key_id), "the id of a key", "`damperlab keys list` shows them")
+                Fault(
+                    "key",
+                    describe(key_id),
+                    "the id of a key",
+                    "`damperlab keys list` shows the keys and their ids",
+                    f"There is no key with the id {printable(key_id)}.",
+                )
             )
         return found
 

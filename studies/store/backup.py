@@ -139,6 +139,8 @@ def _require_target(target: Store, mine: str) -> None:
                 f"{target.data_dir}, which holds other studies",
                 "a data directory without studies, or an earlier backup of the same one",
                 "name another folder",
+                f"{target.data_dir} holds other studies; a backup goes into a folder without studies, or into an earlier "
+                "backup of the same data directory.",
             )
         )
 

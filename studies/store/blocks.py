@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, delete, func, insert, select, update
 
-from damperlab.studies.faults import Fault
+from damperlab.studies.faults import Fault, counted
 from damperlab.studies.store.claims import require_free
 from damperlab.studies.store.faults import NothingToDo, cannot_use, catalogue_damaged
 from damperlab.studies.store.lookup import Lookup
@@ -230,15 +230,18 @@ class Blocks(Lookup):
 
 def _nothing_to_retry(record: Record) -> NothingToDo:
     if record.outdated:
-        found, advice = (
-            "which is of another solver",
-            f"compute it beside with `damperlab recompute {record.id}`",
-        )
+        found = "which is of another solver"
+        told = f"The blocks of study {record.id} were computed by another solver, so they cannot be retried with this one."
+        advice = f"compute the study again with `damperlab recompute {record.id}`"
     elif record.points_failed:
         found = f"whose {record.points_failed} failed points failed by their numbers"
-        advice = "the same solver gives the same again: change `steady` or the range of the axes"
+        told = (
+            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed by their numbers, and no failed "
+            "block: the same solver would fail there again."
+        )
+        advice = "change `steady` or the range of the axes"
     else:
-        found, advice = "in which no block failed", "resume computes what is missing"
-    return NothingToDo(
-        Fault("study", f"{record.id}, {found}", "a study with blocks that failed as a whole", advice)
-    )
+        found, advice = "in which no block failed", "to compute what is missing, resume the study"
+        told = f"Study {record.id} has no block that failed."
+    allowed = "a study with blocks that failed as a whole"
+    return NothingToDo(Fault("study", f"{record.id}, {found}", allowed, advice, told))

@@ -198,7 +198,8 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
         from obstore.store import S3Store
     except ImportError:
         found = "an address of an object store, for which the library is not installed"
-        raise StoreFault(Fault("store", found, _ALLOWED, "install damperlab[s3]")) from None
+        told = "The library that reads object stores is not installed."
+        raise StoreFault(Fault("store", found, _ALLOWED, "install damperlab[s3]", told)) from None
     _require_keys()
     shortest, longest = _BACKOFF_SECONDS
     try:
@@ -221,7 +222,13 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
         )
     except Exception as error:  # whatever the library makes of an AWS_… variable that it cannot use
         raise StoreFault(
-            Fault("AWS_…", _first_line(error), "variables that describe an S3 server", "correct them")
+            Fault(
+                "AWS_…",
+                _first_line(error),
+                "variables that describe an S3 server",
+                "correct the AWS_… variables of the environment",
+                f"The object store cannot be opened with these settings: {_first_line(error).rstrip('.')}.",
+            )
         ) from error
 
 
@@ -239,6 +246,8 @@ def _require_keys() -> None:
             "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
             "set both; AWS_EC2_METADATA_DISABLED=false asks the cloud's metadata address for keys, and "
             "AWS_SKIP_SIGNATURE=true goes without",
+            "There are no keys for the object store: neither AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY is set, nor an "
+            "identity that the environment names.",
         )
     )
 
@@ -257,6 +266,8 @@ def _plain_http_allowed() -> bool:
             f"http://{parts.hostname}, over which data would travel unencrypted",
             "https://…, or http:// on this machine",
             "use https, or set AWS_ALLOW_HTTP=true in a network that you trust",
+            f"The object store is at http://{parts.hostname}, where data would travel unencrypted; http:// is allowed on "
+            "this machine only.",
         )
     )
 

@@ -124,6 +124,7 @@ class Catalogue:
                     "a data folder that cannot be written, opened to be read",
                     "a data folder that can be written, to change anything",
                     "copy it elsewhere, or change its permissions or how its disk is mounted",
+                    f"{self.name} was opened to be read, because its folder cannot be written; nothing can be changed.",
                 )
             )
         with self._faults(), self._writer.begin() as connection:
@@ -177,8 +178,10 @@ class Catalogue:
                     self.name,
                     f"catalogue revision {found}",
                     f"revision {HEAD} or older",
-                    "it was made by a newer damperlab: upgrade this one, or choose another data directory; if none has "
-                    "opened it, it is damaged: move it away and make it again with `damperlab rebuild`",
+                    "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
+                    "move it away and make it again with `damperlab rebuild`",
+                    f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
+                    f"knows {HEAD} and older ones.",
                 )
             )
         if found not in REVISIONS:
@@ -242,6 +245,7 @@ class Catalogue:
                         found,
                         f"the write lock of the catalogue within {self._wait_seconds:g} s",
                         f"{self._writer_told()}. Try again in a moment; nothing was lost",
+                        f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
                     )
                 ) from error
             raise StoreFault(
@@ -252,6 +256,7 @@ class Catalogue:
                     "check that its server runs and its address and password are right"
                     if not self._sqlite
                     else "check the folder's permissions and free space, and that the catalogue is damperlab's",
+                    f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
                 )
             ) from error
 
@@ -342,6 +347,7 @@ def open_catalogue(
         str(data_dir),
         "a folder that can be made and written",
         "name another folder with --data-dir, or change its permissions",
+        f"The data directory {data_dir} cannot be made or written.",
     )
     try:
         data_dir.parent.mkdir(parents=True, exist_ok=True)
@@ -377,4 +383,5 @@ def _postgresql_url(address: str) -> URL:
         found = "an address of PostgreSQL, for which the driver is not installed"
         advice = "install damperlab[postgresql]"
     # the address itself may hold a password and is not repeated
-    raise StoreFault(Fault("catalogue", found, "postgresql://…", advice))
+    told = f"The catalogue's address must be of the form postgresql://…, and this is {found}."
+    raise StoreFault(Fault("catalogue", found, "postgresql://…", advice, told))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from damperlab.studies.faults import Fault
+from damperlab.studies.faults import Fault, sentence
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.shelf import Shelf
 
@@ -24,13 +24,15 @@ class BlockDamaged(StoreFault):
 def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
     """Make the fault for a block that cannot be read; the index is None where `what` is no part of a block."""
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
+    where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(
         Fault(
-            f"{'' if index is None else f'block {index} of '}study {study_id}",
+            where,
             f"{what}: {found}",
             "what was written",
             f"find all that is damaged with `damperlab verify {study_id}`, and repair it with `damperlab verify "
-            f"--repair {study_id}`: descriptions are written anew, lost blocks are computed again",
+            f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
+            sentence(f"{where} cannot be read: {what}: {found}"),
         )
     )
 

@@ -160,6 +160,7 @@ def require_free(row: Row[Any], what: str) -> None:
                 "study",
                 f"{row.id} is {row.state}, worked on by {owner}",
                 f"a study that no process works on, to {what} it",
-                f"cancel it first: damperlab cancel {row.id}",
+                f"cancel it first with `damperlab cancel {row.id}`",
+                f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
             )
         )

@@ -82,7 +82,8 @@ class Cubes(StoreBase):
                         "revision",
                         str(revision),
                         f"{row.taken_back} to {row.revision}",
-                        "open the study again: some of its blocks were recomputed",
+                        "open the study again",
+                        f"Revision {revision} is no longer available: some blocks of the study were computed again since.",
                     )
                 )
             if revision is not None and revision != row.revision:

@@ -102,10 +102,12 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
             each for each in store.versions(newer.id) if each.version < newer.version and each.blocks_done
         ]
         if not before:
-            raise _no_other(f"{newer.id}, of which there is no older version with results")
+            told = f"Study {newer.id} has no older version with results to compare with."
+            raise _no_other(f"{newer.id}, of which there is no older version with results", told)
         older = before[-1]
     if older.digest != newer.digest:
-        raise _no_other(f"{newer.id} and {older.id}, which are two studies")
+        told = f"{newer.id} and {older.id} are different studies, not two versions of one."
+        raise _no_other(f"{newer.id} and {older.id}, which are two studies", told)
     cubes = store.cube(older.id), store.cube(newer.id)
     names = [str(name) for name in cubes[1].data_vars if name in cubes[0] and name not in NOT_RESULTS]
     found = Differences(
@@ -162,10 +164,9 @@ def _number(value: np.generic) -> float | None:
     return number if np.isfinite(number) else None
 
 
-def _no_other(found: str) -> NothingToDo:
-    return NothingToDo(
-        Fault("study", found, "two versions of one study", "make one with `damperlab recompute`")
-    )
+def _no_other(found: str, told: str) -> NothingToDo:
+    advice = "make another version with `damperlab recompute`"
+    return NothingToDo(Fault("study", found, "two versions of one study", advice, told))
 
 
 def words(found: Differences) -> Iterable[str]:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from sqlalchemy import Connection, func, insert, select
 
 from damperlab.studies.digest import family_digest
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.base import StoreBase
@@ -291,6 +291,8 @@ class _Asked:
                         f"{describe(one.key)}, given to study {known[:12]} before",
                         "a different key for each study",
                         "send the same definition as before, or another key",
+                        f"The idempotency key {printable(one.key or '')} was given to study {known[:12]} "
+                        "before, which has another definition.",
                     )
                 )
 

@@ -70,6 +70,7 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
             if place.startswith("s3://")
             else "check the disk's free space and the folder's permissions; a cube that is lost can be "
             "computed again after `damperlab delete`",
+            f"{place} cannot be read or written: {error}.",
         )
     )
 
@@ -83,6 +84,7 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
             "the rows that were written",
             advice
             or f"compare everything with `damperlab verify {study_id}`, and repair it with `damperlab verify {study_id} "
-            "--repair`; a catalogue that is beyond that is made again by `damperlab rebuild`",
+            "--repair`; a catalogue that is beyond repair is made again by `damperlab rebuild`",
+            f"The catalogue is damaged: study {study_id} has {found}.",
         )
     )

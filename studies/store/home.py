@@ -65,6 +65,7 @@ def require_catalogue(data_dir: Path) -> None:
             f"cubes in {cubes} without their catalogue",
             f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
             f"{_NAME_IT}; if it is lost, {_REBUILD}",
+            f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
         )
     )
 
@@ -108,6 +109,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
                 f"the data directory {data_dir}, where the studies of this catalogue are",
                 "leave it out; or copy them: `damperlab backup FOLDER`, and `damperlab restore FOLDER` with "
                 "a new data directory and this store",
+                f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
             )
         )
     _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
@@ -152,6 +154,7 @@ def owner_of(place: Shelf) -> str | None:
             "an owner marker that is damaged",
             "the id of the catalogue that the cubes belong to",
             f"if the catalogue of this data directory is theirs, remove the file and {_REBUILD}",
+            f"The owner marker {place.address}/{MARKER}, which says what catalogue the cubes belong to, is damaged.",
         )
     )
 
@@ -189,6 +192,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
                 f"cubes in {folder.address} that belong to another catalogue than {catalogue.name}",
                 "the catalogue that they belong to",
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
+                f"The cubes in {folder.address} belong to another catalogue than {catalogue.name}.",
             )
         )
     # a copy's files come before its rows: one that was cut short is gone on with
@@ -200,6 +204,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
                 f"results in {folder.address}/{newer} that {catalogue.name} does not know: it is an older copy",
                 "the newest state of the catalogue",
                 "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
+                f"{folder.address}/{newer} holds results that {catalogue.name} does not know: the catalogue is an older copy.",
             )
         )
     if not marked:
@@ -217,6 +222,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked:
                 f"cubes in {folder.address}, and {catalogue.name}, which knows no study",
                 "the catalogue that the cubes belong to",
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
+                f"There are cubes in {folder.address}, but {catalogue.name} knows no study.",
             )
         )
     if marked and used and not holds:
@@ -226,6 +232,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked:
                 f"none of the cubes of {catalogue.name} in {folder.address}",
                 "the folder that holds them",
                 "check that its disk is mounted; if the cubes are lost for good, restore a backup",
+                f"{folder.address} holds none of the cubes of {catalogue.name}.",
             )
         )
 
@@ -259,7 +266,8 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
                 "store",
                 f"{bucket.address}, which holds none of this catalogue's cubes",
                 elsewhere,
-                "leave it out, or copy everything there before you name it",
+                "leave `store` out, or copy everything there first",
+                f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
             )
         )
     try:
@@ -274,6 +282,7 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
                 f"{bucket.address}, which holds the cubes of another catalogue",
                 "a bucket, or a prefix in one, of this catalogue's own",
                 f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
+                f"{bucket.address} holds the cubes of another catalogue.",
             )
         )
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from sqlalchemy import Connection, func, select, update
 
-from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.faults import Fault, describe, listing, printable
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.manifest import keep_marks
@@ -64,6 +64,7 @@ class Lookup(StoreBase):
                         describe(ref),
                         f"one study; this fits {several}",
                         "write more digits of the id",
+                        f"{printable(ref)} fits more than one study: {several}.",
                     )
                 )
             raise unknown_study(connection, ref)
@@ -119,9 +120,13 @@ class Lookup(StoreBase):
             If an argument is not allowed.
         """
         if not 1 <= limit <= PAGE_LIMIT:
-            raise StoreFault(Fault("limit", str(limit), f"1 to {PAGE_LIMIT}", "ask page by page"))
+            raise StoreFault(
+                Fault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
+            )
         if state is not None and state not in STATES:
-            raise StoreFault(Fault("state", describe(state), listing(STATES), "leave it out for every state"))
+            raise StoreFault(
+                Fault("state", describe(state), f"one of {listing(STATES)}", "leave it out for every state")
+            )
         query = select(studies).where(ALIVE)
         if cursor is not None:
             query = query.where(studies.c.number < number_before(cursor))

@@ -87,6 +87,8 @@ class Quota:
                         f"{max(0, limit - used):,} {unit}: the quota is {limit:,}, of which other "
                         f"studies use {used:,}",
                         _ADVICE,
+                        f"{{field}} does not suffice: the study would take {wanted:,} {unit}, and {max(0, limit - used):,} "
+                        f"{unit} of {limit:,} are left.",
                     )
                 )
         if self.unfinished is not None and self.unfinished < after.unfinished > before.unfinished:

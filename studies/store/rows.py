@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, func, insert, select, text
 
-from damperlab.studies.faults import Fault, describe, nearest
+from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.rowsum import require_row
@@ -65,8 +65,13 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     gone = connection.execute(
         select(func.max(studies.c.deleted)).where(studies.c.id == ref, studies.c.deleted.is_not(None))
     ).scalar()
-    found = describe(ref) + (f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else "")
-    return StudyNotFound(Fault("study", found, allowed, advice))
+    when = f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
+    told = f"There is no study {printable(ref)}{when}. " + (
+        f"Studies go by an id, a prefix of an id, or a name; the newest are {known}."
+        if known
+        else "There are no studies yet."
+    )
+    return StudyNotFound(Fault("study", describe(ref) + when, allowed, advice, told))
 
 
 def marks_of(
@@ -162,7 +167,7 @@ def number_before(cursor: str) -> int:
     except (binascii.Error, ValueError):
         pass
     raise StoreFault(
-        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out to get the first page")
+        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
     )
 
 

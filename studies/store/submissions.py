@@ -182,8 +182,13 @@ class Submissions(Entering):
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:
     if not record.blocks_done:
-        found, advice = f"{record.id}, which has no results yet", f"damperlab resume {record.id}"
+        found, advice = f"{record.id}, which has no results yet", f"run `damperlab resume {record.id}`"
+        told = f"Study {record.id} has no results yet, so there is nothing to compute again."
     else:
         found = f"{record.id}, which is of today's solver: it would give the same bits"
+        told = (
+            f"The results of study {record.id} are of today's solver, which would give the same bits again."
+        )
         advice = "nothing need be done; `damperlab verify` checks that the results are as they were written"
-    return NothingToDo(Fault("study", found, "a study whose results are of another solver", advice))
+    allowed = "a study whose results are of another solver"
+    return NothingToDo(Fault("study", found, allowed, advice, told))

@@ -51,6 +51,8 @@ def test_the_best_of_a_kind_is_ranked_by_its_metric(kind: Kind) -> None:
 def test_what_applies_to_the_other_kind_alone_is_refused(
     kind: Kind, judging: Judging, ranking: Ranking, field: str
 ) -> None:
-    with pytest.raises(QueryFault, match="to which it does not apply") as caught:
+    with pytest.raises(
+        QueryFault, match=rf"^`{field}` applies to a .*, but this study is {kind.words}"
+    ) as caught:
         ranked_designs(cube_of(kind), judging, ranking, lambda others: {})
     assert caught.value.fault.field == field

@@ -117,7 +117,7 @@ def test_files_say_who_may_take_part(tmp_path: Path) -> None:
     with pytest.raises(FileExistsError):
         make_certificates(tmp_path / "ours")
     (tmp_path / "theirs" / "key.pem").rename(tmp_path / "theirs" / "elsewhere")
-    with pytest.raises(ClusterUnusable, match=r"without a readable key\.pem"):
+    with pytest.raises(ClusterUnusable, match=r"holds no key\.pem that can be read"):
         security(tmp_path / "theirs")
 
 

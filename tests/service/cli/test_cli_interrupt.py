@@ -48,7 +48,7 @@ def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
     running = start("run", study, "--data-dir", tmp_path, "--workers", "1")
     store = Store.open(tmp_path)
     seen = wait_for_block(store, running, 0)
-    assert "cancel it first" in run("delete", seen.id, "--yes", "--data-dir", tmp_path, status=1).stderr
+    assert "Cancel it first" in run("delete", seen.id, "--yes", "--data-dir", tmp_path, status=1).stderr
     run("cancel", seen.id, "--data-dir", tmp_path)
     _, err = running.communicate(timeout=END_SECONDS)
     assert running.returncode == 1, err

@@ -29,7 +29,7 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
     file.write_bytes(file.read_bytes()[:40])
     # never a curve of fill values
     assert "verify --repair" in run("response", record.id, "--data-dir", store.data_dir, status=1).stderr
-    assert "block 0" in run("verify", "--data-dir", store.data_dir, status=1).stderr
+    assert "lock 0" in run("verify", "--data-dir", store.data_dir, status=1).stderr
     answer = run("verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json")
     (mended,) = json.loads(answer.stdout)["studies"]
     assert (mended["repaired"], [damage["block"] for damage in mended["damaged"]]) == (True, [0])

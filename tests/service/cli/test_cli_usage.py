@@ -1,4 +1,5 @@
 import json
+import re
 import os
 import subprocess
 import sys
@@ -71,7 +72,7 @@ def test_every_fault_of_a_study_is_one_line_and_nothing_is_stored(tmp_path: Path
     )
     data_dir = tmp_path / "data"
     ended = run("run", study, "--data-dir", data_dir, status=2)
-    fields = [line.split(": ")[1] for line in ended.stderr.splitlines()]
+    fields = [line.split("`")[1] for line in ended.stderr.splitlines()]
     expected = {
         "axes.clearance_ratio",
         "axes.friction_ratio",
@@ -84,6 +85,10 @@ def test_every_fault_of_a_study_is_one_line_and_nothing_is_stored(tmp_path: Path
     document = json.loads(run("run", study, "--data-dir", data_dir, "--json", status=2).stdout)
     assert {error["field"] for error in document["errors"]} == expected
     assert all(error["found"] and error["allowed"] and error["advice"] for error in document["errors"])
+    # every line is made of sentences, and what programs get is what people read
+    for line, error in zip(ended.stderr.splitlines(), document["errors"], strict=True):
+        assert line.startswith(f"damperlab: {error['message']} ")
+        assert re.fullmatch(r"damperlab: `[\w.]+` (is|must) .+\. [A-Z].*[.?]", line), line
     assert not data_dir.exists()
 
 
@@ -124,7 +129,7 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
         (["studies", "--state", "dne"], "Did you mean done?"),
         (["optimum", "x", "--objective", "peek"], "Did you mean peak?"),
         (["export", "x", "--format", "cvs", "-o", "x"], "Did you mean csv?"),
-        (["run", "figur-11"], "did you mean figure-11?"),
+        (["run", "figur-11"], "Did you mean figure-11?"),
         (["earthquake", "--at", "clearanc_m=1"], "Did you mean clearance_m?"),
     ],
 )
@@ -137,7 +142,7 @@ def test_a_mistyped_study_is_answered_with_the_nearest_stored_name(
 ) -> None:
     data_dir, _ = stored
     ended = run("show", "bare structur", "--data-dir", data_dir, status=2)
-    assert "did you mean bare structure?" in ended.stderr
+    assert "Did you mean bare structure?" in ended.stderr
 
 
 def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict[str, Any]]) -> None:

@@ -144,17 +144,21 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
         ({"objective": "best"}, "objective", "resonance, peak"),
         ({"objective": "resonance", "band": (0.8, 1.2)}, "band", "resonance"),
         ({"objective": "peak", "band": (1.2, 0.8)}, "band", "lower one first"),
-        ({"objective": "peak", "band": (0.96, 0.99)}, "band", "holds no grid point"),
-        ({"ranges": {"clearance_ratio": (30.0, 40.0)}}, "clearance_ratio", "20 is the nearest"),
+        (
+            {"objective": "peak", "band": (0.96, 0.99)},
+            "band",
+            "contains none of its values; the study has 6 values from 0.7 to 1.25",
+        ),
+        ({"ranges": {"clearance_ratio": (30.0, 40.0)}}, "clearance_ratio", "the nearest value is 20"),
         ({"ranges": {"clearance_ratio": (float("nan"), 4.0)}}, "clearance_ratio", "lower one first"),
         ({"ranges": {"clearance": (1.0, 4.0)}}, "clearance", "did you mean clearance_ratio"),
         ({"ranges": {"frequency_ratio": (1.0, 4.0)}}, "frequency_ratio", "band"),
-        ({"max_impact_speed": -1.0}, "max_impact_speed", "0 or more"),
-        ({"max_impact_speed": float("nan")}, "max_impact_speed", "0 or more"),
+        ({"max_impact_speed": -1.0}, "max_impact_speed", "at least 0"),
+        ({"max_impact_speed": float("nan")}, "max_impact_speed", "at least 0"),
     ],
 )
 def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, question, field, words):
-    with pytest.raises(QueryFault, match=words) as caught:
+    with pytest.raises(QueryFault, match=f"(?i){words}") as caught:
         optimal_designs(cube, Judging(**question))
     assert caught.value.fault.field == field
 

@@ -113,7 +113,7 @@ def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
     assert (fault.field, fault.allowed) == ("metric", "one of amplitude_ratio, status")
     assert fault.found == "amplitude_error, which the study does not store"
     assert "did you mean" not in fault.advice
-    with pytest.raises(QueryFault, match="did you mean amplitude_ratio"):
+    with pytest.raises(QueryFault, match="Did you mean amplitude_ratio"):
         frequency_response(little, Selection("amplitude_ration"))
 
 

@@ -90,17 +90,17 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
         (
             {"mass_ratio": 5e-324, "criterion": "den_hartog"},
             "mass_ratio",
-            "found 5e-324; allowed: 1e-12 to 10",
+            "from 1e-12 to 10, not 5e-324",
         ),
         ({"detuning": -1.0}, "detuning", "above -1"),
         ({"excitation": "wind"}, "excitation", "base or force"),
         ({"damping_detuning": float("nan")}, "damping_detuning", "share"),
         ({"at": {"gap": 1.0}}, "gap", "one of"),
-        ({"at": {"frequency_ratio": 1.0}}, "frequency_ratio", "runs along frequency_ratio; leave it out"),
+        ({"at": {"frequency_ratio": 1.0}}, "frequency_ratio", "the curve runs along it. Leave it out"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(cube, question, field, words):
-    with pytest.raises(QueryFault, match=words) as caught:
+    with pytest.raises(QueryFault, match=f"(?i){words}") as caught:
         tmd_comparison(cube, Tuning(**{k: v for k, v in question.items() if k != "at"}), question.get("at"))
     assert caught.value.fault.field == field
 

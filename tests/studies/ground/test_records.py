@@ -238,7 +238,7 @@ def test_the_spectrum_is_that_of_kanai_and_tajimi() -> None:
         ({"seed": -1}, "kanai_tajimi.seed"),
         ({"seed": 1.5}, "kanai_tajimi.seed"),
         ({"peak_g": 0}, "kanai_tajimi.peak_g"),
-        ({"peak": 1}, "kanai_tajimi"),
+        ({"peak": 1}, "kanai_tajimi.peak"),
         ({"rise_s": 20, "fall_s": 20}, "kanai_tajimi.rise_s"),
         ({"duration_s": 1000, "step_s": 0.0001}, "kanai_tajimi.step_s"),
     ],

@@ -110,17 +110,17 @@ def test_a_definition_reads_back_without_its_records(tmp_path: Path) -> None:
     stored = parse_study(suite.document())
     assert stored == suite
     assert stored.digest == suite.digest
-    with pytest.raises(StudyFaults, match="upload the record again"):
+    with pytest.raises(StudyFaults, match="Upload the record again"):
         stored.attachments()
     # submitted again it is the same study, as long as the record is there and what it was
     assert parse_study(suite.document(), shelf).attachments() == held
     for path in shelf.folder.glob("*.npy"):
         path.unlink()
-    with pytest.raises(StudyFaults, match="upload it again"):
+    with pytest.raises(StudyFaults, match="Upload it again"):
         parse_study(suite.document(), shelf)
     told = suite.document()
     next(each for each in told["records"] if each["id"] == "el-centro-180")["sha256"] = "0" * 64
-    with pytest.raises(StudyFaults, match="leave `sha256` out"):
+    with pytest.raises(StudyFaults, match="Leave `sha256` out"):
         parse_study(told, shelf)
 
 

@@ -198,7 +198,7 @@ def test_a_flipped_bit_is_not_backed_up(filled, tmp_path):
     content[-9] ^= 1
     block.write_bytes(bytes(content))
     copy = Store.open(tmp_path / "copy")
-    with pytest.raises(BlockDamaged, match="block 7"):
+    with pytest.raises(BlockDamaged, match="Block 7"):
         copy_store(filled, copy)
     copy.close()
 

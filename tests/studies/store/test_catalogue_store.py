@@ -254,7 +254,7 @@ def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
     with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     connection.close()
-    with pytest.raises(StoreFault, match=r"revision 9999.*upgrade"):
+    with pytest.raises(StoreFault, match=r"revision 9999.*Upgrade"):
         Store.open(tmp_path)
 
 
