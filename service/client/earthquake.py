@@ -99,7 +99,10 @@ def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
     data["sensitive"] = (
         "case",
         np.array(sensitive),
-        {"units": "1", "long_name": "whether the response depends on what nobody knows of the start"},
+        {
+            "units": "1",
+            "long_name": "whether the response depends on details of the start that are not known",
+        },
     )
     labels = [str(case["label"]) for case in cases.values()]
     coordinates = {"case": list(cases), "label": ("case", labels)}

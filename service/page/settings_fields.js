@@ -25,9 +25,9 @@ function numberField(label, field, value, onChange) {
 export function contactField(study, change, redraw) {
   const contact = study.contact ?? { model: "instant" };
   const models = /** @type {[string, string][]} */ ([
-    ["instant", "at once"],
-    ["dwell", "dwell for a contact time"],
-    ["compliant", "on a wall that gives way"],
+    ["instant", "instantaneous impact"],
+    ["dwell", "contact of fixed duration (dwell)"],
+    ["compliant", "compliant contact (spring and dashpot)"],
   ]);
   if (!models.some(([model]) => model === contact.model)) models.push([contact.model, contact.model]);
   const put = (/** @type {any} */ next) => redraw({ ...study, contact: next });

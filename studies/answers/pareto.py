@@ -192,7 +192,7 @@ def _note(
         better = "larger" if name.startswith("-") else "smaller"
         wanted.append(f"{RESPECTS[name.removeprefix('-')][1]} ({better} is better)")
     sentences = [
-        f"{counted(designs, 'design')} that no other beats at once in: {', '.join(wanted)}.",
+        f"{counted(designs, 'design')} that no other design beats in all of: {', '.join(wanted)}.",
         f"Judged at {counted(int(question.frequencies.size), 'frequency ratio')}.",
     ]
     if said.get("as_good"):

@@ -168,7 +168,7 @@ def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str
         parts.append(f"{counted(alike, 'more design')} {'has' if alike == 1 else 'have'} this very response.")
     if unknown:
         parts.append(
-            "The study keeps no error of its amplitudes, so nobody knows how many designs are as good."
+            "The study keeps no error of its amplitudes, so it is not known how many designs are as good."
         )
     else:
         parts.append(say_ties(said))
@@ -183,7 +183,7 @@ def say_ties(said: Mapping[str, Any]) -> str:
     likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
     return (
         f"{counted(said['as_good'], 'more design')} may be as good within the errors "
-        f"({said['confidence']:.0%} confidence over all designs at once){likely}."
+        f"({said['confidence']:.0%} confidence for all designs together){likely}."
     )
 
 

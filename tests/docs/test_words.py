@@ -16,9 +16,13 @@ from damperlab.service.settings import Settings
 ROOT = Path(__file__).parents[2]
 SPOKEN = {
     "BadParameter", "CommandFailed", "ClusterUnusable", "Fault", "Interrupted", "Option", "Argument", "Outage", "Problem",
-    "QueryFault", "Field", "StillRunning", "Stopped", "StoreFault", "Unreachable", "note", "refused", "say", "unknown_key",
+    "QueryFault", "Field", "StillRunning", "Stopped", "StoreFault", "Unreachable", "note", "refused", "_refused", "say",
+    "sentence", "unknown_key", "_at", "_no_other", "_too_much",
 }  # fmt: skip
 """Calls whose texts a user reads."""
+PARTS = {"advice", "allowed", "found", "told", "instead", "detail", "message", "reason", "rule",
+         "NONE_QUALIFIES", "_ADVICE", "_CORRECT", "_NAME_IT", "_REBUILD", "_SHORTER", "_TYPE_ADVICE"}  # fmt: skip
+"""Variables and keywords whose texts become part of such a call's."""
 OF_OTHERS = ("worker/solver/", "worker/steady/")
 
 
@@ -48,10 +52,17 @@ def message_texts() -> Iterator[tuple[str, str]]:
             if place.startswith(OF_OTHERS):
                 continue
             for call in ast.walk(ast.parse(file.read_text())):
-                if isinstance(call, ast.Call) and _name(call.func) in SPOKEN:
+                spoken = isinstance(call, ast.Call) and _name(call.func) in SPOKEN
+                if spoken or (isinstance(call, ast.Assign | ast.keyword) and _names(call) & PARTS):
                     for node in ast.walk(call):
                         if isinstance(node, ast.Constant) and isinstance(node.value, str):
                             yield f"{place}:{node.lineno}", node.value
+
+
+def _names(given: ast.Assign | ast.keyword) -> set[str]:
+    if isinstance(given, ast.keyword):
+        return {given.arg or ""}
+    return {str(getattr(node, "id", "")) for target in given.targets for node in ast.walk(target)}
 
 
 def _name(function: ast.expr) -> str:
@@ -72,7 +83,9 @@ def described(document: Any, place: str) -> Iterator[tuple[str, str]]:
 
 def test_the_walk_reaches_what_it_should() -> None:
     assert len(list(command_texts())) > 150
-    assert len(list(message_texts())) > 500
+    texts = [text for _, text in message_texts()]
+    assert len(texts) > 1000
+    assert "correct the text there" in texts  # of a variable
     assert "mend" in retired()
     assert refused_in("Mend it with an own record.") == ["mend", "an own"]
 

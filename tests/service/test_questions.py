@@ -234,6 +234,7 @@ def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client,
             "found": "a study that does not store response_class",
             "allowed": "a study that stores it",
             "advice": "add response_class to `metrics` and submit again, or leave exclude_locked out",
+            "message": "The study does not store response_class, which `exclude_locked` needs.",
         }
 
 
