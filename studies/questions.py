@@ -144,7 +144,7 @@ class Varied:
 
     metric: str | None = asked(
         None,
-        "Result whose variance is shared out; amplitude_ratio by default, of a ground-motion suite "
+        "Result whose variance is explained; amplitude_ratio by default, for a ground-motion suite "
         "peak_relative_displacement_m.",
         allowed=EVERY_METRIC,
     )
@@ -233,7 +233,7 @@ class Search(Step):
     """How far a refinement goes."""
 
     value_tolerance: float = asked(
-        0.01, "Relative improvement below which a design is not searched for.", least=1e-6, most=0.5
+        0.01, "Smallest relative improvement that is worth searching for.", least=1e-6, most=0.5
     )
     budget: int = asked(
         20_000, "Largest total number of points of all follow-up studies.", least=0, most=10**9

@@ -13,19 +13,21 @@ from damperlab.service.cli.store import open_store
 from damperlab.studies.vocabulary import Scope
 
 keys = typer.Typer(
-    help="Keys of those who may ask a service: create, list, revoke.", no_args_is_help=True, name="keys"
+    help="Create, list and revoke the keys that give access to a service.", no_args_is_help=True, name="keys"
 )
 
 
 @keys.command("create")
 def create(
     owner: Annotated[
-        str | None, typer.Option(help="Whose studies are submitted with it; by default your user name.")
+        str | None,
+        typer.Option(help="Owner of the studies that are submitted with the key; your user name by default."),
     ] = None,
     scope: Annotated[
         Scope,
         typer.Option(
-            help="What the key allows: read asks; submit also submits studies and changes one's own; admin changes everyone's."
+            help="What the key allows: read asks questions, submit also submits studies and changes its owner's, "
+            "admin changes everyone's."
         ),
     ] = "submit",
     expires: Annotated[
@@ -34,7 +36,7 @@ def create(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a key and print it, this once: only its hash is kept."""
+    """Create a key and print it once; only its hash is stored."""
     from damperlab.studies.store.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
@@ -88,7 +90,7 @@ def revoke(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let a key open nothing any more; a running service knows within seconds."""
+    """Revoke a key; a running service refuses it within seconds."""
     from damperlab.studies.store.access_keys import AccessKeys
 
     store = open_store(data_dir)

@@ -23,7 +23,9 @@ def worker(
     scheduler: Annotated[
         str,
         typer.Argument(
-            metavar="ADDRESS", help="Of the Dask scheduler, as in tls://HOST:8786.", show_default=False
+            metavar="ADDRESS",
+            help="Address of the Dask scheduler, as in tls://HOST:8786.",
+            show_default=False,
         ),
     ],
     tls: Tls = None,
@@ -31,14 +33,14 @@ def worker(
         float | None,
         typer.Option(
             min=1.0,
-            help="Leave so that the process is gone after so many seconds, before a batch system ends it.",
+            help="Leave early enough that the process has ended after this many seconds, before a batch system ends it.",
         ),
     ] = None,
     leave_within: Annotated[
         float,
         typer.Option(
             min=0.0,
-            help="Most seconds from being told to leave (SIGTERM, a notice, the lifetime) until it is gone.",
+            help="Longest time that leaving may take, in seconds, after SIGTERM, a notice or the end of the lifetime.",
         ),
     ] = 25.0,
     notice: Annotated[
@@ -48,10 +50,14 @@ def worker(
             help="Leave the cluster as soon as this file exists, as when a spot instance is about to be reclaimed.",
         ),
     ] = None,
-    memory_limit: Annotated[str, typer.Option(help="As Dask takes it: auto, 4GB, 0 for none.")] = "auto",
-    name: Annotated[str | None, typer.Option(help="What to call it.", show_default=False)] = None,
+    memory_limit: Annotated[
+        str, typer.Option(help="Memory limit of the worker in Dask's notation: auto, 4GB, or 0 for no limit.")
+    ] = "auto",
+    name: Annotated[
+        str | None, typer.Option(help="Name of the worker in messages and logs.", show_default=False)
+    ] = None,
 ) -> None:
-    """Compute blocks for a scheduler, one at a time, until told to leave; then end or give back the running one."""
+    """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
     from damperlab.worker.certificates import security
     from damperlab.worker.member import Terms, serve_worker
 
@@ -63,12 +69,12 @@ def certificates(
     folder: Annotated[
         Path,
         typer.Argument(
-            metavar="DIR", help="Where to put them; made where it is missing.", show_default=False
+            metavar="DIR", help="Folder for the certificates; it is created if missing.", show_default=False
         ),
     ],
-    days: Annotated[int, typer.Option(min=1, help="How long they hold.")] = 3650,
+    days: Annotated[int, typer.Option(min=1, help="Days until the certificates expire.")] = 3650,
 ) -> None:
-    """Make a private certificate authority for one cluster, and what its members show."""
+    """Create a private certificate authority for one cluster, and the certificate that its members share."""
     from damperlab.worker.certificates import make_certificates
 
     try:

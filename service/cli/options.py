@@ -34,7 +34,7 @@ QuotaBytes = Annotated[
     typer.Option(
         "--quota",
         metavar="SIZE",
-        help="Most bytes that all studies may take before compression, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, "
+        help="Largest total size of all studies before compression, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, "
         "by default.",
         show_default=False,
     ),
@@ -67,7 +67,7 @@ Wait = Annotated[
         "--wait",
         metavar="SECONDS",
         min=0.0,
-        help="How long to wait while no worker of the scheduler can compute, as in the queue of a batch system.",
+        help="Seconds to wait while no worker of the scheduler can compute, as in the queue of a batch system.",
     ),
 ]
 Output = Annotated[

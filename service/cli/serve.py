@@ -25,16 +25,16 @@ def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on; loopback by default.")] = None,
     open_: Annotated[
         bool,
-        typer.Option("--open", help="Let everybody in who can reach the address: no keys are asked for."),
+        typer.Option("--open", help="Admit everyone who can reach the address, without keys."),
     ] = False,
     keys: Annotated[
-        bool, typer.Option("--keys", help="Ask for keys on loopback too, as behind a reverse proxy.")
+        bool, typer.Option("--keys", help="Require keys on loopback too, for example behind a reverse proxy.")
     ] = False,
     hosts: Annotated[
         str | None, typer.Option(help="More names that the service answers to, separated by commas.")
     ] = None,
     tls_certificate: Annotated[
-        Path | None, typer.Option(help="Certificate chain in PEM: serve TLS.", dir_okay=False)
+        Path | None, typer.Option(help="Certificate chain in PEM, to serve HTTPS.", dir_okay=False)
     ] = None,
     tls_key: Annotated[
         Path | None, typer.Option(help="Private key of the certificate, in PEM.", dir_okay=False)

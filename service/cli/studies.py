@@ -19,8 +19,8 @@ def studies(
     state: Annotated[
         str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Only studies whose name holds this text.")] = None,
-    limit: Annotated[int, typer.Option(min=1, max=1000, help="Most studies to list.")] = 50,
+    name: Annotated[str | None, typer.Option(help="Only studies whose name contains this text.")] = None,
+    limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
     ] = None,

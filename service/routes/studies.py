@@ -63,7 +63,7 @@ class ListQuery(BaseModel):
     limit: int = Field(50, ge=1, le=200, description="Largest number of studies on one page.")
     cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
     state: State | None = None
-    name: str | None = Field(None, max_length=200, description="Only studies whose name holds this text.")
+    name: str | None = Field(None, max_length=200, description="Only studies whose name contains this text.")
 
 
 class DifferencesQuery(BaseModel):
