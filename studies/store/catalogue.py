@@ -204,8 +204,9 @@ class Catalogue:
             sync_path(Path(self._url.database).parent)
 
     def _damaged(self, found: str) -> CatalogueDamaged:
-        advice = "it is damaged: make it again from the cubes with `damperlab rebuild`"
-        return CatalogueDamaged(Fault(self.name, found, f"revision {HEAD} or older", advice))
+        advice = "make it again from the cubes with `damperlab rebuild`"
+        told = f"{self.name} is damaged: {found}."
+        return CatalogueDamaged(Fault(self.name, found, f"revision {HEAD} or older", advice, told))
 
     def _switch_to_wal(self) -> None:
         # several processes may open a new folder at once, and the switch ignores the busy timeout
