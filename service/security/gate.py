@@ -94,7 +94,8 @@ class Gate:
         if not seconds:
             return None
         found, allowed = "more than that", f"{rates.per_minute} requests a minute {whose}"
-        fault = Fault("requests", found, allowed, f"try again in {seconds} s")
+        told = f"At most {allowed} are answered, and there were more."
+        fault = Fault("requests", found, allowed, f"try again in {seconds} s", told)
         headers = {"Retry-After": str(seconds)}
         return Problem(429, "too-many-requests", "Too many requests have come.", (fault,), headers)
 

@@ -156,7 +156,10 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
         if each.source in ranges or (each.source == FREQUENCY and band is not None):
             other = "band" if each.source == FREQUENCY else each.source
             advice = f"give either {name} or {other}"
-            raise QueryFault(Fault(name, f"a range beside one of {other}", "one range of a quantity", advice))
+            told = f"{{field}} and `{other}` are ranges of the same quantity, which may have only one."
+            raise QueryFault(
+                Fault(name, f"a range beside one of {other}", "one range of a quantity", advice, told)
+            )
         if each.source == FREQUENCY:
             band = low, high
         else:

@@ -104,7 +104,13 @@ def _axes(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[s
         check_dimension(cube, name, name)
         if cube[name].dtype.kind == "U":
             raise QueryFault(
-                Fault(name, describe(list(wanted[name])), "a dimension of numbers", "leave it out")
+                Fault(
+                    name,
+                    describe(list(wanted[name])),
+                    "a dimension of numbers",
+                    "leave it out",
+                    "{field} holds texts, so it has no range.",
+                )
             )
     return {name: within(cube, name, name, wanted.get(name)) for name in dimensions_of(cube)}
 

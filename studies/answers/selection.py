@@ -181,7 +181,10 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
         source = units[name].source if name in units else name
         if source in found:
             advice = f"give either {name} or {source}" if name in units else "leave one of the two out"
-            raise QueryFault(Fault(name, "a second value of one dimension", "one value for each", advice))
+            told = f"{{field}} gives a second value of {source}."
+            raise QueryFault(
+                Fault(name, "a second value of one dimension", "one value for each", advice, told)
+            )
         found[source] = finite(name, value) / units[name].factor if name in units else value
     return found
 

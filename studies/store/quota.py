@@ -95,7 +95,8 @@ class Quota:
             found = f"{after.unfinished:,} studies that wait or run"
             allowed = f"at most {self.unfinished:,} at a time"
             advice = "wait until some have ended, or cancel some"
-            raise TooManyUnfinished(Fault(f"{self.setting}_unfinished", found, allowed, advice))
+            told = f"{found} would be too many; there may be {allowed}."
+            raise TooManyUnfinished(Fault(f"{self.setting}_unfinished", found, allowed, advice, told))
 
 
 class Ledger:
