@@ -95,7 +95,7 @@ class Quota:
             found = f"{after.unfinished:,} studies that wait or run"
             allowed = f"at most {self.unfinished:,} at a time"
             advice = "wait until some have ended, or cancel some"
-            told = f"{found} would be too many; there may be {allowed}."
+            told = f"{{field}} allows {allowed}, and there would be {found}."
             raise TooManyUnfinished(Fault(f"{self.setting}_unfinished", found, allowed, advice, told))
 
 
