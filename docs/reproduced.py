@@ -1,0 +1,48 @@
+"""The report on the paper as a page: `python -m docs.reproduced DIR` makes it of what `damperlab reproduce -o DIR` wrote."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from docs.console import ROOT
+
+from damperlab.service.reproduction.report import in_markdown
+
+PAGE = ROOT / "docs" / "reproduction.md"
+RECOMPUTED = ("figures 10 and 9", "table 4", "the paper beside itself")
+"""Sections that take seconds: a test computes them anew and compares every number."""
+INTRODUCTION = (
+    "This is the report that `damperlab reproduce -o DIR` writes, which draws the figures beside it. Every number stands "
+    "beside the paper's, with every reading tried of what the paper leaves open, and where the paper disagrees with itself."
+)
+
+
+def page_of(report: dict[str, Any]) -> str:
+    """Put a report into a page.
+
+    Parameters
+    ----------
+    report : dict
+        Of `make_report`, in its long form.
+
+    Raises
+    ------
+    ValueError
+        If it is the short form.
+    """
+    if report["quick"]:
+        raise ValueError("This report is the short form; run damperlab reproduce without --quick.")
+    bare = [{**section, "figures": []} for section in report["sections"]]
+    title, _, rest = in_markdown({**report, "sections": bare}).partition("\n\n")
+    return f"{title}\n\n{INTRODUCTION}\n\n{rest}"
+
+
+def section_in(page: str, title: str) -> str:
+    """Text of one section of a page, without its head; empty where it has none of this title."""
+    _, _, rest = page.partition(f"\n## {title}\n")
+    return rest.partition("\n## ")[0].strip()
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page_of(json.loads((Path(sys.argv[1]) / "reproduction.json").read_text())))
