@@ -188,7 +188,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
     # which waits for who is about to commit
     names = sorted(name for name in store.shelf.shelves() if name != TRASH)
     with store.catalogue.writing() as connection:
-        rows = connection.execute(select(studies)).all()
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
         last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
     known = {row.number: row for row in rows}
     swept = Swept()
@@ -201,11 +201,11 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             )
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
-        if not is_sound(studies, row):
+        if row.id == parsed[0] and (row.deleted is None or row.deleted >= limit):
+            continue
+        if not _row_is_sound(store, row.number):
             why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
-            continue
-        if row.id == parsed[0] and (row.deleted is None or row.deleted >= limit):
             continue
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
@@ -219,6 +219,12 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         why = "its study was deleted" if row.id == parsed[0] else f"its number is study {row.id}'s"
         swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
     return swept
+
+
+def _row_is_sound(store: Store, number: int) -> bool:
+    with store.catalogue.reading() as connection:
+        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+    return row is not None and is_sound(studies, row)
 
 
 def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:

@@ -20,7 +20,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import httpx
@@ -120,9 +120,16 @@ def over_http(folder: Path) -> Answers:
         sys.exit(command_line())
 
     pid = in_child(work, log)
-    url = f"http://127.0.0.1:{port}"
+    try:
+        return _asked(f"http://127.0.0.1:{port}", pid, log)
+    finally:
+        with suppress(ProcessLookupError, ChildProcessError):
+            os.kill(pid, 15)
+            os.waitpid(pid, 0)
+
+
+def _asked(url: str, pid: int, log: Path) -> Answers:
     give_up = time.monotonic() + START_SECONDS
-    ended = 0
     answers: Answers = {}
     with httpx.Client(base_url=f"{url}/api/v1", timeout=30) as client:
         while True:
@@ -140,8 +147,6 @@ def over_http(folder: Path) -> Answers:
                 answers[path] = answer.status_code, answer.text
             except httpx.RemoteProtocolError as error:
                 answers[path] = CUT_SHORT, str(error)
-    os.kill(pid, 15)
-    os.waitpid(pid, 0)
     said = log.read_text(errors="replace")
     if "Traceback" in said:
         answers["log"] = 500, said
