@@ -7,7 +7,18 @@ import typer
 from damperlab.service.cli.output import note, print_json
 from damperlab.studies.faults import Fault, StudyFaults, nearest
 from damperlab.studies.field import fields_of
-from damperlab.studies.questions import Judging, Plane, Ranking, Selection, Tuning
+from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.questions import (
+    Amplitudes,
+    Boundary,
+    Judging,
+    Plane,
+    Race,
+    Ranking,
+    Search,
+    Selection,
+    Tuning,
+)
 
 DONE = 0
 FAILED = 1
@@ -32,11 +43,11 @@ class CommandFailed(Exception):
 
 SPELLED = {
     each.key: each.options[0]
-    for question in (Judging, Ranking, Selection, Plane, Tuning)
+    for question in (Judging, Ranking, Amplitudes, Selection, Plane, Tuning, Search, Race, Boundary)
     for each in fields_of(question)
-    if "command" in each.doors
+    if "command" in each.doors and each.key not in EVERY_DIMENSION
 }
-"""Fields of questions as options."""
+"""Fields of questions as options; what is called like a dimension may be either."""
 
 
 def report(error: Exception, as_json: bool) -> int:
