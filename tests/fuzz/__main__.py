@@ -72,7 +72,8 @@ def run(running: Running, folder: str, program: str, cases: int, more: list[str]
         }
         command = [
             program, "--config-file", str(HERE / "schemathesis.toml"), "run", f"{running.url}/openapi.json",
-            "--max-examples", str(cases), "--continue-on-failure", "--suppress-health-check", "all", *more,
+            "--max-examples", str(cases), "--continue-on-failure", "--suppress-health-check", "all",
+            "--request-timeout", "300", *more,
         ]  # fmt: skip
         return subprocess.run(command, env=environment, cwd=folder, check=False).returncode
 
