@@ -56,9 +56,10 @@ export function earthquakeTab(session, place) {
 
   /** @param {import("./api.js").Fault[]} faults */
   function showFaults(faults) {
-    for (const spot of place.querySelectorAll(".faults")) fill(spot);
+    // what is wrong with a file stays until another is chosen
+    for (const spot of place.querySelectorAll(".faults:not(.upload)")) fill(spot);
     for (const fault of faults) {
-      const spot = place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults`) ?? place.querySelector(".rest.faults");
+      const spot = place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults:not(.upload)`) ?? place.querySelector(".rest.faults");
       spot?.append(el("p", {}, faultText(fault)));
     }
   }

@@ -12,7 +12,7 @@ import { short } from "./numbers.js";
  */
 export function recordPicker(chosen, onChange) {
   const select = el("select", { onchange: () => onChange(select.value) });
-  const trouble = el("div", { class: "faults", role: "alert" });
+  const trouble = el("div", { class: "upload faults", role: "alert" });
   const file = el("input", { type: "file", accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv", onchange: () => upload() });
   const units = el(
     "select",

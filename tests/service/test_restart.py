@@ -84,7 +84,7 @@ def test_service_that_cannot_start_says_why(
     else:
         (tmp_path / "file").write_text("not a folder")
         environment = {"DAMPERLAB_DATA_DIR": str(tmp_path / "file")}
-        expected = "data_dir"
+        expected = "Name another folder with --data-dir"
     with pytest.raises(AssertionError, match="did not start") as refused:
         own_service(**environment)
     assert expected in str(refused.value)

@@ -91,7 +91,7 @@ def test_what_a_study_does_not_store_is_left_out_or_refused(tmp_path: Path) -> N
     assert "Not computed" not in text
     for question in (["optimum"], ["robust", "--amplitudes", "1,2"], ["refine"]):
         refused = run(question[0], *asked, *question[1:], "--exclude-locked", status=2).stderr
-        assert "exclude_locked: found a study that does not store response_class" in refused
+        assert "The study does not store response_class, which --exclude-locked needs." in refused
     assert "does not store run_time, amplitude_error" in run("show", *asked, "--accuracy", status=2).stderr
     assert "amplitude_error, which the study does not store" in (
         run("response", *asked, "--metric", "amplitude_error", status=2).stderr
