@@ -8,7 +8,7 @@ refused before anything is read or removed: another catalogue, an empty one, an 
 import json
 import re
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from sqlalchemy import Connection, delete, func, insert, select
@@ -53,9 +53,10 @@ def require_catalogue(data_dir: Path) -> None:
     StoreFault
         If there are cubes in the folder, and no catalogue.
     """
-    cubes = data_dir / CUBES
+    cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
     try:
-        if (data_dir / SQLITE_FILE).exists() or not _holds_cubes(Folder(cubes)):
+        # the catalogue is looked for again after the cubes: who opens a new folder meanwhile makes it before its first cube
+        if catalogue.exists() or not _holds_cubes(Folder(cubes).shelves()) or catalogue.exists():
             return
     except OSError:
         return  # which opening it tells better
@@ -172,13 +173,17 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     # what is in the folder first, then what the catalogue says: it is told before the folder is
     found = owner_of(folder)
     names = list(folder.shelves())
+    holds = _holds_cubes(names)
+    if found is None and holds:
+        # who opens a new folder meanwhile marks it before its first cube
+        found = owner_of(folder)
     with catalogue.reading() as connection:
         mine = fact(connection, "id")
         marked = fact(connection, "marked") is not None
         copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
     if found is None:
-        _require_own_cubes(catalogue, folder, used, marked)
+        _require_own_cubes(catalogue, folder, holds, used, marked)
         mine = catalogue_id(catalogue)
         try:
             if not mark_owner(folder, mine):
@@ -212,9 +217,8 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
             remember(connection, "marked", "yes")
 
 
-def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked: bool) -> None:
+def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
     """Refuse a folder without a marker where it cannot be this catalogue's."""
-    holds = _holds_cubes(folder)
     if holds and not used and not marked:
         raise StoreFault(
             Fault(
@@ -237,8 +241,8 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, used: bool, marked:
         )
 
 
-def _holds_cubes(folder: Folder) -> bool:
-    return any(name.endswith(".zarr") for name in folder.shelves())
+def _holds_cubes(shelves: Iterable[str]) -> bool:
+    return any(name.endswith(".zarr") for name in shelves)
 
 
 def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[str]:

@@ -292,7 +292,7 @@ def test_study_that_is_deleted_while_it_runs_is_left(
 
 
 def test_study_that_another_runs_is_busy(client: Client, store: Store, submitted: Record) -> None:
-    with hold(store, submitted.id), pytest.raises(StudyBusy, match="another process is running"):
+    with hold(store, submitted.id), pytest.raises(StudyBusy, match="is run by another process"):
         run_study(store, submitted.id, never, ignore, threading.Event())
     assert store.find(submitted.id).state == "queued"
 

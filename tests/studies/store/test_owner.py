@@ -8,6 +8,7 @@ import pytest
 
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
@@ -141,4 +142,26 @@ def test_a_dry_run_says_what_would_go_and_changes_nothing(tmp_path, filled):
     assert sorted(tmp_path.rglob("*")) == before
     did = collect_garbage(store, -1.0)
     assert did.what == would.what
+    store.close()
+
+
+@pytest.mark.parametrize("look", [1, 2, 3])
+def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
+    tmp_path, filled, monkeypatch, look
+):
+    """The other comes whenever the cubes are looked for: before or after this one has looked for marker and catalogue."""
+    shelves, looks, meanwhile = Folder.shelves, [], []
+
+    def shelves_of(folder):
+        looks.append(folder)
+        if len(looks) == look:
+            other = Store.open(tmp_path)
+            meanwhile.append(filled(other, 0.01))
+            other.close()
+        return shelves(folder)
+
+    monkeypatch.setattr(Folder, "shelves", shelves_of)
+    store = Store.open(tmp_path)
+    monkeypatch.undo()
+    assert [record.id for record in store.page().records] == meanwhile
     store.close()
