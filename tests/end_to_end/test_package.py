@@ -175,7 +175,7 @@ except ImportError as error:
     ended = _run(client_python, "-c", script, cwd=tmp_path)
     assert ended.returncode == 0, ended.stderr
     assert "http://127.0.0.1:9" in ended.stdout
-    assert "StudyFaults axes.clearance_ratio" in ended.stdout
+    assert "StudyFaults `axes.clearance_ratio[0]` must be a number" in ended.stdout
     assert "pip install 'damperlab[service]'" in ended.stdout
 
 

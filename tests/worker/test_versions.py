@@ -173,7 +173,7 @@ def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store
     assert {index: mark for index, mark in store.snapshot(record.id)[1].items() if index != 1} == {
         index: mark for index, mark in kept.items() if index != 1
     }
-    with pytest.raises(NothingToDo, match="no block failed"):
+    with pytest.raises(NothingToDo, match="has no block that failed"):
         store.retry(record.id)
 
 
