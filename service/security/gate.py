@@ -55,20 +55,25 @@ class Gate:
         scope["caller"] = caller
         # set for every request: a connection's next one begins where the last one left off
         submitter.set(caller.owner or None if caller else None)
-        status = 0
+        noted = False
+
+        def note(status: int) -> None:
+            nonlocal noted
+            if not noted and (scope["method"] not in SAFE_METHODS or status == HTTPStatus.FORBIDDEN):
+                client = self.guard.proxies.client(headers) if believed else None
+                self._note(scope, caller, client or peer, status)
+            noted = True
 
         async def send_noted(message: Message) -> None:
-            nonlocal status
             if message["type"] == "http.response.start":
-                status = message["status"]
+                # before the answer: whoever has it finds the line in the log
+                note(message["status"])
             await send(message)
 
         try:
             await self.app(scope, receive, send_noted)
         finally:
-            if scope["method"] not in SAFE_METHODS or status == HTTPStatus.FORBIDDEN:
-                client = self.guard.proxies.client(headers) if believed else None
-                self._note(scope, caller, client or peer, status)
+            note(0)
 
     def _from_elsewhere(self, scope: Scope, headers: Headers) -> Problem | None:
         host = headers.get("host", "")

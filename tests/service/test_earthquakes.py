@@ -5,7 +5,8 @@ import pytest
 
 RECORDS = "/api/v1/records"
 COMPARE = "/api/v1/earthquake-comparisons"
-COLUMNS = "time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.05\n0.03, 0\n"
+# samples that no other test and no example puts up: the same ones would be known already
+COLUMNS = "time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.06\n0.03, 0\n"
 
 
 def test_the_built_in_records_are_listed_with_units(client: httpx.Client) -> None:
@@ -94,6 +95,6 @@ def test_uploads_are_bounded_and_typed(client: httpx.Client) -> None:
         RECORDS, content=COLUMNS, headers={"content-type": "text/csv"}, params={"units": "furlong"}
     )
     assert bad.status_code == 422
-    broken = COLUMNS.replace("-0.05", "five")
+    broken = COLUMNS.replace("-0.06", "five")
     line = client.post(RECORDS, content=broken, headers={"content-type": "text/csv"})
     assert line.json()["errors"][0]["field"] == "line 4"
