@@ -50,7 +50,11 @@ def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
 def _pause_and_go_on(client: httpx.Client, proxy: Any, helpers: Any) -> None:
     curve = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
     assert helpers.wait_for(client, curve, helpers.ended)["state"] == "done"
-    study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
+    study = (
+        client.post(STUDIES, json=helpers.long_study("paused", frequencies=100))
+        .raise_for_status()
+        .json()["id"]
+    )
     running = helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
     proxy.mode = "refuse"
     paused = helpers.wait_for(client, study, lambda record: record["state"] == "queued")
@@ -62,7 +66,7 @@ def _pause_and_go_on(client: httpx.Client, proxy: Any, helpers: Any) -> None:
         assert answer.status_code == 503, question
         assert answer.json()["type"] == "urn:damperlab:problem:store-unavailable"
         assert "s3://" in answer.json()["errors"][0]["found"]
-    assert client.post(STUDIES, json=helpers.long_study("refused", 0.01)).status_code == 503
+    assert client.post(STUDIES, json=helpers.long_study("refused", 0.01, frequencies=100)).status_code == 503
     assert client.get(f"{STUDIES}/{study}").status_code == 200  # the catalogue is elsewhere
     proxy.mode = "well"
     assert helpers.wait_for(client, study, helpers.ended)["state"] == "done"

@@ -25,7 +25,7 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_KEY_REQUESTS_PER_MINUTE=str(A_MINUTE),
         DAMPERLAB_KEY_QUOTA_UNFINISHED="2",
-        DAMPERLAB_KEY_QUOTA_POINTS="40100",
+        DAMPERLAB_KEY_QUOTA_POINTS="240100",
         DAMPERLAB_KEY_QUOTA_BYTES="none",
     )
     try:
