@@ -15,6 +15,7 @@ from distributed.system import MEMORY_LIMIT
 
 from damperlab.studies.faults import Fault
 from damperlab.worker.certificates import security
+from damperlab.worker.niceness import stand_back
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.scheduler import SchedulerProcess
 
@@ -124,12 +125,13 @@ def secret() -> Security:
 
 
 def dask_setup(worker: object) -> None:
-    """Dask's hook as our own workers start: leave Ctrl-C to the coordinator.
+    """Dask's hook as our own workers start: stand back behind whoever answers, and leave Ctrl-C to the coordinator.
 
-    A terminal sends SIGINT to the whole process group. The coordinator then lets running blocks finish;
-    workers that took it too would drop them, each with a traceback.
+    Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process group. The
+    coordinator then lets running blocks finish; workers that took it too would drop them, each with a traceback.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    stand_back()
 
 
 @contextmanager

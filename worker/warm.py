@@ -24,6 +24,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.lower import wants_energies
+from damperlab.worker.niceness import stand_back
 from damperlab.worker.solver.state import Particle, Wall
 
 try:
@@ -310,5 +311,6 @@ def _record(scene: Scene) -> None:
 
 
 if __name__ == "__main__":
+    stand_back()
     for wanted_name in sys.argv[1:]:
         warm(scene_named(wanted_name))

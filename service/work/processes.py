@@ -3,7 +3,6 @@
 import contextlib
 import ctypes
 import logging
-import os
 import resource
 import signal
 import sys
@@ -17,11 +16,10 @@ from starlette.requests import ClientDisconnect, Request
 from damperlab.service.problems import RETRY_SECONDS, Problem
 from damperlab.service.work.turns import TooManyWaiting, Turns
 from damperlab.studies.faults import Fault, counted
+from damperlab.worker.niceness import stand_back
 
 WAITING = 64
 """Most requests of one caller that wait for a turn."""
-NICENESS = 5
-"""How far these processes stand back behind the one that answers."""
 
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
@@ -183,7 +181,7 @@ def _stand_back() -> None:
         return
     _stood_back = True
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
-    os.nice(NICENESS)
+    stand_back()
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 

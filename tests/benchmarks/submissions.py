@@ -49,14 +49,14 @@ def study(number: int) -> dict[str, Any]:
 
 
 @contextmanager
-def serving(folder: Path, scheduler: str | None) -> Iterator[tuple[str, int]]:
+def serving(folder: Path, scheduler: str | None, workers: int = 1) -> Iterator[tuple[str, int]]:
     """Start a service; its address and process."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     environment = {**os.environ, "DAMPERLAB_DATA_DIR": str(folder), "DAMPERLAB_WARM": "false"}
     command = [str(Path(sys.executable).with_name("damperlab")), "serve", "--port", str(port)]
-    command += ["--scheduler", scheduler] if scheduler else ["--workers", "1"]
+    command += ["--scheduler", scheduler] if scheduler else ["--workers", str(workers)]
     with (folder / "log").open("ab") as log:
         server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
     try:

@@ -15,6 +15,7 @@ from tests.worker.dask_processes import dask_process, scheduler_process
 
 from damperlab.studies.store.solver import identity_of
 from damperlab.worker.cluster import connect, core_count
+from damperlab.worker.niceness import NICENESS
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.provenance import (
     WrongCode,
@@ -57,6 +58,8 @@ def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> Non
         assert list(client.nthreads().values()) == [1, 1]
         for environment in client.run(_threads_environment).values():
             assert set(environment.values()) == {"1"}
+        # what computes stands back behind the process that answers; 19 is the end of the scale
+        assert set(client.run(os.nice, 0).values()) == {min(19, os.nice(0) + NICENESS)}
         me = psutil.Process()
         listening = [
             connection.laddr.ip
