@@ -1,16 +1,15 @@
 """A study as one document to keep or to print: maps, designs, a tuned mass damper beside them, accuracy, cost, versions."""
 
-import base64
-import io
 import json
 from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
@@ -24,28 +23,11 @@ from damperlab.studies.questions import Judging, Ranking, Selection, Varied
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 TOP = 5
 MAPS = 3
 """Most maps: of the first three axes, each with each."""
 PRIVATE = ("host", "user")
 """What a report, which may be handed on, leaves out of a study's provenance."""
-STYLE = """
-:root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif; color: #16202e; }
-body { max-width: 56rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { line-height: 1.2; overflow-wrap: anywhere; } h2 { margin-top: 2rem; border-bottom: 1px solid #d5dbe3; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .9rem; }
-th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d5dbe3; vertical-align: baseline; }
-.wide { overflow-x: auto; } figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
-figcaption, .quiet { color: #4d5a6b; font-size: .9rem; }
-pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
-@page { margin: 18mm 15mm; }
-@media print { body { margin: 0; max-width: none; font-size: 10.5pt; } }
-@media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
-"""
 
 
 def study_report(record: Record, cube: xr.Dataset) -> str:
@@ -66,7 +48,7 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     ranked = ranked_designs(cube, Judging(), Ranking(top=TOP), lambda _: {})
     parts = [
         f"<h1>{title}</h1>",
-        _said(
+        said(
             f"Study {record.id}, {record.state}: {record.points_done:,} of {record.points_total:,} points, "
             f"{record.points_failed:,} failed."
         ),
@@ -88,13 +70,8 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
         f"<pre>{escape(json.dumps(record.definition, indent=2, ensure_ascii=False))}</pre>",
     ]
     versions = {name: text for name, text in record.provenance.items() if name not in PRIVATE}
-    parts += ["<h2>Versions</h2>", _table("Versions of programs", ("What", "Version"), versions.items())]
-    return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title} · damperlab</title>\n'
-        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n'
-        + "\n".join(parts)
-        + "\n</main>\n</body>\n</html>\n"
-    )
+    parts += ["<h2>Versions</h2>", table("Versions of programs", ("What", "Version"), versions.items())]
+    return page(record.name or record.id, parts)
 
 
 def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
@@ -112,7 +89,7 @@ def _words(answer: xr.Dataset) -> Mapping[str, Any]:
 
 def _designs(cube: xr.Dataset, ranked: xr.Dataset, suite: bool) -> Iterable[str]:
     words = _words(ranked)
-    yield from (_said(sentence) for sentence in words.get("verdict", ()))
+    yield from (said(sentence) for sentence in words.get("verdict", ()))
     units = _units(cube)
     names = [name for name in dimensions_of(cube) if cube.sizes[name] > 1 and name in ranked.coords]
     value = units.get("amplitude_ratio")
@@ -127,8 +104,8 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, suite: bool) -> Iterable[str]
     if best is not None and best["value"] != ranked["value"].values[0]:
         cells = [_number(best[column], units.get(name)) for name, column in columns]
         rows.append(("best with impacts", *cells))
-    yield _table("Ranking", head, rows)
-    yield _said(words["note"], "quiet")
+    yield table("Ranking", head, rows)
+    yield said(words["note"], "quiet")
 
 
 def _row(
@@ -169,11 +146,11 @@ def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
     metric = main_metric(cube)
     shown = units.get(metric, metric)
     if len(axes) < 2:
-        yield _said("Only one parameter varies, so there is no map.")
+        yield said("Only one parameter varies, so there is no map.")
     for x, y in list(combinations(axes, 2))[:MAPS]:
         at = {} if best is None else {name: best[name] for name in designs if name not in (x, y)}
         answer = resonance_map(cube, units.get(x, x), units.get(y, y), Selection(shown, at))
-        yield _figure(
+        yield drawing(
             draw_map(answer, shown), f"{answer[shown].attrs['long_name']}. {_words(answer)['note']}"
         )
 
@@ -191,18 +168,18 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     shown = units["amplitude_ratio"].name if "amplitude_ratio" in units else "amplitude_ratio"
     curve = frequency_response(cube, Selection(shown, at))
     if curve.sizes["frequency_ratio"] > 1:
-        yield _figure(
+        yield drawing(
             draw_response(_over_hertz(curve, units), shown),
             f"{curve[shown].attrs['long_name']}. {_words(curve)['note']}",
         )
     try:
         compared = tmd_comparison(cube, at=at)
     except QueryFault as refused:
-        yield _said(f"No comparison: {refused.fault.found}; {refused.fault.advice}.")
+        yield said(f"No comparison: {refused.fault.found}; {refused.fault.advice}.")
         return
     words = _words(compared)
-    yield from (_said(sentence) for sentence in words["verdict"])
-    yield _figure(draw_comparison(_in_metres(_over_hertz(compared, units), units)), words["note"])
+    yield from (said(sentence) for sentence in words["verdict"])
+    yield drawing(draw_comparison(_in_metres(_over_hertz(compared, units), units)), words["note"])
 
 
 def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
@@ -238,9 +215,9 @@ def _matters(cube: xr.Dataset) -> Iterable[str]:
         names = [
             units[name].long_name if name in units else name for name in answer["dimension"].values.tolist()
         ]
-        yield _figure(draw_importance(answer.assign_coords(dimension=names)), _words(answer)["note"])
+        yield drawing(draw_importance(answer.assign_coords(dimension=names)), _words(answer)["note"])
     else:
-        yield _said(_words(answer)["note"])
+        yield said(_words(answer)["note"])
 
 
 def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
@@ -257,7 +234,7 @@ def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
         try:
             found = work_precision(cube)
         except QueryFault as refused:
-            yield _said(f"Errors: {refused.fault.found}.")
+            yield said(f"Errors: {refused.fault.found}.")
         else:
             number = found["number"].values
             limited = float(found["max_cycles_share"].values @ number)
@@ -266,32 +243,4 @@ def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
                 ("relative error that nine points in ten do not exceed, slowest bin", f"{worst:.2g}"),
                 ("points that reached the cycle limit", f"{limited:.0f} of {int(number.sum()):,}"),
             ]
-    yield _table("Cost", ("What", "How much"), rows)
-
-
-def _said(text: str, kind: str = "") -> str:
-    return f"<p{f' class={kind}' if kind else ''}>{escape(text)}</p>"
-
-
-def _table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    heads = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    region = f'class="wide" tabindex="0" role="region" aria-label="{label}"'
-    return f"<div {region}><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>"
-
-
-def _figure(figure: "Figure", caption: str) -> str:
-    from damperlab.service.figures.style import styled
-
-    drawn = io.BytesIO()
-    for axes in figure.axes:
-        axes.set_title("", loc="left")  # the caption says it, in the units of the study
-    # letters as outlines: another machine's fonts are of other widths
-    with styled({"svg.fonttype": "path"}):
-        figure.savefig(drawn, format="svg", metadata={"Date": None})
-    # in a picture of its own, so that the names of two drawings' parts are never mixed up
-    data = base64.b64encode(drawn.getvalue()).decode()
-    text = escape(caption)
-    return f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}"><figcaption>{text}</figcaption></figure>'
+    yield table("Cost", ("What", "How much"), rows)

@@ -1,0 +1,75 @@
+"""Parts of documents to keep or to print: pages of HTML that load nothing, with their figures in them."""
+
+import base64
+import io
+from collections.abc import Iterable
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STYLE = """
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif; color: #16202e; }
+body { max-width: 56rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { line-height: 1.2; overflow-wrap: anywhere; } h2 { margin-top: 2rem; border-bottom: 1px solid #d5dbe3; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .9rem; }
+th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d5dbe3; vertical-align: baseline; }
+.wide { overflow-x: auto; } figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
+figcaption, .quiet { color: #4d5a6b; font-size: .9rem; }
+pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
+@page { margin: 18mm 15mm; }
+@media print { body { margin: 0; max-width: none; font-size: 10.5pt; } }
+@media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
+"""
+
+
+def page(title: str, parts: Iterable[str]) -> str:
+    """Write a page of HTML.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    parts : iterable of str
+        What stands in it, as HTML.
+    """
+    title = escape(title)
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title} · damperlab</title>\n'
+        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n'
+        + "\n".join(parts)
+        + "\n</main>\n</body>\n</html>\n"
+    )
+
+
+def said(text: str, kind: str = "") -> str:
+    """Write a paragraph of plain text; `quiet` is the kind of a remark."""
+    return f"<p{f' class={kind}' if kind else ''}>{escape(text)}</p>"
+
+
+def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Write a table of plain text; the label is for readers that do not see it."""
+    heads = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    region = f'class="wide" tabindex="0" role="region" aria-label="{label}"'
+    return f"<div {region}><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>"
+
+
+def drawing(figure: "Figure", caption: str) -> str:
+    """Put a figure into the page, as SVG, above its caption."""
+    from damperlab.service.figures.style import styled
+
+    drawn = io.BytesIO()
+    for axes in figure.axes:
+        axes.set_title("", loc="left")  # the caption says it, in the units of the study
+    # letters as outlines: another machine's fonts are of other widths
+    with styled({"svg.fonttype": "path"}):
+        figure.savefig(drawn, format="svg", metadata={"Date": None})
+    # in a picture of its own, so that the names of two drawings' parts are never mixed up
+    data = base64.b64encode(drawn.getvalue()).decode()
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}"><figcaption>{text}</figcaption></figure>'
