@@ -8,6 +8,7 @@ from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from damperlab.studies.store.opening import default_data_dir
+from damperlab.studies.vocabulary import Scope
 
 if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
@@ -80,7 +81,7 @@ class Settings(BaseSettings):
         None,
         description="Header in which a trusted proxy names the user that it has let in, as in X-Forwarded-User.",
     )
-    proxy_scope: Literal["read", "submit", "admin"] = Field("submit", description="What such a user may do.")
+    proxy_scope: Scope = Field("submit", description="What such a user may do.")
     tls_certificate: Path | None = Field(
         None, description="File of the certificate chain, in PEM; serves TLS."
     )

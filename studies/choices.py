@@ -14,6 +14,7 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.reads import Reads
+from damperlab.studies.vocabulary import CONTACT_MODELS, METHODS, START_KINDS
 
 
 def real(quantity: Quantity) -> Reads:
@@ -164,15 +165,15 @@ Contact = Annotated[
     Annotated[InstantContact, Tag("instant")]
     | Annotated[DwellContact, Tag("dwell")]
     | Annotated[CompliantContact, Tag("compliant")],
-    *_choice("model", ("instant", "dwell", "compliant")),
+    *_choice("model", tuple(CONTACT_MODELS)),
 ]
 Solver = Annotated[
     Annotated[EventSolver, Tag("event")] | Annotated[Rk4Solver, Tag("rk4")],
-    *_choice("method", ("event", "rk4")),
+    *_choice("method", METHODS),
 ]
 Start = Annotated[
     Annotated[Literal["rest"], Tag("rest")]
     | Annotated[Ensemble, Tag("ensemble")]
     | Annotated[Continuation, Tag("continuation")],
-    *_choice("kind", ("rest", "ensemble", "continuation"), plain=True),
+    *_choice("kind", tuple(START_KINDS), plain=True),
 ]

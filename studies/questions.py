@@ -287,7 +287,7 @@ class Compared:
     tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     cases: tuple[str, ...] | None = asked(
         None,
-        "Compare only this damper: none, tmd, fd (friction), pid (particle) or hybrid; all by default.",
+        f"Compare only this damper: {', '.join(f'{name} ({words})' for name, words in CASES.items())}; all by default.",
         allowed=tuple(CASES),
         options=("--case",),
         form="NAME",

@@ -4,23 +4,21 @@ from dataclasses import dataclass
 from enum import IntEnum
 from math import nan
 
-DIMENSIONS: tuple[str, ...] = (
-    "damping_ratio",
-    "restitution",
-    "mass_ratio",
-    "clearance_ratio",
-    "friction_ratio",
-    "frequency_ratio",
-)
+_DIMENSIONS: dict[str, tuple[str, str, str]] = {
+    "damping_ratio": ("structural damping ratio", "ζ", ""),
+    "restitution": ("coefficient of restitution", "e", ""),
+    "mass_ratio": ("mass ratio", "β", ", particle over primary"),
+    "clearance_ratio": ("clearance ratio", "d/Z", ""),
+    "friction_ratio": ("friction ratio", "γ_F", ""),
+    "frequency_ratio": ("frequency ratio", "r", " = ω/ω_n"),
+}
+DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """The dimensions of every cube, in this order, always all present."""
-
+DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
+SYMBOLS: dict[str, str] = {name: symbol for name, (_, symbol, _) in _DIMENSIONS.items()}
+"""The dimensions as the paper writes them."""
 DIMENSION_LONG_NAMES: dict[str, str] = {
-    "damping_ratio": "structural damping ratio ζ",
-    "restitution": "coefficient of restitution e",
-    "mass_ratio": "mass ratio β, particle over primary",
-    "clearance_ratio": "clearance ratio d/Z",
-    "friction_ratio": "friction ratio γ_F",
-    "frequency_ratio": "frequency ratio r = ω/ω_n",
+    name: f"{words} {symbol}{more}" for name, (words, symbol, more) in _DIMENSIONS.items()
 }
 
 

@@ -11,8 +11,8 @@ STATES: tuple[State, ...] = get_args(State)
 ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
-"""What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
 SCOPES: tuple[Scope, ...] = get_args(Scope)
+"""What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 OBJECTIVES: dict[Objective, str] = {
@@ -35,6 +35,32 @@ CRITERIA: dict[Criterion, str] = {
     "minimax": "least peak for the structure with its own damping, found numerically",
 }
 """How a tuned mass damper is tuned, and what each tuning is."""
+CRITERION_NAMES: dict[Criterion, str] = {
+    "den_hartog": "Den Hartog",
+    "den_hartog_table4": "Den Hartog, as the paper’s Table 4",
+    "hinf": "H∞",
+    "h2": "H2",
+    "minimax": "least peak (minimax)",
+}
+"""The same as a list offers them."""
+
+ContactModel = Literal["instant", "dwell", "compliant"]
+CONTACT_MODELS: dict[ContactModel, str] = {
+    "instant": "instantaneous impact",
+    "dwell": "contact of fixed duration (dwell)",
+    "compliant": "compliant contact (spring and dashpot)",
+}
+"""How an impact is modelled."""
+RecordContactModel = Literal["instant", "dwell"]
+RECORD_CONTACT_MODELS: tuple[RecordContactModel, ...] = get_args(RecordContactModel)
+"""Those of them that a response to a ground-motion record knows."""
+
+START_KINDS: dict[str, str] = {
+    "rest": "at rest",
+    "ensemble": "from several drawn states",
+    "continuation": "where the frequency beside it ended",
+}
+"""Where the computation of each point starts."""
 
 Excitation = Literal["base", "force"]
 EXCITATIONS: tuple[Excitation, ...] = get_args(Excitation)
@@ -44,7 +70,12 @@ REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
 """How a dimension is reduced."""
 
 ExportFormat = Literal["netcdf", "csv", "parquet"]
-EXPORT_FORMATS: tuple[ExportFormat, ...] = get_args(ExportFormat)
+EXPORT_FORMATS: dict[ExportFormat, str] = {
+    "netcdf": "netCDF: for Python, MATLAB, Julia",
+    "csv": "CSV: one row for each point",
+    "parquet": "Parquet: the same, small and typed",
+}
+"""In what a study's results are exported, and what for."""
 EXPORT_SUFFIXES: dict[str, ExportFormat] = {
     ".nc": "netcdf",
     ".csv": "csv",
@@ -53,6 +84,7 @@ EXPORT_SUFFIXES: dict[str, ExportFormat] = {
 """The format that the end of a file's name stands for."""
 
 Method = Literal["event", "rk4"]
+METHODS: tuple[Method, ...] = get_args(Method)
 """How a response is integrated: event-driven, or the paper's Runge–Kutta scheme with fixed steps."""
 
 CASES: dict[str, str] = {
@@ -65,7 +97,8 @@ CASES: dict[str, str] = {
 """The dampers of the paper's Table A1 in its order of effect."""
 
 AccelerationUnits = Literal["g", "m/s2", "cm/s2"]
-ACCELERATION_UNITS: tuple[AccelerationUnits, ...] = get_args(AccelerationUnits)
+ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01}
+"""Units that an acceleration may be given in, and what one of each is in m/s²; g by definition."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 """The dimensions that mean nothing without a particle."""
@@ -79,4 +112,4 @@ DEFAULTS: dict[str, float] = {
 """What a study gets where it says nothing: the paper's structure, particle and cushion (its Table 2), no friction."""
 
 DESIGN_POINT: dict[str, float] = {**DEFAULTS, "clearance_ratio": 10.0, "frequency_ratio": 1.0}
-"""The design point that `simulate` computes where nothing else is said."""
+"""The design point that `simulate` computes, and that a form begins with, where nothing else is said."""

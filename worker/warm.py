@@ -22,6 +22,7 @@ from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
+from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.lower import wants_energies
 from damperlab.worker.niceness import stand_back
@@ -90,9 +91,7 @@ class Scene(NamedTuple):
 def every_scene() -> list[Scene]:
     """Every scene that there is, the dearest first."""
     acting: list[tuple[bool, str]] = [(True, "")]
-    acting += [
-        (friction, contact) for friction in (True, False) for contact in ("instant", "dwell", "compliant")
-    ]
+    acting += [(friction, contact) for friction in (True, False) for contact in CONTACT_MODELS]
     found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
     found += [Scene(purpose, *what) for purpose in ("orbit", "transient") for what in (*acting, (False, ""))]
     under_record = [what for what in (*acting, (False, "")) if what[1] != "compliant"]

@@ -11,7 +11,6 @@ from damperlab.service.cli.options import (
     AsJson,
     DataDir,
     RecordContact,
-    RecordContactModel,
     RecordContactTime,
     check_file,
     contact_document,
@@ -22,6 +21,7 @@ from damperlab.service.cli.warm import have_ready
 from damperlab.studies.field import given
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
+from damperlab.studies.vocabulary import RECORD_CONTACT_MODELS
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -123,7 +123,7 @@ def earthquake(
     record: Annotated[
         str, typer.Argument(metavar="RECORD", help="Name of an earthquake, id of a record, or a file.")
     ] = Compared.record,
-    contact: RecordContact = RecordContactModel.instant,
+    contact: RecordContact = "instant",
     contact_time: RecordContactTime = None,
     units: Annotated[
         str | None,
@@ -159,7 +159,7 @@ def earthquake(
     document: dict[str, Any] = {**design, **given(compared)}
     if compared.cases is not None:
         document["cases"] = list(compared.cases)
-    document |= contact_document(contact, contact_time)
+    document |= contact_document(contact, contact_time, RECORD_CONTACT_MODELS)
     if kanai_tajimi is not None:
         document["record"] = {"kanai_tajimi": _recipe(kanai_tajimi, duration_s, peak_g)}
     elif Path(record).suffix.lower() in RECORD_SUFFIXES:

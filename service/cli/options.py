@@ -1,7 +1,6 @@
 """Arguments and options that several commands share, and how their values are read."""
 
 from collections.abc import Iterable
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,6 +8,12 @@ import typer
 
 from damperlab.studies.faults import nearest
 from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.vocabulary import (
+    CONTACT_MODELS,
+    RECORD_CONTACT_MODELS,
+    ContactModel,
+    RecordContactModel,
+)
 
 DataDir = Annotated[
     Path | None,
@@ -78,28 +83,11 @@ Output = Annotated[
 ]
 
 
-class ContactModel(StrEnum):
-    """What an impact is."""
-
-    instant = "instant"
-    dwell = "dwell"
-    compliant = "compliant"
-
-
-class RecordContactModel(StrEnum):
-    """What an impact is under a record."""
-
-    instant = "instant"
-    dwell = "dwell"
-
-
 _NAMED_TIMES = f"in units of 1/ω_n, or one of the paper's: {', '.join(CONTACT_TIMES)}."
 
 Contact = Annotated[
     ContactModel,
-    typer.Option(
-        help="Model of an impact: instantaneous, a dwell on the wall for the contact time, or a compliant wall (Kelvin–Voigt)."
-    ),
+    typer.Option(help=f"Model of an impact: {', '.join(CONTACT_MODELS.values())}."),
 ]
 ContactTime = Annotated[
     str | None,
@@ -107,7 +95,9 @@ ContactTime = Annotated[
 ]
 RecordContact = Annotated[
     RecordContactModel,
-    typer.Option(help="Model of an impact: instantaneous, or a dwell on the wall for the contact time."),
+    typer.Option(
+        help=f"Model of an impact: {', '.join(CONTACT_MODELS[name] for name in RECORD_CONTACT_MODELS)}."
+    ),
 ]
 RecordContactTime = Annotated[
     str | None, typer.Option(metavar="TIME", help=f"Duration of a contact (dwell), {_NAMED_TIMES}")
@@ -117,24 +107,26 @@ FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""
 
 
-def contact_document(contact: ContactModel | RecordContactModel, written: str | None) -> dict[str, Any]:
+def contact_document(
+    contact: ContactModel, written: str | None, models: Iterable[ContactModel] = CONTACT_MODELS
+) -> dict[str, Any]:
     """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
     if written is None:
-        if contact.value != "instant":
+        if contact != "instant":
             message = (
-                f"--contact {contact.value} needs to know how long a contact lasts. Add --contact-time TIME, in units "
+                f"--contact {contact} needs to know how long a contact lasts. Add --contact-time TIME, in units "
                 f"of 1/ω_n, as in --contact-time 0.1, or one of the times that the paper gives: {', '.join(CONTACT_TIMES)}."
             )
             raise typer.BadParameter(message, param_hint="--contact")
         return {}
-    if contact.value == "instant":
-        lasting = " or ".join(f"--contact {model.value}" for model in type(contact) if model != contact)
+    if contact == "instant":
+        lasting = " or ".join(f"--contact {model}" for model in models if model != contact)
         message = f"found {written} without {lasting}. An instant contact takes no time: add --contact dwell, or leave it out."
         raise typer.BadParameter(message, param_hint="--contact-time")
     try:
-        return {"contact": {"model": contact.value, "contact_time": float(written)}}
+        return {"contact": {"model": contact, "contact_time": float(written)}}
     except ValueError:
-        return {"contact": {"model": contact.value, "contact_time": written}}
+        return {"contact": {"model": contact, "contact_time": written}}
 
 
 def check_cluster(workers: int | None, scheduler: str | None) -> None:

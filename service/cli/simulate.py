@@ -9,7 +9,6 @@ from damperlab.service.cli.asked import Values, asks, names_a_design
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
-    ContactModel,
     ContactTime,
     check_file,
     contact_document,
@@ -45,7 +44,7 @@ def simulate(
     design: Values,
     asked: Simulated,
     no_particle: Annotated[bool, typer.Option("--no-particle", help="Leave the particle out.")] = False,
-    contact: Contact = ContactModel.instant,
+    contact: Contact = "instant",
     contact_time: ContactTime = None,
     output: Annotated[
         Path | None,

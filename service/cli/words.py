@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import DAMPER, RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.symbols import SYMBOLS
-from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
+from damperlab.studies.variables import DIMENSIONS, SYMBOLS, VARIABLES, Status
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

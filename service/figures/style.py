@@ -16,6 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.variables import SYMBOLS as RATIO_SYMBOLS
+
 STYLE: dict[str, Any] = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
@@ -49,18 +53,10 @@ LOG_FROM = 10.0
 
 
 SYMBOLS: dict[str, str] = {
-    "damping_ratio": "$ζ$",
-    "restitution": "$e$",
-    "mass_ratio": "$β$",
-    "clearance_ratio": "$d/Z$",
-    "friction_ratio": "$γ_F$",
-    "frequency_ratio": "$r$",
-    "record": "",
-    "natural_frequency_hz": "$f_n$",
+    **{name: f"${symbol}$" for name, symbol in RATIO_SYMBOLS.items()},
+    RECORD: "",
     "scale": "scale",
-    "particle_mass_kg": "$m$",
-    "clearance_m": "$d$",
-    "friction_force_n": "$F_f$",
+    **{name: f"${symbol}$" for name, symbol in SUITE_SYMBOLS.items()},
 }
 """The dimensions as the paper writes them; a record goes by its own name."""
 

@@ -7,7 +7,7 @@ import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
-import { tunings } from "./vocabulary.js";
+import { TUNINGS } from "./vocabulary.js";
 
 const FARTHEST = 0.5;
 const USUAL = "minimax";
@@ -72,7 +72,7 @@ export function comparisonTab(session, place) {
         "section",
         { class: "box" },
         el("h2", {}, "Tuned mass damper"),
-        picker("Tuned by", tunings(session.words), asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
+        picker("Tuned by", TUNINGS, asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
         meaning,
         share("Frequency off by", asked.detuning, (value) => ((asked.detuning = value), look())),
         share("Damping off by", asked.damping_detuning, (value) => ((asked.damping_detuning = value), look())),

@@ -7,7 +7,7 @@ import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { STRUCTURE, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
-import { tunings } from "./vocabulary.js";
+import { TUNINGS } from "./vocabulary.js";
 
 const STARTS = 8;
 const USUAL_RECORD = "el-centro";
@@ -26,7 +26,7 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
 
 /** @type {import("./study.js").Tab} */
 export function earthquakeTab(session, place) {
-  const { record, words } = session;
+  const { record } = session;
   const asked = /** @type {Record<string, any>} */ ({ ...sizes(session), record: USUAL_RECORD, tmd_criterion: "den_hartog", starts: STARTS, scale: 1 });
   const answer = el("div");
   const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340 });
@@ -94,7 +94,7 @@ export function earthquakeTab(session, place) {
         el("h2", {}, "Record and sizes"),
         recordPicker(asked.record, (id) => ((asked.record = id), look())),
         fields,
-        picker("Mass damper tuned by", tunings(words), asked.tmd_criterion, (criterion) => ((asked.tmd_criterion = criterion), look())),
+        picker("Mass damper tuned by", TUNINGS, asked.tmd_criterion, (criterion) => ((asked.tmd_criterion = criterion), look())),
         el("p", { class: "quiet" }, sizesNote(session)),
         again,
         el("div", { class: "rest faults" }),

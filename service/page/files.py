@@ -9,6 +9,8 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
+from damperlab.service.page.words import MODULE, words_module
+
 PLOTLY = "plotly.min.js"
 SMALL = "plotly-cartesian.min.js"
 """Plotly's bundle of cartesian figures, a third of the whole: `make install-dev` and `make dist` put it into the package."""
@@ -57,9 +59,10 @@ def page_version() -> str:
 
 @cache
 def page_names() -> tuple[str, ...]:
-    """Names of the page's own files, sorted."""
+    """Names of the page's own files and of the module of its words, sorted."""
     folder = files("damperlab.service") / "page"
-    return tuple(sorted(entry.name for entry in folder.iterdir() if Path(entry.name).suffix in MEDIA_TYPES))
+    written = {entry.name for entry in folder.iterdir() if Path(entry.name).suffix in MEDIA_TYPES}
+    return tuple(sorted(written | {MODULE}))
 
 
 @cache
@@ -84,7 +87,7 @@ def first_page() -> PageFile:
 
 
 def _read(name: str) -> bytes:
-    return (files("damperlab.service") / "page" / name).read_bytes()
+    return words_module() if name == MODULE else (files("damperlab.service") / "page" / name).read_bytes()
 
 
 def plotly_path() -> Path:

@@ -11,12 +11,12 @@ import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
 import { DIMENSIONS } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 /** Values along either axis that are asked for: about as many as a screen tells apart. */
 const MOST = 240;
 const PATIENCE_MILLISECONDS = 1500;
 const USUAL_METRIC = "amplitude_ratio";
-const USUAL = ["clearance_ratio", "friction_ratio", "frequency_ratio", "mass_ratio", "restitution", "damping_ratio"];
 
 /** @type {import("./study.js").Tab} */
 export function mapTab(session, place) {
@@ -213,8 +213,8 @@ function keptLook(kept, variables) {
 
 /** @param {string[]} varied @returns {[string, string]} */
 function usualAxes(varied) {
-  const order = USUAL.filter((name) => varied.includes(name));
-  const rest = USUAL.filter((name) => !order.includes(name));
+  const order = WORDS.axes.filter((name) => varied.includes(name));
+  const rest = WORDS.axes.filter((name) => !order.includes(name));
   const [x, y] = [...order, ...rest];
   return [x, y];
 }

@@ -4,6 +4,7 @@ import { ask, refusalBox, studyPath } from "./api.js";
 import { confirmed, el, fill, say } from "./dom.js";
 import { counted, count, duration } from "./numbers.js";
 import { compiling } from "./patience.js";
+import { WORDS } from "./words.js";
 
 const SIGNS = /** @type {Record<string, string>} */ ({
   queued: "◷",
@@ -15,7 +16,7 @@ const SIGNS = /** @type {Record<string, string>} */ ({
 
 /** @param {string} state */
 export function isActive(state) {
-  return state === "queued" || state === "running";
+  return !WORDS.ended.includes(state);
 }
 
 /** What is said of results of another solver than today's. @param {any} record */

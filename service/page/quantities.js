@@ -6,53 +6,45 @@
 
 import { scaled } from "./axis_field.js";
 import { titled } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
-/** The structure that ratios are turned into units with, until told otherwise: the prototype of the paper, a base of 1.5 mm. */
-export const STRUCTURE = { mass_kg: 1.605, natural_frequency_hz: 2.5, base_amplitude_m: 0.0015 };
+/** The structure that ratios are turned into units with, until told otherwise: the prototype of the paper. */
+export const STRUCTURE = WORDS.structure;
 
-/** @type {Record<string, Quantity>} */
-export const RATIOS = {
-  clearance_ratio: { field: "axes.clearance_ratio", label: "", low: 0.5, high: 40, step: 0.5, usual: 5 },
-  friction_ratio: { field: "axes.friction_ratio", label: "", low: 0, high: 2, step: 0.01, usual: 0.4 },
-  frequency_ratio: { field: "axes.frequency_ratio", label: "", low: 0.2, high: 3, step: 0.01, usual: 1 },
-  mass_ratio: { field: "axes.mass_ratio", label: "", low: 0, high: 1, step: 0.01, usual: 0.1 },
-  restitution: { field: "axes.restitution", label: "", low: 0, high: 1, step: 0.01, usual: 0.47 },
-  damping_ratio: { field: "damping_ratio", label: "", low: 0, high: 0.1, step: 0.0002, usual: 0.0038 },
-};
-for (const [name, quantity] of Object.entries(RATIOS)) quantity.label = titled(name);
+/** Fields of ratios; each begins with what the service computes where nothing else is said. */
+export const RATIOS = fields("axes", WORDS.design_point, {
+  clearance_ratio: { low: 0.5, high: 40, step: 0.5 },
+  friction_ratio: { low: 0, high: 2, step: 0.01 },
+  frequency_ratio: { low: 0.2, high: 3, step: 0.01 },
+  mass_ratio: { low: 0, high: 1, step: 0.01 },
+  restitution: { low: 0, high: 1, step: 0.01 },
+  damping_ratio: { field: "damping_ratio", low: 0, high: 0.1, step: 0.0002 },
+});
 
-/** @type {Record<string, Quantity>} */
-export const PHYSICAL = {
-  mass_kg: { field: "physical.mass_kg", label: "Mass of the structure M", unit: "kg", low: 0.1, high: 100, step: 0.1, usual: 1 },
-  natural_frequency_hz: {
-    field: "physical.natural_frequency_hz", label: "Natural frequency", unit: "Hz", low: 0.1, high: 50, step: 0.1, usual: 2.5,
-  },
-  base_amplitude_m: {
-    field: "physical.base_amplitude_m", label: "Amplitude of the base Z", unit: "mm", scale: 1000,
-    low: 0.1, high: 50, step: 0.1, usual: 1.5,
-  },
-  clearance_m: {
-    field: "physical.clearance_m", label: "Clearance d", unit: "mm", scale: 1000, low: 0.5, high: 100, step: 0.5, usual: 7.5,
-    help: "On either side of the particle: half the free cavity length.",
-  },
-  friction_force_n: {
-    field: "physical.friction_force_n", label: "Friction force", unit: "N", low: 0, high: 2, step: 0.005, usual: 0.15,
-  },
-  excitation_frequency_hz: {
-    field: "physical.excitation_frequency_hz", label: "Excitation frequency", unit: "Hz", low: 0.5, high: 8, step: 0.01, usual: 2.5,
-  },
-  particle_mass_kg: {
-    field: "physical.particle_mass_kg", label: "Mass of the particle m", unit: "kg", low: 0, high: 1, step: 0.01, usual: 0.1,
-  },
-};
+/** Fields of physical quantities; each begins with the paper's prototype. */
+export const PHYSICAL = fields("physical", WORDS.prototype, {
+  mass_kg: { label: "Mass of the structure M", unit: "kg", low: 0.1, high: 100, step: 0.1 },
+  natural_frequency_hz: { label: "Natural frequency", unit: "Hz", low: 0.1, high: 50, step: 0.1 },
+  base_amplitude_m: { label: "Amplitude of the base Z", unit: "mm", scale: 1000, low: 0.1, high: 50, step: 0.1 },
+  clearance_m: { label: "Clearance d", unit: "mm", scale: 1000, low: 0.5, high: 100, step: 0.5, help: "On either side of the particle: half the free cavity length." },
+  friction_force_n: { label: "Friction force", unit: "N", low: 0, high: 2, step: 0.005 },
+  excitation_frequency_hz: { label: "Excitation frequency", unit: "Hz", low: 0.5, high: 8, step: 0.01 },
+  particle_mass_kg: { label: "Mass of the particle m", unit: "kg", low: 0, high: 1, step: 0.01 },
+});
 
-/** Which physical quantity stands for which ratio. @type {Record<string, string>} */
-export const STANDS_FOR = {
-  clearance_ratio: "clearance_m",
-  friction_ratio: "friction_force_n",
-  frequency_ratio: "excitation_frequency_hz",
-  mass_ratio: "particle_mass_kg",
-};
+/**
+ * @param {string} section where the quantities stand in the JSON of a study
+ * @param {Record<string, number>} begins
+ * @param {Record<string, Partial<Quantity> & {low: number, high: number, step: number}>} looks
+ * @returns {Record<string, Quantity>}
+ */
+function fields(section, begins, looks) {
+  const whole = Object.entries(looks).map(([name, look]) => [name, { field: `${section}.${name}`, label: titled(name), usual: begins[name] * (look.scale ?? 1), ...look }]);
+  return Object.fromEntries(whole);
+}
+
+/** Which physical quantity stands for which ratio, of those that have a field here. */
+export const STANDS_FOR = Object.fromEntries(Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL));
 
 /**
  * What a ratio is multiplied with to get its physical quantity.

@@ -3,6 +3,7 @@
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
 import { el, fill, say } from "./dom.js";
 import { short } from "./numbers.js";
+import { WORDS } from "./words.js";
 
 /**
  * Choose a record, or put up a file.
@@ -17,7 +18,7 @@ export function recordPicker(chosen, onChange) {
   const units = el(
     "select",
     {},
-    [["", "as the file says"], ["g", "g"], ["m/s2", "m/s²"], ["cm/s2", "cm/s²"]].map(([value, text]) => el("option", { value }, text)),
+    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(([value, text]) => el("option", { value }, text)),
   );
 
   /** @param {string} id */

@@ -1,6 +1,10 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
 
 import { el, picker } from "./dom.js";
+import { WORDS } from "./words.js";
+
+/** What is put in where a kind of start that has settings is chosen. @type {Record<string, any>} */
+const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" } };
 
 /**
  * A number with its label.
@@ -24,11 +28,7 @@ function numberField(label, field, value, onChange) {
  */
 export function contactField(study, change, redraw) {
   const contact = study.contact ?? { model: "instant" };
-  const models = /** @type {[string, string][]} */ ([
-    ["instant", "instantaneous impact"],
-    ["dwell", "contact of fixed duration (dwell)"],
-    ["compliant", "compliant contact (spring and dashpot)"],
-  ]);
+  const models = Object.entries(WORDS.contact_models);
   if (!models.some(([model]) => model === contact.model)) models.push([contact.model, contact.model]);
   const put = (/** @type {any} */ next) => redraw({ ...study, contact: next });
   return el(
@@ -59,14 +59,9 @@ export function startField(study, change, redraw) {
     { class: "row", "data-field": "start" },
     picker(
       "Each point starts",
-      [
-        ["rest", "at rest"],
-        ["ensemble", "from several drawn states"],
-        ["continuation", "where the frequency beside it ended"],
-      ],
+      Object.entries(WORDS.start_kinds),
       kind,
-      (chosen) =>
-        put({ rest: "rest", ensemble: { kind: "ensemble", n: 10, seed: 0 }, continuation: { kind: "continuation", direction: "up" } }[chosen]),
+      (chosen) => put(chosen in STARTS ? { kind: chosen, ...STARTS[chosen] } : chosen),
     ),
     kind === "ensemble" &&
       numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
@@ -90,7 +85,7 @@ export function steadyField(study, change) {
   return el(
     "div",
     { class: "row" },
-    numberField("Most cycles per point", "steady.max_cycles", steady.max_cycles ?? 4000, (value) => change("steady.max_cycles", value)),
-    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? 0.02, (value) => change("steady.tolerance", value)),
+    numberField("Most cycles per point", "steady.max_cycles", steady.max_cycles ?? WORDS.steady.max_cycles, (value) => change("steady.max_cycles", value)),
+    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? WORDS.steady.tolerance, (value) => change("steady.tolerance", value)),
   );
 }

@@ -4,27 +4,12 @@ import { el } from "./dom.js";
 import { short } from "./numbers.js";
 import { STANDS_FOR, unitFactor } from "./quantities.js";
 import { axisTitle, symbol, titled } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
 
-/** What stands in units for a ratio: symbol, name, unit, and the unit over that of SI. @type {Record<string, [string, string, string, number]>} */
-const QUANTITIES = {
-  clearance_ratio: ["d", "Clearance d", "mm", 1000],
-  friction_ratio: ["F", "Friction force F", "N", 1],
-  frequency_ratio: ["f", "Excitation frequency f", "Hz", 1],
-  mass_ratio: ["m", "Mass of the particle m", "kg", 1],
-  amplitude_ratio: ["X", "amplitude X", "mm", 1000],
-  amplitude_error: ["ΔX", "error of the amplitude X", "mm", 1000],
-  amplitude_ratio_max: ["", "largest amplitude", "mm", 1000],
-  amplitude_ratio_rms: ["", "rms amplitude", "mm", 1000],
-  relative_amplitude_ratio: ["", "relative amplitude |x−z|", "mm", 1000],
-  amplitude_ratio_mean: ["", "mean amplitude over the starts", "mm", 1000],
-  amplitude_ratio_spread: ["", "spread of the amplitude over the starts", "mm", 1000],
-  amplitude_ratio_worst: ["", "largest amplitude of any start", "mm", 1000],
-  amplitude_ratio_second: ["", "amplitude of the second response", "mm", 1000],
-  amplitude_ratio_third: ["", "amplitude of the third response", "mm", 1000],
-  impact_speed_max: ["", "largest impact speed", "m/s", 1],
-};
+/** What stands in units for a ratio: symbol, name, unit, and the unit over that of SI. */
+const QUANTITIES = WORDS.in_units;
 
 /** The last digit that is shown of a value, over the value. */
 const SHOWN_DIGIT = 5e-6;

@@ -5,12 +5,12 @@ import { debounced, el, fill, picker, prose } from "./dom.js";
 import { moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { vocabulary } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 /** Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them. */
 const STREAMS = 2;
 const LOOK_MILLISECONDS = 4000;
 const PAGE = 50;
-const STATES = ["queued", "running", "done", "cancelled", "failed"];
 
 /** @type {import("./main.js").View} */
 export async function studiesView(root) {
@@ -27,7 +27,7 @@ export async function studiesView(root) {
     placeholder: "part of a name",
     oninput: debounced(250, () => ((found.name = search.value), look())),
   });
-  const states = /** @type {[string, string][]} */ ([["", "any state"], ...STATES.map((s) => [s, s])]);
+  const states = /** @type {[string, string][]} */ ([["", "any state"], ...WORDS.states.map((s) => [s, s])]);
   fill(
     root,
     el("div", { class: "row spread" }, el("h1", {}, "Studies"), el("a", { class: "button primary", href: "#/new" }, "New study")),

@@ -14,6 +14,7 @@ import { FREQUENCY, RECORD, Selection } from "./selection.js";
 import { Shown, unitSwitch } from "./shown.js";
 import { suiteTab } from "./suite_tab.js";
 import { vocabulary } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 /**
  * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept, shown: Shown}} Session
@@ -168,11 +169,6 @@ function tabList(id, current, place, session) {
 /** @type {Tab} */
 function dataTab(session, place) {
   const { record } = session;
-  const formats = /** @type {[string, string][]} */ ([
-    ["netcdf", "netCDF: for Python, MATLAB, Julia"],
-    ["csv", "CSV: one row a point"],
-    ["parquet", "Parquet: the same, small and typed"],
-  ]);
   fill(
     place,
     el(
@@ -182,7 +178,7 @@ function dataTab(session, place) {
         "section",
         { class: "box" },
         el("h2", {}, "Download the data"),
-        el("ul", {}, formats.map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
+        el("ul", {}, Object.entries(WORDS.export_formats).map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
         el("p", { class: "quiet" }, "Points that are not computed yet have status −1. Other programs read the cube where it is, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
         el("h2", {}, "Report"),
         el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),

@@ -8,11 +8,11 @@ import { short } from "./numbers.js";
 import { RECORD } from "./selection.js";
 import { sliders } from "./sliders.js";
 import { NAMES, titled } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 const MOST = 240;
 const TOP = 10;
-const USUAL = ["clearance_m", "friction_force_n", "scale", "particle_mass_kg", "natural_frequency_hz", "restitution", "damping_ratio"];
-const DAMPER = ["restitution", "particle_mass_kg", "clearance_m", "friction_force_n"];
+const USUAL = WORDS.suite_axes;
 
 /** @type {import("./study.js").Tab} */
 export function suiteTab(session, place) {
@@ -81,7 +81,7 @@ export function suiteTab(session, place) {
 
   /** @param {any} ranked */
   function ranking(ranked) {
-    const columns = DAMPER.filter((name) => selection.axes[name].length > 1);
+    const columns = WORDS.damper.filter((name) => selection.axes[name].length > 1);
     const cells = (/** @type {any} */ one) => [...columns.map((name) => short(one[name])), short(one.value), one.record, short(one.scale), ...("growth" in one ? [short(one.growth, 3)] : [])];
     const heads = [...columns.map((name) => NAMES[name]), "Worst case", "under", "times", ...("growth" in ranked.columns ? ["Growth of a perturbation"] : [])];
     return [

@@ -2,6 +2,7 @@
 
 import { ask } from "./api.js";
 import { el } from "./dom.js";
+import { WORDS } from "./words.js";
 
 /** @type {Promise<any> | undefined} */
 let asked;
@@ -15,41 +16,20 @@ export function vocabulary() {
   return asked;
 }
 
-/** Symbols of the six dimensions, as the paper writes them. @type {Record<string, string>} */
-export const SYMBOLS = {
-  damping_ratio: "ζ",
-  restitution: "e",
-  mass_ratio: "β",
-  clearance_ratio: "d/Z",
-  friction_ratio: "γ_F",
-  frequency_ratio: "r",
-};
+const SYMBOLS = WORDS.symbols;
 
 export const DIMENSIONS = Object.keys(SYMBOLS);
 
 /** Dimensions that mean nothing without a particle. */
-export const OF_PARTICLE = ["clearance_ratio", "mass_ratio", "restitution"];
+export const OF_PARTICLE = WORDS.of_particle;
 
 /** What a design of a study is made of. @param {any} definition */
 export function designDimensions({ particle }) {
   return DIMENSIONS.filter((name) => name !== "frequency_ratio" && (particle !== false || !OF_PARTICLE.includes(name)));
 }
 
-/** Names for people, of the dimensions of suites too. @type {Record<string, string>} */
-export const NAMES = {
-  damping_ratio: "Structural damping ratio",
-  restitution: "Coefficient of restitution",
-  mass_ratio: "Mass ratio",
-  clearance_ratio: "Clearance ratio",
-  friction_ratio: "Friction ratio",
-  frequency_ratio: "Frequency ratio",
-  record: "Record",
-  natural_frequency_hz: "Natural frequency [Hz]",
-  scale: "Factor on the record",
-  particle_mass_kg: "Mass of the particle [kg]",
-  clearance_m: "Clearance [m]",
-  friction_force_n: "Friction force [N]",
-};
+/** Names for people, of the dimensions of suites too. */
+export const NAMES = WORDS.names;
 
 /** Name and symbol of a dimension. @param {string} dimension */
 export function titled(dimension) {
@@ -67,19 +47,8 @@ export function symbol(dimension) {
   return el("i", {}, letter, index && el("sub", {}, index));
 }
 
-/** @type {Record<string, string>} */
-const TUNINGS = {
-  den_hartog: "Den Hartog",
-  den_hartog_table4: "Den Hartog, as the paper’s Table 4",
-  hinf: "H∞",
-  h2: "H2",
-  minimax: "least peak (minimax)",
-};
-
-/** The tunings of a mass damper, for a picker. @param {any} words the catalogue @returns {[string, string][]} */
-export function tunings(words) {
-  return Object.keys(words.tunings).map((name) => [name, TUNINGS[name] ?? name.replaceAll("_", " ")]);
-}
+/** The tunings of a mass damper, for a picker. */
+export const TUNINGS = Object.entries(WORDS.criteria);
 
 /**
  * Response classes: a colour that colour-blind people tell apart (Okabe and Ito 2008), and a shape for everyone.

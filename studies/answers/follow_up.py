@@ -13,8 +13,8 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.vocabulary import OF_PARTICLE
 
-OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 WASTE = 1.5
 """Designs computed over designs wanted, above which a set of designs is cut into several grids."""
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from damperlab.studies.symbols import SYMBOLS
 from damperlab.studies.unit_names import AMPLITUDES
 from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
+from damperlab.studies.variables import SYMBOLS
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import counted, describe, listing, printable
-from damperlab.studies.ground.motion import UNITS, GroundMotion, checked, refused
+from damperlab.studies.ground.motion import GroundMotion, checked, refused
+from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 
 Layout = Literal["at2", "csv"]
 

@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
-STANDARD_GRAVITY = 9.80665
-"""m/s² in one g, by definition."""
-
-UNITS: dict[str, float] = {"g": STANDARD_GRAVITY, "m/s2": 1.0, "cm/s2": 0.01}
-"""Units that an acceleration may be given in, and what one of each is in m/s²."""
+STANDARD_GRAVITY = ACCELERATION_UNITS["g"]
+"""m/s² in one g."""
 
 MOST_SAMPLES = 400_000
 SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0

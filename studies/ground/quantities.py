@@ -1,6 +1,8 @@
 """What a comparison of dampers under a record is told in physical units, with the paper's prototype as defaults."""
 
+from damperlab.studies.presets import NATURAL_FREQUENCY_HZ
 from damperlab.studies.quantity import Quantity
+from damperlab.studies.vocabulary import DEFAULTS
 
 QUANTITIES: dict[str, tuple[Quantity, float]] = {
     name: (Quantity(name, meaning, low, high, advice, below), default)
@@ -8,15 +10,15 @@ QUANTITIES: dict[str, tuple[Quantity, float]] = {
         ("mass_kg", "mass M of the primary structure [kg]", 1e-6, 1e12, "give it in kg", False, 1.605),
         (
             "natural_frequency_hz", "undamped natural frequency of the structure [Hz]", 1e-3, 1e3,
-            "give it in Hz", False, 2.5,
+            "give it in Hz", False, NATURAL_FREQUENCY_HZ,
         ),
-        ("damping_ratio", "damping ratio ζ of the structure", 0.0, 1.0, "below 1", True, 0.0038),
+        ("damping_ratio", "damping ratio ζ of the structure", 0.0, 1.0, "below 1", True, DEFAULTS["damping_ratio"]),
         ("particle_mass_kg", "mass m of the particle [kg]", 0.0, 1e12, "give it in kg; 0 for none", False, 0.1605),
         (
             "clearance_m", "clearance d on either side of the particle, half the free cavity length [m]", 1e-9, 1e6,
             "give it in m", False, 0.0075,
         ),
-        ("restitution", "coefficient of restitution e", 0.0, 1.0, "from 0 to 1", False, 0.47),
+        ("restitution", "coefficient of restitution e", 0.0, 1.0, "from 0 to 1", False, DEFAULTS["restitution"]),
         (
             "friction_force_n", "Coulomb friction force F_f [N]", 0.0, 1e12, "give it in N; 0 for none", False,
             0.409,

@@ -14,7 +14,7 @@ from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import read_count
 from damperlab.studies.questions import MOST_SEED, MOST_STARTS, Compared
-from damperlab.studies.vocabulary import CASES, CRITERIA, Criterion
+from damperlab.studies.vocabulary import CASES, CRITERIA, RECORD_CONTACT_MODELS, Criterion
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,14 @@ def march_contact(contact: Contact) -> Contact:
     if isinstance(contact, CompliantContact):
         advice = "write dwell with the same contact_time; a harmonic study takes compliant"
         raise StudyFaults(
-            [Fault("contact.model", "compliant", "instant or dwell where the base follows a record", advice)]
+            [
+                Fault(
+                    "contact.model",
+                    "compliant",
+                    f"{' or '.join(RECORD_CONTACT_MODELS)} where the base follows a record",
+                    advice,
+                )
+            ]
         )
     return contact
 

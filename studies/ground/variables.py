@@ -1,18 +1,26 @@
 """The dimensions and result variables of a ground-motion suite: the registry beside that of `damperlab.studies.variables`."""
 
-from damperlab.studies.variables import Status, Variable
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, Status, Variable
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "record": ("1", "ground-motion record"),
     "natural_frequency_hz": ("Hz", "natural frequency of the structure"),
-    "damping_ratio": ("1", "structural damping ratio ζ"),
+    "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),
     "scale": ("1", "factor on the record"),
-    "restitution": ("1", "coefficient of restitution e"),
+    "restitution": ("1", DIMENSION_LONG_NAMES["restitution"]),
     "particle_mass_kg": ("kg", "mass of the particle m"),
     "clearance_m": ("m", "clearance d"),
     "friction_force_n": ("N", "friction force F_f"),
 }
 """Unit and meaning of every dimension, in the cube's order: what the points of a block share comes first."""
+
+SYMBOLS: dict[str, str] = {
+    "natural_frequency_hz": "f_n",
+    "particle_mass_kg": "m",
+    "clearance_m": "d",
+    "friction_force_n": "F_f",
+}
+"""Those of them that the paper has a symbol for, beside the ratios."""
 
 RECORD = "record"
 DAMPER = ("restitution", "particle_mass_kg", "clearance_m", "friction_force_n")

@@ -1,0 +1,35 @@
+/** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
+export const WORDS: {
+  /** Symbols of the six dimensions, as the paper writes them. */
+  symbols: Record<string, string>;
+  /** Names for people of every dimension, those of ground-motion suites too. */
+  names: Record<string, string>;
+  /** Dimensions that mean nothing without a particle. */
+  of_particle: string[];
+  /** Dimensions in the order in which a map shows them, of a harmonic study and of a suite. */
+  axes: string[];
+  suite_axes: string[];
+  /** Dimensions of a suite that a designer chooses. */
+  damper: string[];
+  /** The design point that is computed where nothing else is said. */
+  design_point: Record<string, number>;
+  /** The paper's prototype in SI units, and its structure alone. */
+  prototype: Record<string, number>;
+  structure: { mass_kg: number; natural_frequency_hz: number; base_amplitude_m: number };
+  /** Physical quantities by the ratio that each makes. */
+  stands_for: Record<string, string>;
+  /** What stands in units for a ratio: symbol, name, unit, and that unit in units of SI. */
+  in_units: Record<string, [string, string, string, number]>;
+  /** States of a study, and those at which nothing more happens by itself. */
+  states: string[];
+  ended: string[];
+  /** Names for people, by the name in documents. */
+  contact_models: Record<string, string>;
+  start_kinds: Record<string, string>;
+  criteria: Record<string, string>;
+  /** Units that an acceleration may be given in. */
+  acceleration_units: string[];
+  export_formats: Record<string, string>;
+  /** When a response counts as steady, where a study says nothing. */
+  steady: { max_cycles: number; tolerance: number };
+};

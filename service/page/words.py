@@ -1,0 +1,103 @@
+"""The words of the service that the page shows, as a module of the page: all are taken from the registries."""
+
+import json
+from typing import Any
+
+from damperlab.studies.answers.phrases import PRINTED
+from damperlab.studies.choices import Steady
+from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
+from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.variables import DAMPER
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.kinds import HARMONIC, SUITE
+from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
+from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES
+from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
+from damperlab.studies.vocabulary import (
+    ACCELERATION_UNITS,
+    CONTACT_MODELS,
+    CRITERION_NAMES,
+    DESIGN_POINT,
+    ENDED,
+    EXPORT_FORMATS,
+    OF_PARTICLE,
+    START_KINDS,
+    STATES,
+)
+
+MODULE = "words.js"
+"""Under this name the page's modules import it; `words.d.ts` has its types."""
+
+
+def words_module() -> bytes:
+    """Give the module: one frozen value, the same bytes for the same registries."""
+    text = json.dumps(_words(), ensure_ascii=False, indent=1)
+    return f"/** Made by the service. */\nexport const WORDS = {text};\n".encode()
+
+
+def _words() -> dict[str, Any]:
+    prototype = _prototype()
+    return {
+        "symbols": SYMBOLS,
+        "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _suite_names(),
+        "of_particle": OF_PARTICLE,
+        "axes": HARMONIC.axes,
+        "suite_axes": SUITE.axes,
+        "damper": DAMPER,
+        "design_point": DESIGN_POINT,
+        "prototype": prototype,
+        "structure": {
+            name: prototype[name] for name in ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
+        },
+        "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
+        "in_units": _in_units(),
+        "states": STATES,
+        "ended": ENDED,
+        "contact_models": CONTACT_MODELS,
+        "start_kinds": START_KINDS,
+        "criteria": CRITERION_NAMES,
+        "export_formats": EXPORT_FORMATS,
+        "acceleration_units": list(ACCELERATION_UNITS),
+        "steady": Steady().model_dump(),
+    }
+
+
+def _prototype() -> dict[str, float]:
+    """Give the paper's prototype in SI units, its base amplitude that of the smallest cavity, excited at resonance."""
+    defaults = {
+        name: default
+        for name, (_, default) in QUANTITIES.items()
+        if name in SUITE_SYMBOLS or name == "mass_kg"
+    }
+    return {
+        **defaults,
+        "base_amplitude_m": BASE_AMPLITUDES_M[0],
+        EXCITATION_FREQUENCY.name: defaults["natural_frequency_hz"],
+    }
+
+
+def _suite_names() -> dict[str, str]:
+    """Name what only a suite has as a dimension, with its unit."""
+    return {
+        name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
+        + ("" if unit == "1" else f" [{unit}]")
+        for name, (unit, words) in SUITE_DIMENSIONS.items()
+        if name not in SYMBOLS
+    }
+
+
+def _in_units() -> dict[str, tuple[str, str, str, float]]:
+    """Give what stands in units for each ratio that a study in units shows so."""
+    shown = {}
+    for name, (symbol, label, unit, scale) in PRINTED.items():
+        if name in SYMBOLS:
+            label = _capital(label)
+        elif name != HARMONIC.metric and name in AMPLITUDES:
+            symbol, label = "", RESULT_NAMES[AMPLITUDES[name]]
+        shown[name] = (symbol, label, unit, scale)
+    return shown
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]

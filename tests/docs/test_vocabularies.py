@@ -1,0 +1,220 @@
+"""No vocabulary is written by hand in two places: what names all words of one is its home, or takes them from there."""
+
+import ast
+import re
+from collections.abc import Collection, Iterator
+from functools import cache
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from damperlab.service.page.words import words_module
+from damperlab.studies import vocabulary
+from damperlab.studies.ground.quantities import QUANTITIES as DAMPER_QUANTITIES
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
+from damperlab.studies.kinds import KINDS
+from damperlab.studies.metrics import read_metrics
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.physical import QUANTITIES
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("studies", "service", "worker", "docs")
+VOCABULARIES: dict[str, Collection[str]] = {
+    "states": vocabulary.STATES,
+    "scopes": vocabulary.SCOPES,
+    "objectives": vocabulary.OBJECTIVES,
+    "criteria": vocabulary.CRITERIA,
+    "contact models": vocabulary.CONTACT_MODELS,
+    "kinds of start": vocabulary.START_KINDS,
+    "reductions": vocabulary.REDUCTIONS,
+    "formats of export": vocabulary.EXPORT_FORMATS,
+    "cases": vocabulary.CASES,
+    "units of acceleration": vocabulary.ACCELERATION_UNITS,
+    "dimensions of a particle": vocabulary.OF_PARTICLE,
+    "dimensions": DIMENSIONS,
+    "dimensions of a suite": SUITE_DIMENSIONS,
+    "physical quantities": [quantity.name for quantity in QUANTITIES],
+    "quantities of a comparison": DAMPER_QUANTITIES,
+    "variables": VARIABLES,
+    "variables of a suite": SUITE_VARIABLES,
+    "response classes": [kind.name.lower() for kind in ResponseClass],
+    "statuses": [status.name.lower() for status in Status],
+}
+HOMES = {
+    "studies/vocabulary.py": "the words of the doors",
+    "studies/variables.py": "the registry of results",
+    "studies/ground/variables.py": "that of suites",
+    "studies/ground/quantities.py": "the quantities of a comparison",
+    "studies/physical.py": "those of a physical block",
+}
+ORDERS = {
+    ("studies/kinds.py", "dimensions"): "the order in which a map shows them",
+    ("studies/kinds.py", "dimensions of a particle"): "part of the same",
+}
+"""Lists that say more than the words: each is all of them, in an order of its own."""
+
+
+def python_sets(source: str) -> Iterator[tuple[int, list[str]]]:
+    """Give the texts of each list, tuple and set, and of each Literal and enumeration: a list of words; no table by them."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.List | ast.Tuple | ast.Set):
+            yield (
+                node.lineno,
+                [
+                    one.value
+                    for one in node.elts
+                    if isinstance(one, ast.Constant) and isinstance(one.value, str)
+                ],
+            )
+        elif isinstance(node, ast.ClassDef) and any("Enum" in ast.unparse(base) for base in node.bases):
+            assigned = [one for one in node.body if isinstance(one, ast.Assign)]
+            yield node.lineno, [ast.unparse(target).lower() for one in assigned for target in one.targets]
+
+
+def script_sets(source: str) -> Iterator[tuple[int, list[str]]]:
+    """Give the texts of each array of a module, and of the first column of each array of arrays."""
+    for found in re.finditer(r"\[([^\[\]]*)\]", source):
+        yield source.count("\n", 0, found.start()) + 1, _texts(found[1])
+    for found in re.finditer(r"\[\s*((?:\[[^\[\]]*\],?\s*)+)\]", source):
+        yield source.count("\n", 0, found.start()) + 1, re.findall(r"""\[\s*["'`]([^"'`]*)["'`]""", found[1])
+
+
+def tables(place: str, source: str) -> Iterator[tuple[int, list[str]]]:
+    """Give the keys of each table that is written as one: a dict, or an object of a module."""
+    if place.endswith(".py"):
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.Dict):
+                yield (
+                    node.lineno,
+                    [
+                        one.value
+                        for one in node.keys
+                        if isinstance(one, ast.Constant) and isinstance(one.value, str)
+                    ],
+                )
+    else:
+        for found in re.finditer(r"\{((?:[^{}]|\{[^{}]*\})*)\}", source):
+            yield (
+                source.count("\n", 0, found.start()) + 1,
+                re.findall(r"""(?:^|[{,]\s*|\n\s*)["']?([a-z][a-z0-9_]*)["']?:""", found[1]),
+            )
+
+
+def _texts(inside: str) -> list[str]:
+    return re.findall(r"""["'`]([^"'`]*)["'`]""", inside)
+
+
+@cache
+def sources() -> tuple[tuple[str, str], ...]:
+    files = [
+        file
+        for folder in FOLDERS
+        for file in sorted((ROOT / folder).rglob("*"))
+        if file.suffix in (".py", ".js")
+    ]
+    return tuple(
+        (file.relative_to(ROOT).as_posix(), file.read_text()) for file in files if "library" not in file.parts
+    )
+
+
+def second_copies(place: str, source: str) -> list[tuple[str, int, str]]:
+    """List where a source names all words of a vocabulary, each once, in a list of its own."""
+    lists = python_sets(source) if place.endswith(".py") else script_sets(source)
+    return [
+        (place, line, name)
+        for line, texts in lists
+        for name, words in VOCABULARIES.items()
+        if set(words) <= set(texts) and len(set(texts)) == len(texts) and (place, name) not in ORDERS
+    ]
+
+
+def test_no_vocabulary_is_listed_outside_its_home() -> None:
+    assert [
+        found for place, source in sources() if place not in HOMES for found in second_copies(place, source)
+    ] == []
+
+
+@pytest.mark.parametrize("place", HOMES)
+def test_no_vocabulary_is_listed_twice_at_home(place: str) -> None:
+    names = [name for _, _, name in second_copies(place, (ROOT / place).read_text())]
+    assert sorted(set(names)) == sorted(names)
+
+
+def test_a_second_copy_would_be_found() -> None:
+    states = '"queued", "running", "done", "cancelled", "failed"'
+    assert second_copies("a.py", f"X = [{states}]") == [("a.py", 1, "states")]
+    assert second_copies("a.py", f"X = Literal[{states}]") == [("a.py", 1, "states")]
+    assert second_copies("a.js", f"const X = [{states}];") == [("a.js", 1, "states")]
+    models = '\n["instant", "a"], ["dwell", "b"], ["compliant", "c"],\n'
+    assert second_copies("a.js", f"const X = [{models}];") == [("a.js", 1, "contact models")]
+    enumeration = "class A(StrEnum):\n instant = 1\n dwell = 2\n compliant = 3"
+    assert second_copies("a.py", enumeration) == [("a.py", 1, "contact models")]
+
+
+def test_a_table_by_the_words_of_a_vocabulary_holds_all_of_them() -> None:
+    """One word added to a vocabulary, and forgotten in a table by it, is found."""
+    lacking = [
+        (place, line, name, sorted(set(words) - set(keys)))
+        for place, source in sources()
+        for line, keys in tables(place, source)
+        for name, words in VOCABULARIES.items()
+        if len(words) > 3 and len(set(keys)) == len(words) - 1 and set(keys) < set(words)
+    ]
+    assert lacking == []
+
+
+def test_words_and_their_types_are_the_same() -> None:
+    """A Literal cannot be made of a table; beside it in one file, the two are compared here."""
+    pairs = {
+        vocabulary.Objective: vocabulary.OBJECTIVES,
+        vocabulary.Criterion: vocabulary.CRITERIA,
+        vocabulary.ContactModel: vocabulary.CONTACT_MODELS,
+        vocabulary.ExportFormat: vocabulary.EXPORT_FORMATS,
+        vocabulary.AccelerationUnits: vocabulary.ACCELERATION_UNITS,
+    }
+    for kind, words in pairs.items():
+        assert set(get_args(kind)) == set(words)
+    assert set(vocabulary.CRITERION_NAMES) == set(vocabulary.CRITERIA)
+    assert set(vocabulary.EXPORT_SUFFIXES.values()) == set(vocabulary.EXPORT_FORMATS)
+    assert set(vocabulary.RECORD_CONTACT_MODELS) < set(vocabulary.CONTACT_MODELS)
+    assert set(vocabulary.OF_PARTICLE) < set(DIMENSIONS) == set(vocabulary.DESIGN_POINT)
+    for kind in KINDS:
+        assert set(kind.axes) <= set(kind.dimensions)
+        assert set(read_metrics(list(kind.variables), kind.variables)) == set(kind.variables)
+
+
+def test_defaults_are_what_the_paper_prints() -> None:
+    paper = paper_numbers()
+    assert vocabulary.DEFAULTS["damping_ratio"] == paper["damping_ratio"].value
+    assert vocabulary.DEFAULTS["restitution"] == paper["restitution_soft"].value
+    assert vocabulary.DEFAULTS["mass_ratio"] == paper["mass_ratio"].value
+    defaults = {name: default for name, (_, default) in DAMPER_QUANTITIES.items()}
+    assert defaults["natural_frequency_hz"] == paper["natural_frequency_hz"].value
+    assert defaults["clearance_m"] == pytest.approx(paper["clearance_1_mm"].value / 1e3, rel=1e-15)
+    assert defaults["particle_mass_kg"] == pytest.approx(
+        defaults["mass_kg"] * paper["mass_ratio"].value, rel=1e-15
+    )
+
+
+def test_the_page_declares_the_words_that_it_is_given() -> None:
+    declared = (ROOT / "service/page/words.d.ts").read_text()
+    given = re.findall(r'^ "(\w+)":', words_module().decode(), re.MULTILINE)
+    assert sorted(re.findall(r"^  (\w+):", declared, re.MULTILINE)) == sorted(given)
+    modules = "".join(file.read_text() for file in (ROOT / "service/page").glob("*.js"))
+    assert [name for name in given if f"WORDS.{name}" not in modules] == []
+
+
+@pytest.mark.parametrize(
+    ("page", "name"),
+    [
+        ("docs/response-classes.md", "response classes"),
+        ("docs/contact.md", "contact models"),
+        ("docs/glossary.md", "dimensions"),
+    ],
+)
+def test_a_page_about_a_vocabulary_names_all_of_it(page: str, name: str) -> None:
+    text = (ROOT / page).read_text()
+    assert [word for word in VOCABULARIES[name] if f"`{word}`" not in text and word != "unknown"] == []
