@@ -278,8 +278,9 @@ class Dispatcher:
                 self.cluster.borrow,
                 lambda progress: self._follow(study_id, progress),
                 stop,
-                # Stopped by a shutdown and not by a user: the next start goes on with it.
-                stopped_as=lambda: "queued" if self._closing.is_set() else "cancelled",
+                only_from=("queued", "running"),
+                # whoever cancels says so in the catalogue: stopped otherwise, or resumed since, it waits for its next turn
+                stopped_as="queued",
                 outage_as="queued",
                 wait_seconds=WAIT_SECONDS,
             )
@@ -290,8 +291,8 @@ class Dispatcher:
                 record.points_done,
                 record.points_total,
             )
-            if record.state == "queued" and not self._closing.is_set():
-                self._put_off(study_id, record.message or "the cluster is lost")
+            if record.state == "queued" and not stop.is_set():
+                self._put_off(study_id, record.message or "it was cancelled and resumed elsewhere")
         except ClusterUnusable as error:
             # Nothing is wrong with the study: a scheduler may be starting, or come back.
             self._put_off(study_id, str(error))

@@ -4,7 +4,7 @@ import logging
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any
 
 from distributed import Client, Future
@@ -17,6 +17,7 @@ from damperlab.studies.store.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.lease import RENEW_SECONDS, held_owner
+from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.preparation import all_ready
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
 from damperlab.worker.tasks import run_block
@@ -72,7 +73,8 @@ def run_handful(
             try:
                 outcomes = _outcomes(client, futures, stop)
             finally:
-                client.cancel(futures)
+                with suppress(Outage), asking_the_cluster(client):
+                    client.cancel(futures)
             done = {record.id: end for record, end in zip(records, outcomes, strict=False) if end is not None}
             store.finish(owner, done)
     return [study_id for study_id in ids if study_id not in done]

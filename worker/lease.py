@@ -36,6 +36,8 @@ class Lease:
         self.store = store
         self.study_id = study_id
         self.owner = _new_owner()
+        self.begun = threading.Event()
+        """Set by the runner once the study is `running`: what waits for its turn at that has not been withdrawn."""
         self.withdrawn = threading.Event()
         """Set when somebody else cancelled or deleted the study."""
         self.lost = threading.Event()
@@ -59,7 +61,7 @@ class Lease:
         try:
             if not self.store.renew(self.study_id, self.owner):
                 self.lost.set()
-            elif self.store.find(self.study_id).state != "running":
+            elif self.begun.is_set() and self.store.find(self.study_id).state != "running":
                 self.withdrawn.set()
         except StudyNotFound:
             self.withdrawn.set()

@@ -4,10 +4,14 @@ import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.worker.provenance import WrongCode
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 RETRIES = 2
 """How often a block is tried again after an exception, or after the death of its worker."""
@@ -22,12 +26,14 @@ class Outage(Interrupted):
 
 
 @contextmanager
-def asking_the_cluster() -> Iterator[None]:
-    """Raise `Outage` where the scheduler is lost while it is asked for something."""
+def asking_the_cluster(client: "Client") -> Iterator[None]:
+    """Raise `Outage` where the scheduler is lost while it is asked for something, whatever the library makes of that."""
     try:
         yield
-    except (OSError, TimeoutError) as error:
-        raise Outage("the connection to the Dask scheduler was lost") from error
+    except Exception as error:
+        if isinstance(error, OSError | TimeoutError) or client.status != "running":
+            raise Outage("the connection to the Dask scheduler was lost") from error
+        raise
 
 
 class ClusterUnusable(RuntimeError):

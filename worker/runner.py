@@ -22,6 +22,7 @@ from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import sweep
+from damperlab.studies.vocabulary import STATES
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.examination import canary_of, stored_bits
@@ -70,7 +71,8 @@ def run_study(
     on_progress: Callable[[Progress], None],
     stop: Event,
     *,
-    stopped_as: Callable[[], str] = lambda: "cancelled",
+    only_from: tuple[str, ...] = STATES,
+    stopped_as: str = "cancelled",
     outage_as: str = "failed",
     here_seconds: float = 0.0,
     wait_seconds: float = 120.0,
@@ -95,8 +97,11 @@ def run_study(
         Called in this thread as the study starts, about twice a second while it moves, and at its end.
     stop : Event
         Set it from elsewhere to stop: no block begins, and those that run may finish within `GRACE_SECONDS`.
-    stopped_as : callable
-        Says, when it has stopped, in which state the study is left: "queued" for somebody who will go on with it.
+    only_from : tuple of str
+        Nothing is computed unless the study is in one of these states once it is claimed: somebody may have cancelled it.
+    stopped_as : str
+        The state in which it is left by `stop`: "queued" for somebody who will go on with it, or who has said already
+        what becomes of it.
     outage_as : str
         The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
     here_seconds : float
@@ -121,30 +126,31 @@ def run_study(
     store.find(study_id)
     with hold(store, study_id) as lease:
         run = _Run(store, lease, on_progress, stop)
-        try:
-            run.compute(client_factory, here_seconds, wait_seconds)
-            run.end(stopped_as)
-        # One step each: a process that is killed between two would leave the first one's state for good.
-        except Outage as error:
-            run.put_down(outage_as, f"{error}; {run.left()}")
-        except Interrupted as error:
-            run.put_down(outage_as if store.trouble() else "failed", f"{error}; {run.left()}")
-        except StudyNotFound:
-            raise
-        except StoreFault as error:
-            # the catalogue was locked, or its server away, and may be back already
-            run.put_down(outage_as, f"{error}; {run.left()}")
-        except WrongCode as error:
-            run.put_down("failed", str(error))
-        except KeyboardInterrupt:
-            run.put_down("cancelled", None)
-            raise
-        except ClusterUnusable as error:
-            run.put_down(outage_as, str(error))
-            raise
-        except Exception as error:
-            run.put_down("failed", str(error))
-            raise
+        if run.begin(only_from):
+            try:
+                run.compute(client_factory, here_seconds, wait_seconds)
+                run.end(stopped_as)
+            # One step each: a process that is killed between two would leave the first one's state for good.
+            except Outage as error:
+                run.put_down(outage_as, f"{error}; {run.left()}")
+            except Interrupted as error:
+                run.put_down(outage_as if store.trouble() else "failed", f"{error}; {run.left()}")
+            except StudyNotFound:
+                raise
+            except StoreFault as error:
+                # the catalogue was locked, or its server away, and may be back already
+                run.put_down(outage_as, f"{error}; {run.left()}")
+            except WrongCode as error:
+                run.put_down("failed", str(error))
+            except KeyboardInterrupt:
+                run.put_down("cancelled", None)
+                raise
+            except ClusterUnusable as error:
+                run.put_down(outage_as, str(error))
+                raise
+            except Exception as error:
+                run.put_down("failed", str(error))
+                raise
     return store.find(study_id)
 
 
@@ -177,10 +183,18 @@ class _Run:
         self._left_out = ""
         self._crew: Crew | None = None
         self._reported = 0.0
-        record = store.find(self._study_id)
+        self._record = store.find(self._study_id)
+
+    def begin(self, only_from: tuple[str, ...]) -> bool:
+        """Let the study run, in one step with the look at its state; False where it is in none of those."""
         # why it was put down before holds no more; what is said of blocks that failed does
-        told = None if record.points_failed else ""
-        self._record = store.set_state(self._study_id, "running", told, owner=lease.owner)
+        told = None if self._record.points_failed else ""
+        owner = self._lease.owner
+        self._record = self._store.set_state(
+            self._study_id, "running", told, only_from=only_from, owner=owner
+        )
+        self._lease.begun.set()
+        return self._record.state == "running"
 
     def compute(
         self,
@@ -238,7 +252,7 @@ class _Run:
                 self._agree({"the workers": facts})
                 tasks = self._tasks(cube_path)
                 usable = [member.address for member in window.crew.usable]
-                with asking_the_cluster():
+                with asking_the_cluster(client):
                     compile_at_workers(client, scenes(study), self._compiling, lambda: self._stopping, usable)
                 canary, truth = self._canary(pending)
                 if first(facts["identity"], canary, truth, lambda: self._look_on(window)) is None:
@@ -341,7 +355,7 @@ class _Run:
 
         return arguments
 
-    def end(self, stopped_as: Callable[[], str]) -> None:
+    def end(self, stopped_as: str) -> None:
         """Put the study into the state that its blocks say."""
         record = self._store.find(self._study_id)
         self._report(at_once=True)
@@ -349,7 +363,7 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if record.blocks_done < record.blocks_total:
-            self.put_down(stopped_as(), None)
+            self.put_down(stopped_as, None)
             return
         message = f"computed without workers that were left out: {self._left_out}" if self._left_out else None
         if self._failures:

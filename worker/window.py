@@ -15,7 +15,7 @@ from damperlab.worker.apart import call_apart
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.crew import AGAIN_SECONDS, Crew
 from damperlab.worker.examination import Answer, examine, majority
-from damperlab.worker.outcomes import Failure, Outage
+from damperlab.worker.outcomes import Failure, Outage, asking_the_cluster
 from damperlab.worker.provenance import WrongCode
 
 LOOK_SECONDS = 1.0
@@ -211,16 +211,15 @@ class Window:
 
     def close(self) -> None:
         """Drop every block that is still at the cluster."""
-        with suppress(OSError, TimeoutError):
-            self._drop(list(self._flying))
+        self._drop(list(self._flying))
         examined, self._examined = self._examined, {}
-        with suppress(OSError, TimeoutError):
-            self._client.cancel([future for future, _ in examined.values()], reason="the study was stopped")
+        self._cancel([future for future, _ in examined.values()], "the study was stopped")
 
     def _send(self, key: str, address: str, call: Call) -> Future:
-        future = self._client.submit(
-            *call, key=key, pure=False, workers=[address], allow_other_workers=False, retries=0
-        )
+        with asking_the_cluster(self._client):
+            future = self._client.submit(
+                *call, key=key, pure=False, workers=[address], allow_other_workers=False, retries=0
+            )
         future.add_done_callback(lambda future: self._ended.put(future.key))
         return future
 
@@ -231,8 +230,13 @@ class Window:
                 futures.append(self._flying.pop(key))
                 if self.crew.at(key) is not None:
                     self.crew.give_back(key)
+        self._cancel(futures, "the block is not wanted there")
+
+    def _cancel(self, futures: list[Future], reason: str) -> None:
+        """Let the cluster forget tasks; one whose scheduler is lost has."""
         if futures:
-            self._client.cancel(futures, reason="the block is not wanted there")
+            with suppress(Outage), asking_the_cluster(self._client):
+                self._client.cancel(futures, reason=reason)
 
     def _news(self, wait_seconds: float) -> Iterator[str]:
         block = True
@@ -273,10 +277,7 @@ class Window:
 
     def _drop_lost(self, keys: list[str]) -> None:
         """Forget tasks that the crew has given to others."""
-        futures = [self._flying.pop(key) for key in keys if key in self._flying]
-        if futures:
-            with suppress(OSError, TimeoutError):
-                self._client.cancel(futures, reason="the worker has left")
+        self._cancel([self._flying.pop(key) for key in keys if key in self._flying], "the worker has left")
 
     def _look(self, examine: bool = True) -> None:
         now = time.monotonic()
@@ -284,16 +285,13 @@ class Window:
             return
         self._looked = now
         self._require_scheduler()
-        try:
+        with asking_the_cluster(self._client):
             ask = self._client.scheduler
             threads = self._client.sync(ask.ncores, callback_timeout=ANSWER_SECONDS)
             running = self._client.sync(ask.ncores_running, callback_timeout=ANSWER_SECONDS)
-        except (OSError, TimeoutError) as error:
-            raise Outage("the connection to the Dask scheduler was lost") from error
         self._drop_lost(self.crew.see(threads, running))
         gone = [key for key, (_, address) in self._examined.items() if address not in threads]
-        for key in gone:
-            self._examined.pop(key)[0].cancel()
+        self._cancel([self._examined.pop(key)[0] for key in gone], "the worker has left")
         if examine:
             self._examine(now)
         # a worker that compiles before it answers is no want of workers; one that was admitted has compiled before

@@ -208,6 +208,8 @@ def compute(
                         preparation(now.phase, now.phase_done, now.phase_total),
                     ),
                     stop,
+                    # asked to go on with what it is now; whoever cancels it meanwhile is heard
+                    only_from=("queued", "running", record.state),
                     here_seconds=HERE_SECONDS if no_cluster_named else 0.0,
                     wait_seconds=wait_seconds,
                 )

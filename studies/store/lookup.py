@@ -3,7 +3,7 @@
 import time
 from typing import Any
 
-from sqlalchemy import Connection, func, select, update
+from sqlalchemy import Connection, Row, func, select, update
 
 from damperlab.studies.faults import Fault, describe, listing, printable
 from damperlab.studies.store.base import StoreBase
@@ -23,7 +23,7 @@ from damperlab.studies.store.rows import (
 )
 from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.tables import events, studies
-from damperlab.studies.vocabulary import STATES
+from damperlab.studies.vocabulary import ENDED, STATES
 
 PAGE_LIMIT = 1000
 """Most records on one page."""
@@ -181,8 +181,12 @@ class Lookup(StoreBase):
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
-        if state in ("done", "cancelled", "failed"):
-            self._keep_marks(study_id, state, message, now)
+        if state in ENDED:
+            with self.catalogue.reading() as connection:
+                changes = _may_change(study_row(connection, study_id), only_from, owner)
+            # what the cube says of a study that has ended otherwise, or is another runner's, stays as it is
+            if changes:
+                self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
             return self._change_state(connection, study_id, state, message, only_from, owner, now)
 
@@ -197,7 +201,7 @@ class Lookup(StoreBase):
         now: float,
     ) -> Record:
         row = study_row(connection, study_id)
-        if row.state not in only_from or owner not in (None, row.claim_owner):
+        if not _may_change(row, only_from, owner):
             return record_of(row)
         change: dict[str, Any] = {"state": state} | _phase(None)
         if message is not None:
@@ -274,6 +278,10 @@ class Lookup(StoreBase):
         for row in rows:
             require_row(events, row, study_id)
         return [(row.at, row.what) for row in rows]
+
+
+def _may_change(row: Row[Any], only_from: tuple[str, ...], owner: str | None) -> bool:
+    return row.state in only_from and owner in (None, row.claim_owner)
 
 
 def _phase(phase: str | None, done: int | None = None, total: int | None = None) -> dict[str, Any]:

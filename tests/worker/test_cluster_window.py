@@ -261,3 +261,32 @@ def test_grace_ends_for_blocks_that_take_longer(client: Client, tmp_path: Path) 
     finally:
         (tmp_path / "end").touch()
     assert window.idle
+
+
+@pytest.mark.parametrize("step", ["close", "drain", "fill", "look"])
+def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_error(step: str) -> None:
+    """A client gives up by itself where its scheduler is lost, between any two calls, and raises errors of its own then."""
+
+    def task(index: int) -> BlockOutcome:
+        time.sleep(60.0)
+        return _outcome(index)
+
+    with connect(workers=1) as client:
+        window = window_of(client, task, 16)
+        window.fill()
+        assert not window.idle
+        client.close()
+        if step == "close":
+            window.close()
+            assert window.idle
+        elif step == "drain":
+            with pytest.raises(Outage, match="scheduler was lost"):
+                list(window.drain(30.0))
+        elif step == "fill":
+            with pytest.raises(Outage, match="scheduler was lost"):
+                window._send("block-of-the-test", next(iter(window.crew.members)), (task, 1))
+        else:
+            window._looked = float("-inf")
+            with pytest.raises(Outage, match="scheduler was lost"):
+                window.fill()
+        window.close()
