@@ -113,8 +113,6 @@ class Bucket(Shelf):
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
         """Put the first objects of several prefixes, all side by side."""
-        for name in shelves:
-            self.at(name).clear()
         self.put_all(
             {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
         )

@@ -4,6 +4,7 @@ import json
 import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -18,17 +19,18 @@ from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.box import box_of
 from damperlab.studies.store.cube import block_grid, bytes_per_point, first_files
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached, cannot_use
-from damperlab.studies.store.home import BACKUP_OF, cube_name, forget
+from damperlab.studies.store.home import BACKUP_OF, cube_name, forget, is_of_block, older_copy
 from damperlab.studies.store.packed import BLOCKS
 from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, newest_row, record_of
 from damperlab.studies.store.rowsum import require_row
+from damperlab.studies.store.shelf import AT_ONCE
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 from damperlab.studies.store.tables import events, keys, studies
 from damperlab.studies.store.turns import Turns
 
-_AT_ONCE = 500  # values in one statement
+_VALUES = 500  # values in one statement
 _MOST = 256  # studies that share a transaction: others want to write too
 
 _Item = TypeVar("_Item")
@@ -227,6 +229,7 @@ class Entering(StoreBase):
             )
             for entry, number in zip(entries, numbers, strict=True)
         }
+        self._make_way(list(cubes))
         try:
             # made before the commit: who sees a study finds its cube
             self.shelf.make(cubes, (BLOCKS,))
@@ -244,6 +247,27 @@ class Entering(StoreBase):
             for row in connection.execute(select(studies).where(c.number.in_(given))):
                 found[row.number] = record_of(row)
         return [found[number] for number in numbers]
+
+    def _make_way(self, names: list[str]) -> None:
+        """Remove what submissions that were cut short left under some names; raise `StoreFault` where results lie there."""
+
+        def clear(name: str) -> bool:
+            shelf = self.shelf.at(name)
+            entries = list(shelf.entries())
+            if any(is_of_block(entry) for entry in entries):
+                return False
+            if entries:
+                shelf.clear()
+            return True
+
+        try:
+            with ThreadPoolExecutor(AT_ONCE) as pool:
+                free = list(pool.map(clear, names)) if len(names) > 1 else [clear(name) for name in names]
+        except OSError as error:
+            raise cannot_use(self.shelf.address, error) from error
+        taken = next((name for name, good in zip(names, free, strict=True) if not good), None)
+        if taken is not None:
+            raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
 
 
 class _Asked:
@@ -336,5 +360,5 @@ def _row(entry: Entry, revision: int, now: float) -> dict[str, Any]:
 def _pieces(items: Iterable[_Item]) -> Iterator[list[_Item]]:
     """Cut what may be long into lists that one statement takes."""
     every = list(items)
-    for start in range(0, len(every), _AT_ONCE):
-        yield every[start : start + _AT_ONCE]
+    for start in range(0, len(every), _VALUES):
+        yield every[start : start + _VALUES]

@@ -99,9 +99,7 @@ class Folder(Shelf):
         """Make folders with their first files, and wait for the disk once for all of them."""
 
         def make_one(name: str, pieces: Mapping[str, bytes]) -> None:
-            folder = self.at(name)
-            folder.clear()
-            folder._fill(pieces, below)
+            self.at(name)._fill(pieces, below)
 
         if len(shelves) == 1:
             for name, pieces in shelves.items():

@@ -18,7 +18,7 @@ from damperlab.studies.store.catalogue import SQLITE_FILE, Catalogue
 from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.rows import ALIVE
-from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.shelf import Entry, Shelf
 from damperlab.studies.store.tables import facts, studies
 
 MARKER = "damperlab.json"
@@ -203,15 +203,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     # a copy's files come before its rows: one that was cut short is gone on with
     newer = None if copied else next(_unknown_results(folder, names, last), None)
     if newer is not None:
-        raise StoreFault(
-            Fault(
-                "data_dir",
-                f"results in {folder.address}/{newer} that {catalogue.name} does not know: it is an older copy",
-                "the newest state of the catalogue",
-                "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
-                f"{folder.address}/{newer} holds results that {catalogue.name} does not know: the catalogue is an older copy.",
-            )
-        )
+        raise older_copy(f"{folder.address}/{newer}", catalogue.name)
     if not marked:
         with catalogue.writing() as connection:
             remember(connection, "marked", "yes")
@@ -256,9 +248,27 @@ def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[st
             yield name
 
 
+def older_copy(cube: str, catalogue: str) -> StoreFault:
+    """Make the fault for a cube with results that the catalogue should know and does not."""
+    return StoreFault(
+        Fault(
+            "catalogue",
+            f"results in {cube} that {catalogue} does not know: it is an older copy",
+            "the newest state of the catalogue",
+            "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
+            f"{cube} holds results that {catalogue} does not know: the catalogue is an older copy.",
+        )
+    )
+
+
 def holds_results(cube: Shelf) -> bool:
     """Whether a cube holds the file of any block, done or not."""
-    return any("~" in entry.key for entry in cube.entries())
+    return any(map(is_of_block, cube.entries()))
+
+
+def is_of_block(entry: Entry) -> bool:
+    """Whether a piece of a cube is of a block, whose name holds its generation."""
+    return "~" in entry.key
 
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:

@@ -110,12 +110,11 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
         catalogue = open_catalogue(data_dir)
     try:
         shelf = _own(catalogue, data_dir, cubes)
-        for name in sorted(shelf.shelves(), key=lambda name: (parse_cube_name(name) or ("", 0))[1]):
-            parsed = parse_cube_name(name)
-            if parsed is None:
-                continue
+        cubes_there = [(parsed, name) for name in shelf.shelves() if (parsed := parse_cube_name(name))]
+        # the newest first: of two cubes of one study it is the one whose study was not deleted
+        for (study_id, number), name in sorted(cubes_there, key=lambda cube: cube[0][1], reverse=True):
             try:
-                _add(catalogue, shelf.at(name), *parsed, found)
+                _add(catalogue, shelf.at(name), study_id, number, found)
             except (StoreFault, ValueError, FileNotFoundError) as error:
                 found.trouble.append(f"{name}: {error}")
         _drop_damaged(catalogue)
@@ -215,8 +214,12 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if deleted is None and row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")
-        if row is not None and (row.id != study_id or row.deleted is not None):
-            return  # its study was deleted, and its number given to no other
+        if row is not None and row.id != study_id:
+            if deleted is None and marks:
+                raise ValueError(_taken(study_id, number, str(row.id)))
+            return  # left by a submission that was cut short, or by a study that was deleted
+        if row is not None and row.deleted is not None:
+            return
         if row is None:
             values = {
                 "number": number,
@@ -295,6 +298,13 @@ def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) 
         if header.mark.get("message") is None and header.mark.get("identity", "") in ("", solver):
             seen.add(parsed[0])
             yield dict(header.mark)
+
+
+def _taken(study_id: str, number: int, other: str) -> str:
+    return (
+        f"its number, {number}, is study {other}'s; rename its folder to {study_id}-N.zarr, N being a number that no cube "
+        "has, and run `damperlab rebuild` again"
+    )
 
 
 def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any]]) -> None:

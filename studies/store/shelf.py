@@ -103,10 +103,7 @@ class Shelf(ABC):
 
     @abstractmethod
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Make new shelves below this one, by name with their first pieces, each with some shelves of its own below it.
-
-        Whatever lies on a shelf of that name is removed.
-        """
+        """Make new shelves below this one, by name with their first pieces, each with some shelves of its own below it."""
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:

@@ -1,9 +1,9 @@
 """Files that nobody needs: left by killed attempts, interrupted deletes and exports.
 
 Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
-mark names another one. A cube goes when the catalogue gave its number to a study that was deleted, or to another
-study; it is moved to the trash first, and removed when it has been there for long. Whatever else lies about is told,
-and left alone.
+mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
+catalogue gave its number to another study, and it holds no result. It is moved to the trash first, and removed when it
+has been there for long. Whatever else lies about is told, and left alone.
 """
 
 import math
@@ -11,7 +11,7 @@ import re
 import socket
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,12 +19,12 @@ from pathlib import Path
 from sqlalchemy import func, select
 
 from damperlab.studies.kinds import EVERY_VARIABLE
-from damperlab.studies.store.chunks import Marks, chunk_place
+from damperlab.studies.store.chunks import Marks, chunk_file, chunk_place
 from damperlab.studies.store.cube import block_grid
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
-from damperlab.studies.store.home import parse_cube_name
-from damperlab.studies.store.packed import BLOCKS, parse_block_key
+from damperlab.studies.store.home import holds_results, parse_cube_name
+from damperlab.studies.store.packed import BLOCKS, block_key, parse_block_key
 from damperlab.studies.store.rows import ALIVE, study_row
 from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Entry, Shelf
@@ -201,7 +201,8 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             )
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
-        if row.id == parsed[0] and (row.deleted is None or row.deleted >= limit):
+        deleted = row.id == parsed[0]
+        if deleted and (row.deleted is None or row.deleted >= limit):
             continue
         if not _row_is_sound(store, row.number):
             why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
@@ -211,12 +212,18 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         entries = list(shelf.entries())
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
+        if not deleted and holds_results(shelf):
+            why = f"it holds results, and its number is study {row.id}'s"
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
         if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
             continue
         if not dry_run:
             now = datetime.now(UTC).strftime(_TRASH_TIME)
             store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
-        why = "its study was deleted" if row.id == parsed[0] else f"its number is study {row.id}'s"
+        why = (
+            "its study was deleted" if deleted else f"its number is study {row.id}'s, and it holds no result"
+        )
         swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
     return swept
 
@@ -273,13 +280,21 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 def _strays(
     shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float
 ) -> Iterator[tuple[Entry, int | None]]:
-    """Give the files that nobody needs, each with its block where a mark says so."""
-    for entry in shelf.entries():
+    """Give the files that nobody needs, each with its block where a mark says so.
+
+    A file is superseded by the one that the block's mark names, which must be there: an older copy of the catalogue may
+    name one that went when this one took its place.
+    """
+    entries = list(shelf.entries())
+    there = {entry.key for entry in entries}
+    for entry in entries:
         variable, slash, name = entry.key.partition("/")
         if variable == BLOCKS:
             block = parse_block_key(entry.key)
             partial = entry.key.endswith(".partial")
-            superseded = block is not None and marks.get(block[0], block[1]) != block[1]
+            superseded = block is not None and _names_another(
+                marks, *block, lambda index, named: block_key(index, named) in there
+            )
             if (partial or superseded) and entry.changed < limit:
                 yield entry, block[0] if superseded and block else None
             continue
@@ -290,6 +305,17 @@ def _strays(
         file, _, generation = name.partition("~")
         place = chunk_place(f"{variable}/{file}", grid)
         partial = entry.key.endswith(".partial")
-        superseded = place is not None and marks.get(place[1], generation) != generation
+        superseded = place is not None and _names_another(
+            marks,
+            place[1],
+            generation,
+            lambda _, named, chunk=f"{variable}/{file}": chunk_file(chunk, named) in there,
+        )
         if (partial or superseded) and entry.changed < limit:
             yield entry, place[1] if superseded and place else None
+
+
+def _names_another(marks: Marks, index: int, generation: str, is_there: Callable[[int, str], bool]) -> bool:
+    """Whether the mark of a block names another file than that of a generation, and that file is there."""
+    named = marks.get(index)
+    return named is not None and named != generation and is_there(index, named)

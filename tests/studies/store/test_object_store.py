@@ -2,6 +2,7 @@
 
 import itertools
 import pickle
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -143,12 +144,12 @@ def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(op
     store = opened()
     record = filled(store)
     orphan = store.shelf.at("0123456789ab-1.zarr")
-    orphan.put("blocks/0~g", b"of a submission that was killed")
+    orphan.put("zarr.json", b"of a submission that was killed")
     assert collect_garbage(store).paths == 0  # too young: it may be in use
     assert collect_garbage(store, 0.0, dry_run=True).paths == 1
     assert collect_garbage(store, 0.0).paths == 1
     assert list(orphan.entries()) == []
-    assert [key.rpartition("/")[2] for key in _objects(store) if key.startswith("trash/")] == ["0~g"]
+    assert [key.rpartition("/")[2] for key in _objects(store) if key.startswith("trash/")] == ["zarr.json"]
     assert collect_garbage(store, 0.0, trash_seconds=0.0).paths == 1
     assert list(verify(store, record)) == []
     store.delete(record.id)
@@ -320,3 +321,23 @@ def test_a_catalogue_is_made_again_from_a_bucket(opened, filled, address, tmp_pa
         assert [one.id for one in again.page().records] == [record.id]
         assert again.cube(record.id).load().identical(whole)
         assert list(verify(again, again.find(record.id))) == []
+
+
+def test_an_older_copy_of_the_catalogue_costs_no_object(opened, filled, address, tmp_path):
+    store = opened()
+    store.close()
+    shutil.copy(tmp_path / "data" / "catalogue.sqlite", tmp_path / "older")
+    store = opened()
+    record = filled(store)
+    cube = store.cube(record.id).load()
+    store.close()
+    shutil.copy(tmp_path / "older", tmp_path / "data" / "catalogue.sqlite")
+    before = {entry.key for entry in open_bucket(address).entries()}
+    store = opened()
+    with pytest.raises(StoreFault, match="older copy"):
+        filled(store)
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    store.close()
+    assert {entry.key for entry in open_bucket(address).entries()} == before
+    assert rebuild(tmp_path / "data", cubes=address).studies == 1
+    assert opened().cube(record.id).load().identical(cube)

@@ -5,13 +5,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from sqlalchemy import delete
 
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.tables import done_blocks, studies
 
 METRICS = ["amplitude_ratio"]
 
@@ -164,4 +167,73 @@ def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
     store = Store.open(tmp_path)
     monkeypatch.undo()
     assert [record.id for record in store.page().records] == meanwhile
+    store.close()
+
+
+def test_an_older_copy_costs_no_block_that_was_computed_anew_since(
+    tmp_path, make_study, make_plan_of, values_of
+):
+    data = tmp_path / "data"
+    study = make_study(metrics=METRICS)
+    plan = make_plan_of(study)
+    store = Store.open(data)
+    record, _ = store.submit(study, plan, {})
+    block = plan.block(2)
+
+    def write(generation: str) -> None:
+        found = write_region(store.cube_path(record.id), block, values_of(study, block), generation)
+        store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, generation, found))
+
+    write("first")
+    store.close()
+    shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
+    store = Store.open(data)
+    store.forget(record.id, [2], "damaged")
+    write("second")
+    collect_garbage(store, -1.0)
+    store.close()
+    before = files(data / "cubes")
+    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
+    store = Store.open(data)
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert files(data / "cubes") == before
+    store.close()
+
+
+def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought_back(tmp_path, filled):
+    data = tmp_path / "data"
+    store, other = Store.open(data), Store.open(tmp_path / "other")
+    filled(store, 0.01)
+    brought = Path(other.cube_path(filled(other, 0.02)))
+    cube = other.cube(other.page().records[0].id).load()
+    shutil.copytree(brought, data / "cubes" / brought.name)
+    before = files(data / "cubes")
+    swept = collect_garbage(store, -1.0, trash_seconds=-1.0)
+    assert (swept.paths, files(data / "cubes")) == (0, before)
+    assert "holds results" in swept.unknown[0]
+    (trouble,) = rebuild(data).trouble
+    assert "rename its folder" in trouble
+    assert files(data / "cubes") == before
+    (data / "cubes" / brought.name).rename(data / "cubes" / brought.name.replace("-1.zarr", "-7.zarr"))
+    assert (rebuild(data).studies, rebuild(data).trouble) == (1, [])
+    again = Store.open(data)
+    assert again.cube(other.page().records[0].id).load().identical(cube)
+    for each in (store, other, again):
+        each.close()
+
+
+def test_a_submission_removes_no_results_that_have_its_number(tmp_path, filled):
+    store = Store.open(tmp_path)
+    filled(store, 0.01)
+    study_id = filled(store, 0.02)
+    before = files(tmp_path / "cubes")
+    # as an older copy that was put in its place: it knows nothing of the second, nor that its number was given
+    with store.catalogue.writing() as connection:
+        number = store.number(connection, study_id)
+        connection.execute(delete(done_blocks).where(done_blocks.c.study == number))
+        connection.execute(delete(studies).where(studies.c.number == number))
+        connection.exec_driver_sql(f"UPDATE sqlite_sequence SET seq = {number - 1} WHERE name = 'studies'")
+    with pytest.raises(StoreFault, match="older copy"):
+        filled(store, 0.02)
+    assert files(tmp_path / "cubes") == before
     store.close()
