@@ -41,6 +41,7 @@ from damperlab.studies.store.rows import advance_counters
 from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.unpacked import marks_of_files
 
 _AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
@@ -277,13 +278,14 @@ def _drop_damaged(catalogue: Catalogue) -> None:
 
 
 def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
-    """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
+    """Give the marks that whole blocks carry themselves, or their files tell; of several files of one block the first by name.
 
     An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
     """
-    seen: set[int] = set()
     if not described.packed:
+        yield from marks_of_files(shelf, described, lambda why: found.trouble.append(f"{shelf.name}: {why}"))
         return
+    seen: set[int] = set()
     for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):
         key = f"{BLOCKS}/{entry.key}"
         parsed = parse_block_key(key)
@@ -336,7 +338,9 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
     revision = max(int(kept.get("revision", 0)), 0) + total + 1
     change |= {"revision": revision, "taken_back": revision}
     if sums[0] == total:
+        last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
         change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
+        change |= {"finished": kept.get("finished") or last}
     elif kept.get("state") not in ("cancelled", "failed"):
         change |= {"state": "queued", "finished": None}
     connection.execute(update(studies).where(studies.c.number == number).values(change))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sqlalchemy import select
 from tests.archives import extract_all
 from tests.oracles.transmissibility import absolute_amplitude
 
@@ -16,9 +17,11 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.backup import copy_store
 from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
+from damperlab.studies.store.tables import done_blocks
 from damperlab.studies.store.verify import check_catalogue, verify
 
 FREQUENCIES = np.array([0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4])
@@ -79,3 +82,67 @@ def test_a_store_of_the_first_release_is_copied(first, tmp_path):
         assert copy.cube(record.id).load().identical(store.cube(record.id).load())
     copy.close()
     store.close()
+
+
+def test_a_store_of_the_first_release_is_rebuilt_with_every_block(first):
+    store = Store.open(first)
+    before = {record.id: (record, store.cube(record.id).load()) for record in store.page().records}
+    marks = {
+        study_id: [
+            (mark.block, mark.generation, mark.points, mark.failed, mark.checksum)
+            for mark in marks_in(store, study_id)
+        ]
+        for study_id in before
+    }
+    store.close()
+    for file in first.glob("catalogue.sqlite*"):
+        file.unlink()
+    found = rebuild(first)
+    assert (found.studies, found.blocks, found.trouble) == (2, 4 + 2, [])
+    again = Store.open(first)
+    for study_id, (record, cube) in before.items():
+        now = again.find(study_id)
+        assert (now.points_done, now.points_failed, now.outdated) == (
+            record.points_done,
+            record.points_failed,
+            record.outdated,
+        )
+        assert now.state == ("done" if record.state == "done" else "queued")
+        assert again.cube(study_id).load().identical(cube)
+        told = [
+            (mark.block, mark.generation, mark.points, mark.failed, mark.checksum)
+            for mark in marks_in(again, study_id)
+        ]
+        # the first catalogues kept no checksum of every block
+        assert [mark[:4] for mark in told] == [mark[:4] for mark in marks[study_id]]
+        for one, other in zip(told, marks[study_id], strict=True):
+            assert other[4] in (None, one[4])
+        assert list(verify(again, now)) == []
+    again.close()
+
+
+def test_a_block_of_the_first_release_that_is_not_whole_is_told_and_not_taken(first):
+    store = Store.open(first)
+    record = store.find("complete")
+    cube = Path(store.cube_path(record.id))
+    store.close()
+    lost, damaged = cube / "period" / "c.0.0.0.0.0.1~g1", cube / "period" / "c.0.0.0.0.0.2~g2"
+    lost.unlink()
+    content = bytearray(damaged.read_bytes())
+    content[-1] ^= 1
+    damaged.write_bytes(bytes(content))
+    for file in first.glob("catalogue.sqlite*"):
+        file.unlink()
+    found = rebuild(first)
+    (trouble,) = found.trouble
+    assert "block 2" in trouble
+    again = Store.open(first)
+    np.testing.assert_array_equal(again.pending(record.id), [1, 2])
+    again.close()
+
+
+def marks_in(store: Store, study_id: str):
+    with store.catalogue.reading() as connection:
+        number = store.number(connection, study_id)
+        query = select(done_blocks).where(done_blocks.c.study == number).order_by(done_blocks.c.block)
+        return connection.execute(query).all()
