@@ -25,7 +25,7 @@ from damperlab.studies.faults import (
     printable,
     sentence,
 )
-from damperlab.studies.ground.shelf import RecordKept, RecordNotFound, ShelfFull
+from damperlab.studies.ground.shelf import RecordDamaged, RecordKept, RecordNotFound, ShelfFull
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
@@ -209,6 +209,8 @@ def _store(request: Request, error: Exception) -> Response:
             )
         case QuotaReached():
             problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
+        case RecordDamaged():
+            problem = Problem(503, "record-damaged", "A record cannot be read.", (error.fault,))
         case RecordNotFound():
             problem = Problem(404, "record-not-found", "There is no such record.", (error.fault,))
         case RecordKept():

@@ -116,8 +116,12 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: 
     finally:
         target.close()
     note(f"{done}: {copied.studies} studies, {copied.blocks} blocks, {copied.bytes} bytes.")
+    for line in copied.damaged:
+        note(f"damperlab: left out: {line}")
     if as_json:
-        print_json({"studies": copied.studies, "blocks": copied.blocks, "bytes": copied.bytes})
+        print_json(vars(copied))
+    if copied.damaged:
+        raise typer.Exit(FAILED)
 
 
 def lasting(text: str, option: str) -> float:

@@ -4,6 +4,7 @@ import io
 import json
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
@@ -15,14 +16,22 @@ from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, buil
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.durable import sync_path
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
 MOST_RECORDS = 1000
 """Uploaded records that one data directory keeps."""
 
+_SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
+"""The entries of a record's summary."""
+
 
 class RecordNotFound(StoreFault):
     """There is no record of that id."""
+
+
+class RecordDamaged(RecordNotFound):
+    """The files of an uploaded record are not what was written."""
 
 
 class RecordKept(StoreFault):
@@ -60,9 +69,34 @@ class Shelf:
         return built_in + [{"id": name, **self._summary(name)} for name in self._uploaded()]
 
     def _summary(self, record_id: str) -> dict[str, Any]:
-        kept: dict[str, Any] = json.loads((self.folder / f"{record_id}.json").read_text(encoding="utf-8"))
+        kept = self._kept(record_id)
         kept.pop(SUBMITTED_BY, None)
         return kept
+
+    def _kept(self, record_id: str) -> dict[str, Any]:
+        """Read a record's summary; raise `RecordDamaged` unless it is what was written."""
+        try:
+            content = (self.folder / f"{record_id}.json").read_bytes()
+            if is_sealed(content):
+                require_seal(content)
+            kept: dict[str, Any] = json.loads(content)
+            # the first summaries had no checksum
+            if not isinstance(kept, dict) or set(kept) - {SUBMITTED_BY, "crc32c"} != _SUMMARY:
+                raise ValueError("its entries are not those of a summary")
+            if f"u-{kept['digest']}" != record_id:
+                raise ValueError(f"it is of record {kept['digest']}")
+        except (OSError, ValueError) as error:
+            raise _damaged(record_id, str(error)) from error
+        kept.pop("crc32c", None)
+        return kept
+
+    def damaged(self) -> Iterator[tuple[str, str]]:
+        """Read every uploaded record; give the id of each that is not what was written, and a sentence."""
+        for record_id in self._uploaded():
+            try:
+                self._motion(record_id)
+            except RecordDamaged as error:
+                yield record_id, str(error)
 
     def owner(self, record_id: str) -> str | None:
         """Say who uploaded a record; None where nobody asked, as of a built-in one.
@@ -75,8 +109,7 @@ class Shelf:
         if record_id in builtin_ids():
             return None
         self._require_uploaded(record_id)
-        kept = json.loads((self.folder / f"{record_id}.json").read_text(encoding="utf-8"))
-        owner: str | None = kept.get(SUBMITTED_BY)
+        owner: str | None = self._kept(record_id).get(SUBMITTED_BY)
         return owner
 
     def remove(self, record_id: str) -> None:
@@ -122,23 +155,27 @@ class Shelf:
         if whole in builtin_ids():
             return whole, builtin_record(whole)
         if whole in set(self._uploaded()):
-            try:
-                kept = self._summary(whole)
-                samples = np.load(self.folder / f"{whole}.npy", allow_pickle=False)
-                return whole, GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
-            except (OSError, ValueError, KeyError):
-                found = f"{whole}, whose files are lost or damaged"
-                told = f"The files of record {whole} are lost or damaged."
-                raise RecordNotFound(
-                    Fault("record", found, "a record that is whole", "upload it again", told)
-                ) from None
+            return whole, self._motion(whole)
         near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
         advice = f"did you mean {near}?" if near else "list the records, or upload this one"
         allowed = f"one of {listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
         raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
 
+    def _motion(self, record_id: str) -> GroundMotion:
+        """Read an uploaded record; raise `RecordDamaged` unless it is what was written, as its id says."""
+        kept = self._summary(record_id)
+        try:
+            samples = np.load(self.folder / f"{record_id}.npy", allow_pickle=False)
+            motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
+            if f"u-{motion.digest}" != record_id:
+                raise ValueError("its samples are not those that were uploaded")
+        # whatever numpy makes of bytes that are none of its files
+        except Exception as error:
+            raise _damaged(record_id, str(error)) from error
+        return motion
+
     def put(self, motion: GroundMotion) -> tuple[str, bool]:
-        """Keep a record; the same samples are one record.
+        """Keep a record; the same samples are one record, and one that was damaged is written anew.
 
         Returns
         -------
@@ -155,8 +192,10 @@ class Shelf:
         record_id = f"u-{motion.digest}"
         kept = set(self._uploaded())
         if record_id in kept:
-            return record_id, False
-        if len(kept) >= MOST_RECORDS:
+            with suppress(RecordDamaged):
+                self._motion(record_id)
+                return record_id, False
+        elif len(kept) >= MOST_RECORDS:
             advice = "remove some with DELETE /api/v1/records/{id}"
             told = f"{len(kept)} records are stored, and at most {MOST_RECORDS} may be."
             raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice, told))
@@ -165,7 +204,8 @@ class Shelf:
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
         # the summary last: a record is there when its summary is
         self._keep(f"{record_id}.npy", samples.getvalue())
-        self._keep(f"{record_id}.json", json.dumps(signed(motion.summary())).encode())
+        summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
+        self._keep(f"{record_id}.json", seal(json.dumps(summary).encode()))
         return record_id, True
 
     def _keep(self, name: str, content: bytes) -> None:
@@ -176,3 +216,15 @@ class Shelf:
             os.fsync(file.fileno())
         Path(file.name).replace(self.folder / name)
         sync_path(self.folder)
+
+
+def _damaged(record_id: str, why: str) -> RecordDamaged:
+    return RecordDamaged(
+        Fault(
+            "record",
+            f"{record_id}, whose files are lost or damaged ({why})",
+            "a record that is whole",
+            "upload it again, which writes it anew; or remove its files from the folder `records`",
+            f"The files of record {record_id} are lost or damaged: {why.rstrip('.')}.",
+        )
+    )

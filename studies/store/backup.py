@@ -7,17 +7,17 @@ in one transaction: a backup that was cut short holds no study, and never a stud
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from sqlalchemy import Row, delete, insert, select
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.chunks import chunk_file, chunk_key, damaged
+from damperlab.studies.ground.shelf import Shelf as Records
+from damperlab.studies.store.chunks import BlockDamaged, chunk_file, chunk_key, damaged
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.home import (
     BACKUP_OF,
@@ -42,6 +42,9 @@ RECORDS = "records"
 _AT_ONCE = 1000  # rows in one statement
 _TRIES = 5  # at a study whose blocks are taken back while it is copied
 
+_Copy = tuple[Row[Any], Sequence[Row[Any]], int]
+"""A study's row, its marks, and the bytes of it that were copied now."""
+
 
 @dataclass(frozen=True)
 class Copied:
@@ -51,19 +54,24 @@ class Copied:
     ----------
     studies, blocks, bytes : int
         Counts.
+    damaged : tuple of str
+        What could not be copied because it is damaged, a sentence each: of those studies and records the backup holds
+        what an earlier one held, or nothing.
     """
 
     studies: int
     blocks: int
     bytes: int
+    damaged: tuple[str, ...] = ()
 
 
 def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
     """Copy every study with its done blocks, the keys, the events and the uploaded records.
 
     Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
-    backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied, and
-    the copy's catalogue changes last, in one transaction: one that is cut short is as it was, and can be gone on with.
+    backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied; a
+    study that is damaged is told, and stays as the earlier backup has it, while all others are copied. The copy's
+    catalogue changes last, in one transaction: one that is cut short is as it was, and can be gone on with.
 
     Parameters
     ----------
@@ -82,16 +90,26 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Raises
     ------
     StoreFault
-        If the target holds other studies, a file cannot be written, or a block of the source is damaged.
+        If the target holds other studies, or ones that the source has lost, or a file cannot be written.
     """
     mine = catalogue_id(source.catalogue)
     _require_target(target, mine)
+    _require_nothing_lost(source, target)
     with target.catalogue.writing() as connection:
         remember(connection, BACKUP_OF, mine)
-    records = _copy_records(source.data_dir / RECORDS, target.data_dir / RECORDS)
+    records, damaged_records = _copy_records(source, target)
     with source.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
-    copies = [copy for study_id in ids if (copy := _copy_study(source, target, study_id)) is not None]
+    copies: list[_Copy] = []
+    damages = [*damaged_records]
+    for study_id in ids:
+        try:
+            copy = _copy_study(source, target, study_id)
+        except (BlockDamaged, CatalogueDamaged) as error:
+            damages.append(str(error))
+            copy = _earlier(source, target, study_id)
+        if copy is not None:
+            copies.append(copy)
     with source.catalogue.reading() as connection:
         kept = {
             table: [row._asdict() for row in connection.execute(select(table))] for table in (keys, events)
@@ -111,7 +129,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
             for start in range(0, len(rows), _AT_ONCE):
                 connection.execute(insert(table), rows[start : start + _AT_ONCE])
         advance_counters(connection)
-        if for_good:
+        if for_good and not damages:
             forget(connection, BACKUP_OF)
     try:
         for row, _, _ in copies:
@@ -125,7 +143,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     except OSError as error:
         raise cannot_use(target.shelf.address, error) from error
     size = records + sum(size for _, _, size in copies)
-    return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size)
+    return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
 
 
 def _require_target(target: Store, mine: str) -> None:
@@ -145,26 +163,67 @@ def _require_target(target: Store, mine: str) -> None:
         )
 
 
-def _copy_records(here: Path, there: Path) -> int:
-    """Copy the uploaded ground-motion records, which studies to come may name; give the bytes that were new."""
+def _require_nothing_lost(source: Store, target: Store) -> None:
+    """Refuse to forget what an earlier backup holds and the source has lost, neither known to it nor deleted."""
+    with source.catalogue.reading() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number)).all()
+    known = {cube_name(row.id, row.number) for row in rows}
+    try:
+        held = sorted(target.shelf.shelves())
+    except OSError as error:
+        raise cannot_use(target.shelf.address, error) from error
+    lost = [name for name in held if parse_cube_name(name) and name not in known]
+    if lost:
+        place = f"{target.shelf.address}/{lost[0]}"
+        more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{place}{more}, which {source.data_dir} has lost: it has no such study, and none that was deleted",
+                "a backup of studies that are there, or were deleted",
+                f"copy the folder into {source.shelf.address} and run `damperlab rebuild` to have the study again; else "
+                "back up into a new folder",
+                f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
+            )
+        )
+
+
+def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
+    """Copy the uploaded ground-motion records, which studies to come may name; the bytes that were new, and what is damaged."""
+    here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
+    damaged_records = dict(Records(source.data_dir).damaged())
     size = 0
     try:
         for file in sorted(here.iterdir()) if here.is_dir() else ():
+            if not file.is_file() or file.stem in damaged_records:
+                continue
             content = file.read_bytes()
             copy = there / file.name
-            if not file.is_file() or (copy.is_file() and copy.read_bytes() == content):
+            if copy.is_file() and copy.read_bytes() == content:
                 continue
             there.mkdir(parents=True, exist_ok=True)
             Folder(there).put(file.name, content)
             size += len(content)
     except OSError as error:
         raise cannot_use(str(there), error) from error
-    return size
+    return size, list(damaged_records.values())
 
 
-def _copy_study(
-    source: Store, target: Store, study_id: str
-) -> tuple[Row[Any], Sequence[Row[Any]], int] | None:
+def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
+    """Give what an earlier backup says of a study that cannot be copied now; None where it has none of that number."""
+    with source.catalogue.reading() as connection:
+        number = connection.execute(select(studies.c.number).where(studies.c.id == study_id, ALIVE)).scalar()
+    with target.catalogue.reading() as connection:
+        row = connection.execute(
+            select(studies).where(studies.c.id == study_id, studies.c.number == number, ALIVE)
+        ).one_or_none()
+        if row is None:
+            return None
+        marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
+    return row, marks, 0
+
+
+def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
     for last in range(1, _TRIES + 1):
         with source.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()

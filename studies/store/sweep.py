@@ -11,7 +11,7 @@ import re
 import socket
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -292,8 +292,12 @@ def _strays(
         if variable == BLOCKS:
             block = parse_block_key(entry.key)
             partial = entry.key.endswith(".partial")
-            superseded = block is not None and _names_another(
-                marks, *block, lambda index, named: block_key(index, named) in there
+            named = marks.get(block[0]) if block else None
+            superseded = (
+                block is not None
+                and named is not None
+                and named != block[1]
+                and block_key(block[0], named) in there
             )
             if (partial or superseded) and entry.changed < limit:
                 yield entry, block[0] if superseded and block else None
@@ -305,17 +309,9 @@ def _strays(
         file, _, generation = name.partition("~")
         place = chunk_place(f"{variable}/{file}", grid)
         partial = entry.key.endswith(".partial")
-        superseded = place is not None and _names_another(
-            marks,
-            place[1],
-            generation,
-            lambda _, named, chunk=f"{variable}/{file}": chunk_file(chunk, named) in there,
+        named = marks.get(place[1]) if place else None
+        superseded = (
+            named is not None and named != generation and chunk_file(f"{variable}/{file}", named) in there
         )
         if (partial or superseded) and entry.changed < limit:
             yield entry, place[1] if superseded and place else None
-
-
-def _names_another(marks: Marks, index: int, generation: str, is_there: Callable[[int, str], bool]) -> bool:
-    """Whether the mark of a block names another file than that of a generation, and that file is there."""
-    named = marks.get(index)
-    return named is not None and named != generation and is_there(index, named)

@@ -123,7 +123,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 
 
 def check_catalogue(store: Store) -> Iterator[str]:
-    """Compare the catalogue with itself and with the cubes that are there: one sentence for each finding.
+    """Compare the catalogue with itself and with the cubes that are there, and read the uploaded records: what is found.
 
     Raises
     ------
@@ -143,6 +143,8 @@ def check_catalogue(store: Store) -> Iterator[str]:
                 if not is_sound(table, row):
                     fault = damaged_row(table, str(row._mapping.get("id", row[0]))).fault
                     yield f"{store.catalogue.name}: {fault.found}; {fault.advice}"
+    for _, damaged_record in Records(store.data_dir).damaged():
+        yield damaged_record
     known = {cube_name(row.id, row.number) for row in rows}
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
     for name in names:

@@ -112,6 +112,8 @@ def take_care(store: Store, backup: Path) -> None:
     for study_id, told in scrub.found.items():
         if told:
             print(f"{study_id} is damaged: {told}")
+    for sentence in copied.damaged:
+        print(f"for the backup a study is damaged: {sentence}")
     print(f"round of {copied.studies} studies copied, {swept.paths} paths swept, {len(gone)} deleted")
 
 

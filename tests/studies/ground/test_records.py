@@ -1,5 +1,6 @@
 """Records: read from files of either format, refused with the line that is wrong, generated, and kept."""
 
+import json
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from damperlab.studies.ground.files import read_record
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajimi, spectrum
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
 from damperlab.studies.ground.question import read_earthquake
-from damperlab.studies.ground.shelf import RecordNotFound, Shelf
+from damperlab.studies.ground.shelf import RecordDamaged, RecordNotFound, Shelf
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
 A quake, 1/1/2000, A station, 90
@@ -263,6 +264,53 @@ def test_the_shelf_keeps_a_record_once(tmp_path: Path) -> None:
     with pytest.raises(RecordNotFound, match="loma-prieta"):
         shelf.get("loma prieta")
     assert record_id in shelf.ids()
+    assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
+
+
+def test_no_flipped_bit_of_a_record_is_read(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path)
+    motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
+    record_id, _ = shelf.put(motion)
+    expected = shelf.summaries()[-1]
+    random = np.random.default_rng(7)
+    for file in (shelf.folder / f"{record_id}.json", shelf.folder / f"{record_id}.npy"):
+        whole = file.read_bytes()
+        for bit in random.integers(8 * len(whole), size=200):
+            content = bytearray(whole)
+            content[bit // 8] ^= 1 << bit % 8
+            file.write_bytes(bytes(content))
+            if list(shelf.damaged()):
+                with pytest.raises(RecordDamaged, match=record_id):
+                    shelf.get(record_id)
+            else:
+                found, told = shelf.get(record_id)[1], shelf.summaries()[-1]
+                assert (found.content, found.name, found.source) == (
+                    motion.content,
+                    motion.name,
+                    motion.source,
+                )
+                assert told == expected
+        file.unlink()
+        assert [one for one, _ in shelf.damaged()] == ([record_id] if file.suffix == ".npy" else [])
+        assert shelf.put(motion)[0] == record_id
+        assert shelf.get(record_id)[1].content == motion.content
+
+
+def test_a_damaged_record_is_written_anew_by_uploading_it_again(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path)
+    motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
+    record_id, _ = shelf.put(motion)
+    (shelf.folder / f"{record_id}.npy").write_bytes(b"")
+    (shelf.folder / f"{record_id}.json").write_bytes(b"{}")
+    assert shelf.put(motion) == (record_id, True)
+    assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
+
+
+def test_a_summary_of_the_first_release_is_read(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path)
+    motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
+    record_id, _ = shelf.put(motion)
+    (shelf.folder / f"{record_id}.json").write_text(json.dumps(motion.summary()))
     assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
 
 

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
+from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.backup import copy_store
-from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
@@ -117,9 +119,56 @@ def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(filled, tm
     lost = next(Path(filled.cube_path(filled.find("study 0").id), "blocks").glob("*"))
     lost.unlink()
     copy = Store.open(tmp_path / "copy")
-    with pytest.raises(BlockDamaged, match="damperlab verify"):
-        copy_store(filled, copy)
-    assert copy.page().records == ()
+    copied = copy_store(filled, copy)
+    (told,) = copied.damaged
+    assert "damperlab verify" in told
+    assert (copied.studies, [record.name for record in copy.page().records]) == (1, ["study 2"])
+    assert list(verify(copy, copy.find("study 2"))) == []
+    copy.close()
+
+
+def test_a_study_that_was_damaged_since_stays_in_the_backup_as_it_was(
+    filled, tmp_path, make_study, make_plan_of, values_of
+):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    before = copy.cube(copy.find("study 0").id).load()
+    record = filled.find("study 0")
+    Path(filled.cube_path(record.id), "zarr.json").write_bytes(b"{}")
+    study = make_study("later", damping_ratio=0.5, metrics=METRICS)
+    filled.submit(study, make_plan_of(study), {"kernels": "k"})
+    write(filled, study, make_plan_of(study), values_of, 0)
+    copied = copy_store(filled, copy)
+    assert (copied.studies, len(copied.damaged)) == (3, 1)
+    assert copy.find("later").blocks_done == 1
+    assert copy.cube(record.id).load().identical(before)
+    assert list(verify(copy, copy.find(record.id))) == []
+    copy.close()
+
+
+def test_a_backup_does_not_forget_what_the_store_has_lost(filled, tmp_path):
+    copy = Store.open(tmp_path / "copy")
+    copy_store(filled, copy)
+    lost = filled.find("study 0")
+    cube = Path(filled.cube_path(lost.id))
+    filled.close()
+    # the catalogue is lost, and a part of the folder: what is left is a store of its own, without that study
+    shutil.rmtree(cube)
+    for file in filled.data_dir.glob("catalogue.sqlite*"):
+        file.unlink()
+    assert rebuild(filled.data_dir).studies == 1
+    again = Store.open(filled.data_dir)
+    with pytest.raises(StoreFault, match=rf"{cube.name}, which .* has lost"):
+        copy_store(again, copy)
+    assert list(verify(copy, copy.find(lost.id))) == []
+    # as its advice says
+    again.close()
+    shutil.copytree(copy.cube_path(lost.id), cube)
+    assert rebuild(filled.data_dir).studies == 1
+    again = Store.open(filled.data_dir)
+    assert again.cube(lost.id).load().identical(copy.cube(lost.id).load())
+    assert copy_store(again, copy).studies == 2
+    again.close()
     copy.close()
 
 
@@ -154,8 +203,7 @@ def test_a_backup_that_was_cut_short_is_gone_on_with(filled, tmp_path):
     content = lost.read_bytes()
     lost.unlink()
     copy = Store.open(tmp_path / "copy")
-    with pytest.raises(BlockDamaged):
-        copy_store(filled, copy)
+    assert copy_store(filled, copy).damaged
     copy.close()
     lost.write_bytes(content)
     copy = Store.open(tmp_path / "copy")
@@ -198,8 +246,8 @@ def test_a_flipped_bit_is_not_backed_up(filled, tmp_path):
     content[-9] ^= 1
     block.write_bytes(bytes(content))
     copy = Store.open(tmp_path / "copy")
-    with pytest.raises(BlockDamaged, match="Block 7"):
-        copy_store(filled, copy)
+    (told,) = copy_store(filled, copy).damaged
+    assert "Block 7" in told
     copy.close()
 
 
@@ -209,8 +257,8 @@ def test_a_damaged_or_lost_coordinate_is_not_backed_up(filled, tmp_path):
     copy = Store.open(tmp_path / "copy")
     for content, told in ((bytes([whole[0] ^ 1]) + whole[1:], "clearance_ratio"), (None, "description")):
         axis.unlink() if content is None else axis.write_bytes(content)
-        with pytest.raises(BlockDamaged, match=told):
-            copy_store(filled, copy)
+        (sentence,) = copy_store(filled, copy).damaged
+        assert told in sentence
     copy.close()
 
 
@@ -222,6 +270,20 @@ def test_a_file_that_was_cut_short_in_a_backup_is_copied_again(filled, tmp_path)
     block.write_bytes(block.read_bytes()[:-5])
     assert copy_store(filled, copy).bytes == block.stat().st_size
     assert list(verify(copy, copy.find("study 0"))) == []
+    copy.close()
+
+
+def test_a_damaged_record_is_told_and_spoils_no_copy(filled, tmp_path):
+    record_id, _ = Records(filled.data_dir).put(kanai_tajimi(1, 2.0, rise_s=0.5, fall_s=0.5))
+    copy = Store.open(tmp_path / "copy")
+    assert copy_store(filled, copy).damaged == ()
+    samples = filled.data_dir / "records" / f"{record_id}.npy"
+    content = bytearray(samples.read_bytes())
+    content[-3] ^= 4
+    samples.write_bytes(bytes(content))
+    (told,) = copy_store(filled, copy).damaged
+    assert record_id in told
+    assert list(Records(tmp_path / "copy").damaged()) == []
     copy.close()
 
 
