@@ -224,7 +224,7 @@ def _damaged(record_id: str, why: str) -> RecordDamaged:
             "record",
             f"{record_id}, whose files are lost or damaged ({why})",
             "a record that is whole",
-            "upload it again, which writes it anew; or remove its files from the folder `records`",
+            "upload it again, which replaces its files; or remove them from the folder `records`",
             f"The files of record {record_id} are lost or damaged: {why.rstrip('.')}.",
         )
     )
