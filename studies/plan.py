@@ -33,7 +33,9 @@ MAX_BLOCKS = 50_000
 _SAMPLES = {"clearance_ratio": 7, "friction_ratio": 7, "frequency_ratio": 9, "record": 16}
 """Values along a dimension at which the cost is looked at."""
 _FEWEST_SAMPLES = 3
-_CENTRES_AT_ONCE = 16_384
+_SAMPLED = 16
+"""Points of a block at which the cost is looked at: its middle may be the resonance."""
+_BLOCKS_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
@@ -109,22 +111,44 @@ class Plan:
 
     @cached_property
     def block_seconds(self) -> NDArray[np.float64]:
-        """Expected seconds of each block, from the cost at its centre: shape (count,)."""
-        seconds = np.empty(self.count)
-        for first in range(0, self.count, _CENTRES_AT_ONCE):
-            indices = np.arange(first, min(first + _CENTRES_AT_ONCE, self.count))
-            centres: dict[str, NDArray[Any]] = {}
-            points = np.ones(len(indices))
-            positions = np.unravel_index(indices, self.grid)
-            for (name, values), position, size in zip(
-                self._coordinates.items(), positions, self.chunk, strict=True
-            ):
-                start = position * size
-                length = np.minimum(size, len(values) - start)
-                centres[name] = values[start + (length - 1) // 2]
-                points *= length
-            seconds[indices] = points * self._cost(self.study, centres)
+        """Expected seconds of each block, from the cost at points spread over it: shape (count,)."""
+        return self.seconds_of(np.arange(self.count))
+
+    def seconds_of(self, blocks: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Expected seconds of some blocks, (N,)."""
+        seconds = np.empty(len(blocks))
+        samples = min(_SAMPLED, math.prod(self.chunk))
+        places = _lattice(samples, len(self.shape))
+        for first in range(0, len(blocks), _BLOCKS_AT_ONCE):
+            some = blocks[first : first + _BLOCKS_AT_ONCE]
+            cost = self._cost(self.study, self._within(some, places)).reshape(len(some), samples)
+            seconds[first : first + len(some)] = self._points_of(some) * cost.mean(axis=1)
         return seconds
+
+    def centres(self, indices: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+        """Return the coordinates of the points in the middle of some blocks, (N,) for each dimension."""
+        return self._within(indices, np.full((1, len(self.shape)), 0.5))
+
+    def _within(self, indices: NDArray[np.int64], places: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        """Return the coordinates of points at the same relative places of each block, one block after the other."""
+        points: dict[str, NDArray[Any]] = {}
+        for (name, values), position, size, place in zip(
+            self._coordinates.items(), np.unravel_index(indices, self.grid), self.chunk, places.T, strict=True
+        ):
+            start = position * size
+            length = np.minimum(size, len(values) - start)
+            points[name] = values[
+                (start[:, None] + np.floor(place * length[:, None]).astype(np.int64)).ravel()
+            ]
+        return points
+
+    def _points_of(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+        points = np.ones(len(indices))
+        for position, size, length in zip(
+            np.unravel_index(indices, self.grid), self.chunk, self.shape, strict=True
+        ):
+            points *= np.minimum(size, length - position * size)
+        return points
 
     @property
     def seconds(self) -> float:
@@ -210,3 +234,18 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}
     seconds = cost(study, points)
     return float(seconds.mean()), float(seconds.max())
+
+
+def _lattice(count: int, dimensions: int) -> NDArray[np.float64]:
+    """Return places in a unit box, (count, dimensions): evenly along the last dimension, spread over all others.
+
+    The others are multiples of powers of the number g with g^d = g + 1, whose fractions fill a box of d dimensions evenly
+    (the generalised golden ratio).
+    """
+    golden = 2.0
+    for _ in range(64):
+        golden = (1.0 + golden) ** (1.0 / dimensions)
+    steps = golden ** -np.arange(1.0, dimensions)
+    numbers = np.arange(count)
+    others = (0.5 + numbers[:, None] * steps) % 1.0
+    return np.column_stack([others, (numbers + 0.5) / count])

@@ -1,9 +1,10 @@
 """What a design point is expected to cost, so that blocks take about equal time and the longest start first.
 
-A rough model is enough: it decides sizes and order, never a result. Its form is cycles until the response is known
-to be steady, times seconds per cycle of the scene's kernel; its constants were fitted to the solver's own cycles and
-run times on random points of every scene (r 0.05 … 20, ζ 0.0038 … 0.5, d/Z 0.05 … 25). Means over a scene mostly
-agree within a factor of three; single points scatter more, above all between periodic and modulated neighbours.
+A rough model is enough: it decides sizes and order, never a result, and `damperlab.worker.forecast` corrects it by what was
+measured. Its form is cycles until the response is known to be steady, times seconds per cycle of the scene's kernel; its
+constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 … 0.3,
+d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over a grid agree within a factor of two there; single points scatter by a factor
+of ten, above all between periodic and modulated neighbours.
 """
 
 from typing import Any
@@ -11,29 +12,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.choices import Ensemble, Rk4Solver
+from damperlab.studies.choices import CompliantContact, Ensemble, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite, windows_of
 from damperlab.studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
-FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.75e-6, 1.7e-6, 2.5e-6
-"""One excitation cycle."""
+FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.5e-6, 1.4e-6, 2.0e-6
+"""One excitation cycle, its events included where the clearance is wide."""
+COMPLIANT_TIMES = 4.5
+"""How much more a cycle costs where walls are compliant."""
 RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
 """One run under a record: what it takes in any case, and each of its windows, measured on built-in records from 1 to 50 Hz."""
 STEP_SECONDS = 0.04e-6
 """One step of the fixed-step method, whatever the scene."""
-MOST_RIDING = 20.0
-"""How much more a cycle costs at most where the clearance is below the amplitude: the particle chatters and rides."""
-FEWEST_CYCLES = 65.0
-"""Taken before a response is believed to be steady."""
-TRANSIENT = 0.7
+MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
+"""How much more a cycle costs at most where the clearance is below the amplitude, and over what clearance ratio that fades: the
+particle chatters and rides."""
+FEWEST_CYCLES = 64.0
+"""Taken on average before a response is believed to be steady, far from resonance."""
+TRANSIENT = 0.073
 """Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""
-MODULATED_SHARE = 0.33
-"""Share of the points with a particle, near resonance, that run to max_cycles because nothing settles."""
-RESONANCE_WIDTH = 0.1
-"""How far from resonance, in ln r, friction lets the particle of a hybrid rattle without end."""
+RESTLESS_CYCLES = 1050.0
+"""Taken on average near resonance, where the particle rattles without end and only statistics settle."""
+RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
+"""How far from resonance it does so, in ln r: the width where β = ζ, and the power of β/ζ that it goes with."""
+NARROWEST = 0.004
+"""Least of that width."""
+BREAKAWAY = 0.785
+"""Friction ratio at which friction holds a resonance: from π/4 on it takes more energy than the base gives."""
 
 
 def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
@@ -74,13 +82,15 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     rubs = coordinates["friction_ratio"] > 0.0
     rattles = (coordinates["mass_ratio"] > 0.0) & study.particle
     # Undamped, a transient takes as long as it is given.
-    transient = TRANSIENT * ratio / np.maximum(coordinates["damping_ratio"], 1e-4)
-    near_resonance = np.exp(-((np.log(ratio) / RESONANCE_WIDTH) ** 2))
-    restless = np.where(rubs, near_resonance, np.minimum(1.0, ratio)) * rattles
-    cycles = np.minimum(most, FEWEST_CYCLES + transient + MODULATED_SHARE * most * restless)
+    damping = np.maximum(coordinates["damping_ratio"], 1e-4)
+    moving = np.clip(1.0 - (coordinates["friction_ratio"] / BREAKAWAY) ** 2, 0.0, 1.0)
+    width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
+    restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
+    cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + RESTLESS_CYCLES * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
-    riding = np.clip(1.0 / np.maximum(coordinates["clearance_ratio"], 1e-9), 1.0, MOST_RIDING)
-    stepped = cycles * np.where(rattles, per_cycle * riding, FRICTION_CYCLE_SECONDS)
+    riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)
+    contact = COMPLIANT_TIMES if isinstance(study.contact, CompliantContact) else 1.0
+    stepped = cycles * np.where(rattles, contact * per_cycle * riding, FRICTION_CYCLE_SECONDS)
     if isinstance(study.solver, Rk4Solver):
         return cycles * study.solver.steps_per_cycle * STEP_SECONDS
     starts = study.start.n if isinstance(study.start, Ensemble) else 1

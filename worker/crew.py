@@ -17,8 +17,6 @@ from damperlab.worker.provenance import WrongCode
 
 BLOCKS_PER_THREAD = 2
 """Blocks at a worker per thread: one runs, one waits there, so that no thread idles while an answer travels."""
-END_BLOCKS = 3
-"""So many blocks a thread before the end nothing waits at a worker behind a block that runs: it would be the last of all."""
 AGAIN_SECONDS = 15.0
 """After how long a worker that was left out is examined again: a store or a link may have come back."""
 _NEVER = math.inf
@@ -236,7 +234,11 @@ class Crew:
         """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
         trusted = any(not member.doubtful for member in self.members.values() if member.standing == "usable")
         for depth in range(1, BLOCKS_PER_THREAD + 1):
-            for address in list(self._hungry):
+            hungry = list(self._hungry)
+            if depth > 1:
+                # the longest of what waits goes where the least lies
+                hungry.sort(key=self._held_seconds)
+            for address in hungry:
                 member = self.members.get(address)
                 if member is None or member.standing != "usable":
                     del self._hungry[address]
@@ -244,7 +246,7 @@ class Crew:
                 if trusted and member.doubtful:
                     continue
                 while len(member.held) < depth * member.threads:
-                    if depth > 1 and self.waiting <= END_BLOCKS * self._threads:
+                    if depth > 1 and self._backlog.nears_end(self._threads):
                         return
                     attempt = self._next_for(member)
                     if attempt is None:
@@ -264,10 +266,19 @@ class Crew:
         """Give the worker that holds a task; None where that is no more."""
         return self._where.get(key)
 
-    def ended(self, key: str) -> None:
-        """Hear that a block is computed: who failed at it before is to blame."""
+    def ended(self, key: str, kernel_seconds: float = 0.0) -> None:
+        """Hear that a block is computed: who failed at it before is to blame.
+
+        Parameters
+        ----------
+        key : str
+            Of the task.
+        kernel_seconds : float
+            What it took in kernels [s]; 0 where that says nothing about the blocks beside it.
+        """
         member = self.members[self._where[key]]
         attempt = self._take(key)
+        self._backlog.learn(attempt.index, kernel_seconds)
         member.unreadable, member.failing = 0, member.standing == "out"
         member.blamed.clear()
         for address in attempt.avoid:
@@ -386,6 +397,12 @@ class Crew:
 
     def _count(self) -> None:
         self._threads = sum(member.threads for member in self.members.values() if member.standing == "usable")
+
+    def _held_seconds(self, address: str) -> float:
+        member = self.members.get(address)
+        return (
+            0.0 if member is None else sum(self._backlog.expected(one.index) for one in member.held.values())
+        )
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)

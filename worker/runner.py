@@ -26,6 +26,7 @@ from damperlab.studies.vocabulary import STATES
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.examination import canary_of, stored_bits
+from damperlab.worker.forecast import Forecast, known_of
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
 from damperlab.worker.outcomes import (
@@ -207,7 +208,10 @@ class _Run:
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         pending = self._store.pending(self._study_id)
-        work_left = float(self._plan.block_seconds[pending].sum())
+        forecast = Forecast(self._plan, known_of(self._store, self._study_id) if pending.size else None)
+        # as they were expected at the beginning: progress is the share of that which is done
+        self._expected = forecast.seconds
+        work_left = float(self._expected[pending].sum())
         self._meter = Meter(_progress(self._record), work_left)
         self._report(at_once=True)
         if not pending.size or self._stopping:
@@ -218,7 +222,7 @@ class _Run:
             require_solver(self._study_id, self._record.provenance)
         cube_path = self._store.cube_path(self._study_id)
         self._require_room()
-        if self._plan.block_seconds[pending].sum() <= here_seconds:
+        if work_left <= here_seconds:
             self._agree({"this process": computing()})
             tasks = self._tasks(cube_path)
             self._compile_here(missing(scenes(study)))
@@ -241,7 +245,7 @@ class _Run:
             def task(index: int, key: str) -> tuple[Any, ...]:
                 return run_block, *tasks(index, key)
 
-            window = Window(client, task, Backlog(self._plan.order(pending)), wait_seconds=wait_seconds)
+            window = Window(client, task, Backlog(pending, forecast), wait_seconds=wait_seconds)
             self._crew = window.crew
             try:
                 first = partial(window.assemble, cube_path, self._record.digest, code_hash())
@@ -431,7 +435,7 @@ class _Run:
             self._lease.lost.set()
             return
         for outcome in outcomes:
-            self._meter.add(outcome.points, outcome.failed, float(self._plan.block_seconds[outcome.index]))
+            self._meter.add(outcome.points, outcome.failed, float(self._expected[outcome.index]))
 
     def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:
         block = self._plan.block(failure.index)

@@ -1,10 +1,12 @@
 """A discrete model of a cluster: the runner's own policy, which block goes to whom, over workers that only keep time.
 
 Two questions. How busy are 2, 8, 32, 128 workers with the blocks of a study whose points take what they took when they were
-measured (`run_time.npz`: one hybrid study of 24 × 12 × 40 points; larger ones repeat its points), beside the best that
-is possible with the same blocks. And what becomes of 10⁸ points on 10,000 workers that live one hour each.
+measured, beside the best that is possible with the same blocks: with a first study of its kind, whose costs are learnt while
+it runs, and after a coarser one of its family. And what becomes of 10⁸ points on 10,000 workers that live one hour each.
 
-`python -m tests.benchmarks.model` prints both; crew and backlog are the product's, nothing of them is modelled.
+`run_time.npz` holds what each point of a hybrid study took, 48 × 24 × 80 points, as sixteenths of powers of two in seconds;
+each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; crew, backlog
+and forecast are the product's, nothing of them is modelled.
 """
 
 import heapq
@@ -22,8 +24,11 @@ from damperlab.studies.plan import Plan, make_plan
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.crew import Crew
+from damperlab.worker.forecast import Forecast, Known
 
 MEASURED = Path(__file__).with_name("run_time.npz")
+ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
+"""Of the measured clearance ratios, friction ratios and frequency ratios."""
 TRAVEL_SECONDS = 0.01
 """From the end of a block until its worker has the next one, where none waits there."""
 
@@ -110,7 +115,7 @@ class Model:
         index = int(key.split("-")[1])
         del self._began[key]
         self.done += self._truth[index]
-        self.crew.ended(key)
+        self.crew.ended(key, float(self._truth[index]))
         waiting = self.crew.members[name].held
         if waiting:
             self._begin(next(iter(waiting)))
@@ -143,39 +148,57 @@ def best_possible(truth: NDArray[np.float64], workers: int) -> float:
 
 
 def replayed(plan: Plan) -> NDArray[np.float64]:
-    """Seconds of every block of a plan over the measured points, tiled."""
-    points = np.load(MEASURED)["run_time"].astype(float).reshape(24, 12, 40)
-    repeat = [-(-n // m) for n, m in zip(plan.shape[-3:], points.shape, strict=True)]
-    tiled = np.repeat(np.repeat(np.repeat(points, repeat[0], 0), repeat[1], 1), repeat[2], 2)
-    tiled = tiled[: plan.shape[-3], : plan.shape[-2], : plan.shape[-1]]
-    return np.array([tiled[plan.block(index).slices[-3:]].sum() for index in range(plan.count)])
+    """Seconds of every block of a plan over the measured points."""
+    points = 2.0 ** (np.load(MEASURED)["sixteenths"] / 16.0)
+    axes = list(plan.study.coordinates.values())[-3:]
+    nearest = [
+        np.rint(np.interp(values, ends, (0, count - 1))).astype(np.int64)
+        for values, ends, count in zip(axes, ENDS, points.shape, strict=True)
+    ]
+    taken = points[np.ix_(*nearest)]
+    return np.array([taken[plan.block(index).slices[-3:]].sum() for index in range(plan.count)])
 
 
-def study_of(refined: int) -> Plan:
-    """The measured study, each axis so many times finer."""
+def study_of(*points: int) -> Plan:
+    """A study over the measured box, with so many clearances, frictions and frequencies."""
+    names = ("clearance_ratio", "friction_ratio", "frequency_ratio")
     axes = {
-        "clearance_ratio": {"start": 1, "stop": 25, "num": 24 * refined},
-        "friction_ratio": {"start": 0, "stop": 0.8, "num": 12 * refined},
-        "restitution": 0.47,
-        "mass_ratio": 0.1,
-        "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 40 * refined},
+        name: {"start": start, "stop": stop, "num": num}
+        for name, (start, stop), num in zip(names, ENDS, points, strict=True)
     }
-    return make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes}), seconds_per_point)
+    fixed = {"restitution": 0.47, "mass_ratio": 0.1}
+    return make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes | fixed}), seconds_per_point)
+
+
+def family() -> Known:
+    """What is known after a study of 23 × 11 × 39 points."""
+    plan = study_of(23, 11, 39)
+    return plan.centres(np.arange(plan.count)), replayed(plan) / plan.block_seconds
 
 
 def busy(refined: int, workers: int) -> dict[str, Any]:
-    """Busy share of one study on so many workers: in the model, and at best."""
-    plan = study_of(refined)
+    """Busy share of a study of 24 × 12 × 40 points, each axis so many times finer, on so many workers; and at best."""
+    plan = study_of(24 * refined, 12 * refined, 40 * refined)
     truth = replayed(plan)
-    model = Model(Backlog(plan.order()), truth, workers)
-    model.run()
+    shares = {}
+    for name, known in (("first", None), ("family", family())):
+        model = Model(Backlog(range(plan.count), Forecast(plan, known)), truth, workers)
+        model.run()
+        shares[name] = truth.sum() / (workers * model.now)
     return {
         "blocks": plan.count,
         "workers": workers,
         "block_seconds": [float(truth.min()), float(np.median(truth)), float(truth.max())],
-        "busy": truth.sum() / (workers * model.now),
+        **shares,
         "best": best_possible(truth, workers),
     }
+
+
+def estimates(refined: int) -> dict[str, float]:
+    """Core seconds of the same study, as they are expected and as they were."""
+    plan = study_of(24 * refined, 12 * refined, 40 * refined)
+    expected = float(Forecast(plan, family()).seconds.sum())
+    return {"first": plan.seconds, "family": expected, "true": float(replayed(plan).sum())}
 
 
 def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
@@ -188,7 +211,7 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     plan = make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes}), seconds_per_point)
     truth = plan.block_seconds * np.random.default_rng(2).lognormal(0.0, 0.5, plan.count)
     began = time.process_time()
-    model = Model(Backlog(plan.order()), truth, workers, life_seconds)
+    model = Model(Backlog(range(plan.count), Forecast(plan)), truth, workers, life_seconds)
     model.run()
     cpu = time.process_time() - began
     return {
@@ -219,6 +242,7 @@ def killed(workers: int = 24, blocks: int = 240, seconds: float = 2.0) -> dict[s
 def run() -> dict[str, Any]:
     """All of it."""
     return {
+        "estimates": [estimates(refined) for refined in (1, 2, 4)],
         "busy": [busy(refined, workers) for refined in (1, 2, 4) for workers in (2, 8, 32, 128)],
         "half_killed": killed(),
         "vast": vast(),

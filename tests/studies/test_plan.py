@@ -129,10 +129,35 @@ def test_order_is_longest_first_with_ties_by_number() -> None:
     assert plan.order([]).tolist() == []
 
 
-def test_the_centre_of_a_block_gives_its_cost_and_edge_blocks_cost_their_points() -> None:
+def test_blocks_cost_what_their_points_do_and_edge_blocks_less() -> None:
     plan = plan_with_chunk(grid(1, 1, 7), (1, 1, 1, 1, 1, 3), lambda study, at: at["frequency_ratio"])
     r = np.linspace(0.5, 1.5, 7)
-    np.testing.assert_allclose(plan.block_seconds, [3 * r[1], 3 * r[4], r[6]], rtol=4e-16)
+    np.testing.assert_allclose(plan.block_seconds, [r[:3].sum(), r[3:6].sum(), r[6]], rtol=4e-16)
+    np.testing.assert_array_equal(plan.seconds_of(np.array([2, 0])), plan.block_seconds[[2, 0]])
+
+
+def test_cost_of_a_block_is_not_that_of_its_middle_alone() -> None:
+    """Half of the points of one row cost ten times the others; its middle is one of the dear ones."""
+    plan = plan_with_chunk(
+        grid(1, 1, 100),
+        (1, 1, 1, 1, 1, 100),
+        lambda study, at: np.where(np.abs(at["frequency_ratio"] - 1.0) < 0.25, 1.0, 0.1),
+    )
+    # one sample of sixteen either way
+    assert plan.seconds == pytest.approx(55.0, abs=0.9 * 100 / 16)
+
+
+@given(shapes, st.integers(0, 10**6))
+@settings(deadline=None)
+def test_centres_of_blocks_lie_in_them(shape: tuple[int, ...], seed: int) -> None:
+    clearance, friction, frequency = shape[:3]
+    study = grid(clearance, friction, frequency)
+    chunk = tuple(1 + (seed + 7 * place) % length for place, length in enumerate(study.shape))
+    plan = plan_with_chunk(study, chunk, flat(1.0))
+    centres = plan.centres(np.arange(plan.count))
+    for index in range(plan.count):
+        for (name, values), part in zip(study.coordinates.items(), plan.block(index).slices, strict=True):
+            assert centres[name][index] in values[part]
 
 
 def test_plan_depends_on_the_study_alone_and_is_rebuilt_from_its_chunk() -> None:
