@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.problems import defect
-from damperlab.service.traffic import Traffic
+from damperlab.service.traffic import NO_ROUTE, Traffic
 
 _log = logging.getLogger("damperlab.access")
 _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -50,7 +50,8 @@ class AccessLog:
             await defect(Request(scope))(scope, receive, send_with_id)
         finally:
             seconds = time.perf_counter() - started
-            self.traffic.add(scope["method"], status, seconds)
+            route = getattr(scope.get("route"), "path", NO_ROUTE)
+            self.traffic.add(scope["method"], status, seconds, route)
             _log.info(
                 "%s %s %s in %.1f ms [%s]",
                 scope["method"],

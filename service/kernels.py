@@ -2,6 +2,7 @@
 
 import logging
 import threading
+import time
 from collections.abc import Iterable
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from subprocess import Popen
@@ -26,7 +27,14 @@ class Kernels:
         self._coming: dict[Scene, Future[None]] = {}
         self._processes: set[Popen[str]] = set()
         self._closed = False
+        self._compiled = 0
+        self._seconds = 0.0
         self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
+
+    def compiled(self) -> tuple[int, float]:
+        """Give how many scenes were compiled here since the start, and the seconds that took, queues left out."""
+        with self._lock:
+            return self._compiled, self._seconds
 
     def start(self) -> None:
         """Begin to compile what studies, points and earthquakes need by default, one scene after the other."""
@@ -66,11 +74,14 @@ class Kernels:
                 return
             process = start_apart(scene)
             self._processes.add(process)
+        began = time.monotonic()
         try:
             require_done(scene, process)
             _log.info("the kernels of %s are ready", scene.name)
         finally:
             with self._lock:
+                self._compiled += 1
+                self._seconds += time.monotonic() - began
                 self._processes.discard(process)
                 del self._coming[scene]
 

@@ -236,6 +236,8 @@ class Crew:
         for depth in range(1, BLOCKS_PER_THREAD + 1):
             hungry = list(self._hungry)
             if depth > 1:
+                if self._backlog.nears_end(self._threads):
+                    return
                 # the longest of what waits goes where the least lies
                 hungry.sort(key=self._held_seconds)
             for address in hungry:

@@ -5,8 +5,9 @@ from collections.abc import Iterable, Mapping
 from fastapi import APIRouter, Request
 from fastapi.responses import PlainTextResponse
 
+from damperlab.service.own_process import own_process
 from damperlab.service.state import TheService
-from damperlab.service.traffic import Traffic
+from damperlab.service.traffic import BOUNDS, Durations, Traffic
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
@@ -25,10 +26,10 @@ Labels = Mapping[str, object]
     summary="Numbers for a monitor, as Prometheus reads them",
 )
 def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
-    """Count studies by state, points, requests; say which code runs and whether the cluster does."""
+    """Count studies by state, points, requests; tell how long routes take, and what cluster, compiler and process do."""
     totals = service.store.totals()
     traffic: Traffic = request.app.state.traffic
-    counts, seconds = traffic.read()
+    counts, durations = traffic.read()
     lines: list[str] = []
     _tell(
         lines, "info", "gauge", "Version of the code, hash of the solver's sources.",
@@ -75,15 +76,50 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         [({"method": method, "status": status}, count) for (method, status), count in sorted(counts.items())],
     )  # fmt: skip
     _tell(
-        lines, "request_seconds_total", "counter", "Time that these requests took together.", [({}, seconds)]
+        lines, "request_seconds_total", "counter", "Time that these requests took together.",
+        [({}, sum(each.seconds for each in durations.values()))],
+    )  # fmt: skip
+    _tell_durations(lines, durations)
+    compiled, seconds = service.kernels.compiled()
+    _tell(
+        lines,
+        "scenes_compiled_total",
+        "counter",
+        "Scenes whose kernels this process had compiled.",
+        [({}, compiled)],
     )
+    _tell(
+        lines,
+        "compile_seconds_total",
+        "counter",
+        "Time that this took, side by side counted each.",
+        [({}, seconds)],
+    )
+    for name, (kind, meaning, value) in own_process().items():
+        _tell(lines, name, kind, meaning, [({}, value)], prefix="")
     return PlainTextResponse("\n".join(lines) + "\n", media_type=FORMAT)
 
 
+def _tell_durations(lines: list[str], durations: Mapping[tuple[str, str], Durations]) -> None:
+    """Write a histogram for each method and route; a route is a path of ours, with names in place of what clients send."""
+    name = "damperlab_request_duration_seconds"
+    lines += [f"# HELP {name} Time until an answer was complete, by route.", f"# TYPE {name} histogram"]
+    for (method, route), each in sorted(durations.items()):
+        labels = f'method="{method}",route="{route}"'
+        for bound, count in zip((*map(str, BOUNDS), "+Inf"), each.within, strict=True):
+            lines.append(f'{name}_bucket{{{labels},le="{bound}"}} {count}')
+        lines += [f"{name}_sum{{{labels}}} {each.seconds}", f"{name}_count{{{labels}}} {each.within[-1]}"]
+
+
 def _tell(
-    lines: list[str], name: str, kind: str, meaning: str, samples: Iterable[tuple[Labels, float]]
+    lines: list[str],
+    name: str,
+    kind: str,
+    meaning: str,
+    samples: Iterable[tuple[Labels, float]],
+    prefix: str = "damperlab_",
 ) -> None:
-    full = f"damperlab_{name}"
+    full = f"{prefix}{name}"
     lines += [f"# HELP {full} {meaning}", f"# TYPE {full} {kind}"]
     for labels, value in samples:
         inside = ",".join(f'{key}="{label}"' for key, label in labels.items())

@@ -1,0 +1,39 @@
+"""What this process takes of its machine, under the names that monitors know from other programs."""
+
+import os
+import resource
+import sys
+import time
+from pathlib import Path
+
+_BEGAN = time.time()
+
+
+def own_process() -> dict[str, tuple[str, str, float]]:
+    """Give what a monitor asks of any process.
+
+    Returns
+    -------
+    dict
+        By name the kind (counter or gauge), the meaning and the value; memory and files only where the system tells them.
+    """
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    found = {
+        "process_cpu_seconds_total": ("counter", "CPU time of this process.", used.ru_utime + used.ru_stime),
+        "process_start_time_seconds": ("gauge", "When this process began, since 1970.", _BEGAN),
+    }
+    if sys.platform == "linux":
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        found |= {
+            "process_resident_memory_bytes": (
+                "gauge",
+                "Memory of this process that is in use.",
+                float(pages * os.sysconf("SC_PAGE_SIZE")),
+            ),
+            "process_open_fds": (
+                "gauge",
+                "Files and connections that this process has open.",
+                float(sum(1 for _ in Path("/proc/self/fd").iterdir())),
+            ),
+        }
+    return found
