@@ -68,14 +68,14 @@ class Settings(BaseSettings):
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
     access: Literal["auto", "keys", "open"] = Field(
         "auto",
-        description="Who may ask: `keys`, whoever has one; `open`, everybody; `auto`, everybody on loopback and else keys.",
+        description="Who may ask: `keys`, whoever has one; `open`, everybody; `auto`, `open` on loopback and `keys` elsewhere.",
     )
     hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (),
         description="More names that the service answers to, separated by commas; .example.org for every name under it.",
     )
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
-        (), description="Addresses or networks of reverse proxies that are believed, separated by commas."
+        (), description="Addresses or networks of reverse proxies that are trusted, separated by commas."
     )
     proxy_user_header: str | None = Field(
         None,
@@ -114,7 +114,7 @@ class Settings(BaseSettings):
     question_points_apart: int = Field(
         500_000,
         ge=0,
-        description="Questions to cubes of as many points are answered in such a process too, and kept.",
+        description="Queries of cubes with at least this many points are answered in such a process too, and kept.",
     )
     connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
     head_timeout_seconds: float = Field(
@@ -128,7 +128,7 @@ class Settings(BaseSettings):
         "info", description="Lowest severity that is logged."
     )
     log_format: Literal["text", "json"] = Field(
-        "text", description="How it is logged: lines for people, or a JSON object a line."
+        "text", description="How it is logged: lines for people, or one JSON object per line."
     )
 
     @field_validator("data_dir")

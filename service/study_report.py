@@ -227,7 +227,7 @@ def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
             "time in blocks",
             f"{record.seconds:.4g} s in {record.blocks_done:,} of {record.blocks_total:,} blocks",
         ),
-        ("points taken from earlier studies", f"{record.points_reused:,}"),
+        ("points reused from earlier studies", f"{record.points_reused:,}"),
         ("finished", "not yet" if record.finished is None else f"{record.finished:%Y-%m-%d %H:%M} UTC"),
     ]
     if not suite:

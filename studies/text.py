@@ -58,7 +58,7 @@ def load_text(text: bytes | str, written_in: Format) -> Any:
             text = text.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             found = f"byte 0x{text[error.start]:02x} at offset {error.start}"
-            told = f"The document is not UTF-8: {found} is none of its characters."
+            told = f"The document is not UTF-8: {found} is not part of a valid character."
             raise _refused(found, "text in UTF-8", "save the document as UTF-8", told) from None
     if written_in == "yaml":
         return _load_yaml(text)
@@ -77,8 +77,8 @@ def _load_json(text: str, studies: int) -> Any:
     # Counting characters costs little beside parsing them, and the guard would refuse the same later.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
-        told = f"The document has far more values than a study; at most {MAX_VALUES:,} are allowed."
-        raise _refused("far more values than a study has", f"at most {MAX_VALUES:,} values", _SHORTER, told)
+        told = f"The document has far more values than a study needs; at most {MAX_VALUES:,} are allowed."
+        raise _refused("far more values than a study needs", f"at most {MAX_VALUES:,} values", _SHORTER, told)
     try:
         return json.loads(text, object_pairs_hook=mapping, parse_int=_integer)
     except json.JSONDecodeError as error:

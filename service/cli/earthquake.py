@@ -255,7 +255,7 @@ def _print(answer: dict[str, Any]) -> None:
         if over and over["sensitive"]:
             peak = over["peak_relative_displacement_m"]
             say(
-                f"With {values['label']} a start that is {over['size_m']:g} m off changes the answer {over['growth']:.2g} "
+                f"With {values['label']}, a start that is {over['size_m']:g} m off changes the answer by {over['growth']:.2g} "
                 f"times as much: peak x−z from {number(peak['lowest'])} to {number(peak['highest'])} m over "
                 f"{over['starts']} starts."
             )

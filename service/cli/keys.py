@@ -50,7 +50,7 @@ def create(
         print_json({**key.document(), "key": secret})
         return
     note(
-        f"Key {key.id} of {key.owner}, scope {scope}. It is shown this once; keep it in a file of mode 0600:"
+        f"Key {key.id} of {key.owner}, scope {scope}. It is shown only this once; keep it in a file of mode 0600:"
     )
     say(secret)
 
@@ -101,4 +101,4 @@ def revoke(
     if as_json:
         print_json(key.document())
     else:
-        note(f"Key {key.id} of {key.owner} opens nothing any more.")
+        note(f"Key {key.id} of {key.owner} is revoked and no longer gives access.")

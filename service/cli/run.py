@@ -138,7 +138,7 @@ def finish(
         note(f"Study {label(record)} is complete; nothing was computed.")
         if record.outdated:
             note(
-                f"It was computed by another solver than today's. Beside it: damperlab recompute {record.id}"
+                f"An earlier solver computed it. To compute it with today's and keep both: damperlab recompute {record.id}"
             )
     else:
         record = compute(store, record, workers, scheduler, wait_seconds=wait_seconds)

@@ -122,8 +122,9 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
     events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
-    way = "on along the steady response" if steady else "from rest"
-    say(f"After {counted(answer['cycles'], 'cycle')} {way}: {state}; {events}.")
+    cycles = counted(answer["cycles"], "cycle")
+    cycles += " more along the steady response" if steady else " from rest"
+    say(f"After {cycles}: {state}; {events}.")
     say(answer["status"])
     if "attractors" in answer:
         _print_attractors(answer["attractors"])

@@ -168,7 +168,7 @@ def summary(record: "Record") -> str:
     if record.version > 1:
         lines.append(("version", str(record.version)))
     if record.outdated:
-        lines.append(("outdated", f"by another solver than today's; damperlab recompute {record.id}"))
+        lines.append(("outdated", f"computed by an earlier solver; damperlab recompute {record.id}"))
     records = [one["id"] for one in record.definition.get("records", [])]
     if records:
         lines.append(("records", ", ".join(records)))

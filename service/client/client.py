@@ -45,7 +45,7 @@ class Client:
     Raises
     ------
     Refused
-        If `url` is no address.
+        If `url` is not an address.
 
     Examples
     --------
@@ -82,7 +82,7 @@ class Client:
         return card("damperlab service", [("address", self._transport.url)])
 
     def submit(self, study: "Definition", reuse: bool = True) -> Study:
-        """Hand in a study; one that is there already is given back and not computed again.
+        """Submit a study; one that exists already is returned and not computed again.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class Client:
         )
 
     def submit_all(self, studies: "Iterable[Definition]", reuse: bool = True) -> list[Study]:
-        """Hand in many studies, in requests of up to 200; each request's are stored all, or none.
+        """Submit many studies, in requests of up to 200; of each request either all are stored or none.
 
         Parameters
         ----------
@@ -180,7 +180,7 @@ class Client:
         state : str, optional
             Only those in this state.
         name : str, optional
-            Only those whose name holds this text.
+            Only those whose name contains this text.
         """
         return list(self._pages(state, name))
 
@@ -282,7 +282,7 @@ class Client:
         Parameters
         ----------
         path : path
-            A file of PEER (.at2), or two columns, time [s] and acceleration (.csv, .txt).
+            A PEER file (.at2), or one of two columns, time [s] and acceleration (.csv, .txt).
         name : str
             What to call it; the file's name if not given.
         units : {"g", "m/s2", "cm/s2"}, optional

@@ -11,7 +11,7 @@ class ClientFault(Exception):
 
 
 class Unreachable(ClientFault):
-    """No service answers at the address, or what answers is no damperlab service."""
+    """No service answers at the address, or what answers is not a damperlab service."""
 
 
 class Stopped(ClientFault):
@@ -81,7 +81,7 @@ class Unavailable(Problem):
 
 
 class Denied(Problem):
-    """Whatever guards the service wants another key (401, 403)."""
+    """The service, or what guards it, requires another key (401, 403)."""
 
 
 _KINDS: dict[int, type[Problem]] = {

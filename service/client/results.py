@@ -92,13 +92,13 @@ class Simulation:
     Parameters
     ----------
     metrics : dict of float
-        The cube's variables, by name; None for what a response does not have.
+        The cube's variables, by name; None for a variable that this response does not have.
     status, response_class : str
         How the computation ended and what kind of response it is, in words.
     state : dict of float
         ``u``, ``u_rate``, ``p``, ``p_rate`` at the end: absolute displacement over Z, velocity over Z·ω_n.
     events : dict of int
-        How many impacts, turns and attachments.
+        Number of impacts, velocity reversals and attachments.
     cycles : int
         Excitation cycles that were computed.
     history : Dataset

@@ -99,7 +99,7 @@ class Study(Questions, Searches):
         Raises
         ------
         Stopped
-            If it has failed or was cancelled; what is computed can be asked for all the same.
+            If it has failed or was cancelled; what has been computed can still be queried.
         StillRunning
             If it has not ended in time.
         """
@@ -131,7 +131,7 @@ class Study(Questions, Searches):
         return self
 
     def cancel(self) -> "Study":
-        """Stop the study; what is done is kept, and `resume` goes on there."""
+        """Stop the study; computed points are kept, and `resume` continues from there."""
         self._ask("POST", "/cancel")
         return self
 
@@ -141,7 +141,7 @@ class Study(Questions, Searches):
         return self
 
     def retry(self) -> "Study":
-        """Compute blocks again that failed as a whole; points that failed by their numbers stay as they are."""
+        """Recompute blocks that failed as a whole; points that failed numerically stay as they are."""
         self._ask("POST", "/retry")
         return self
 
@@ -172,7 +172,7 @@ class Study(Questions, Searches):
 
     @property
     def outdated(self) -> bool:
-        """Whether another solver than the service's computed the results; `recompute` makes a new version beside."""
+        """Whether the results are by a solver other than the service's; `recompute` makes a new version beside them."""
         return self.record.outdated
 
     def delete(self) -> None:

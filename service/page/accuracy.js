@@ -33,7 +33,7 @@ export async function accuracyView(root) {
     el(
       "p",
       { class: "quiet" },
-      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles from rest, against a reference in 40 digits. The event-driven solver has no step size, so it is one point.",
+      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles from rest, against a reference computed with 40 digits. The event-driven solver has no step size, so it is one point.",
     ),
     el("div", { class: "grid" }, charts.map((/** @type {any} */ { diagram, chart }) => el("section", {}, el("h3", {}, diagram.title), chart.element))),
     el("h2", {}, "Extreme cases"),
@@ -49,7 +49,7 @@ function noReport() {
     "div",
     { class: "box" },
     el("h2", {}, "No report yet"),
-    el("p", {}, "A report measures the solver on this machine: its error against its run time beside the paper’s method, and what it makes of extreme cases. It takes a few minutes:"),
+    el("p", {}, "A report measures the solver on this machine: its error against its run time beside the paper’s method, and how it copes with extreme cases. It takes a few minutes:"),
     el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab accuracy --quick"),
     el("p", { class: "quiet" }, "Run it with the data folder of this service (--data-dir, as for serve), then open this page again."),
   );

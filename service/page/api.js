@@ -113,7 +113,7 @@ export function follow(id, onEvent) {
  */
 export function refusalBox(error) {
   const faults = error instanceof Refusal ? error.faults : [];
-  const title = error instanceof Refusal ? error.message : `The page met a defect: ${error}`;
+  const title = error instanceof Refusal ? error.message : `Something failed on this page: ${error}`;
   return el(
     "div",
     { class: "box fault", role: "alert" },

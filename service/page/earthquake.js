@@ -130,7 +130,7 @@ function sizesNote({ record }) {
   const own = Object.keys(numbersIn(record.definition.physical)).length === Object.keys(STRUCTURE).length;
   return own
     ? "Sizes are those of the study."
-    : `The study knows ratios only: its point is turned into sizes with ${STRUCTURE.mass_kg} kg, ${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} mm. Put in your own.`;
+    : `The study is given in ratios only. Its point is converted to sizes with ${STRUCTURE.mass_kg} kg, ${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} mm; enter your own.`;
 }
 
 /** @param {any} found */

@@ -40,7 +40,7 @@ export function headline({ record, selection, shown }, ranked) {
     el("h2", {}, next ? "No design is recommended yet" : idle ? "Best design with impacts" : "Best design"),
     why && el("p", {}, prose(why)),
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
-    idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: they are no particle dampers.`),
+    idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),
     next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(next.start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, next.stop)}`),
   );
 }

@@ -156,7 +156,7 @@ export function parallelPanel(session) {
       least.setAttribute("aria-valuetext", text(low));
       most.setAttribute("aria-valuetext", text(high));
     }
-    const of = total > found.length ? ` The study has ${total}; those without impacts that have one response are one line, and at most ${MOST} are drawn.` : "";
+    const of = total > found.length ? ` The study has ${total}: designs without impacts that share one response are drawn as one line, and at most ${MOST} lines are drawn.` : "";
     fill(said, `${inside.length} of ${found.length} designs are within the limits.${of} `, best && el("button", { type: "button", class: "small", onclick: () => selection.chooseValues(Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, best[name]]))) }, `Go to the best of them, ${shown.value(VALUE, best.value)}`));
   }
 
@@ -179,12 +179,12 @@ export function parallelPanel(session) {
     "section",
     { class: "box wide" },
     el("h2", {}, "All designs"),
-    el("p", { class: "quiet" }, "A line is a design. Drag along an axis to keep those that cross it there; click it to take the limit away."),
+    el("p", { class: "quiet" }, "Each line is a design. Drag along an axis to keep only the designs that cross it there; click the axis to remove the limit."),
     el(
       "div",
       { class: "row controls" },
       has("impact_speed_max") && limit(`Impact speed at most${shown.has("impact_speed_max") ? " [m/s]" : " [Z ω_n]"}`, "speed", {}),
-      has("stick_fraction") && limit("Share of time stuck at most", "stuck", { max: 1 }),
+      has("stick_fraction") && limit("Share of time sticking at most", "stuck", { max: 1 }),
     ),
     said,
     place,

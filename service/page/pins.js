@@ -73,7 +73,7 @@ export function pinsPanel(session) {
     "section",
     { class: "box" },
     el("h2", {}, "Pinned points"),
-    el("div", { class: "row controls" }, el("button", { type: "button", onclick: pin }, "Pin this point"), el("span", { class: "quiet" }, `At most ${MOST}; the oldest goes.`)),
+    el("div", { class: "row controls" }, el("button", { type: "button", onclick: pin }, "Pin this point"), el("span", { class: "quiet" }, `At most ${MOST}; the oldest is removed.`)),
     list,
     trouble,
     chart.element,

@@ -19,7 +19,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** What is said of results of another solver than today's. @param {any} record */
+/** What is said of results of an earlier solver. @param {any} record */
 export function outdatedNote(record) {
   return record.outdated && el("p", { class: "quiet outdated" }, "Outdated: computed by an earlier version of the solver.");
 }

@@ -69,7 +69,7 @@ export function recordPicker(chosen, onChange) {
       "details",
       {},
       el("summary", {}, "Upload your own record"),
-      el("p", { class: "quiet" }, "A file of PEER (.at2), or two columns, time in seconds and acceleration (.csv)."),
+      el("p", { class: "quiet" }, "A PEER file (.at2), or two columns: time in seconds and acceleration (.csv)."),
       el("div", { class: "row" }, el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units), el("label", { class: "field" }, el("span", {}, "File"), file)),
     ),
     trouble,

@@ -34,7 +34,7 @@ export function contactField(study, change, redraw) {
   return el(
     "div",
     { class: "row", "data-field": "contact" },
-    picker("Impacts take place", models, contact.model, (model) =>
+    picker("Model of an impact", models, contact.model, (model) =>
       put(model === "instant" ? { model } : { model, contact_time: 0.5 }),
     ),
     contact.model !== "instant" &&
@@ -67,7 +67,7 @@ export function startField(study, change, redraw) {
       numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
     kind === "continuation" &&
       picker(
-        "Frequencies go",
+        "Direction of the sweep",
         [
           ["up", "up"],
           ["down", "down"],

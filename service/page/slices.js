@@ -67,7 +67,7 @@ export function slicesPanel(session) {
     "section",
     { class: "box wide" },
     el("h2", {}, "Slices through the point"),
-    el("p", { class: "quiet" }, "Each figure runs along one axis, with the others at the point; a click moves the point. ", selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown."),
+    el("p", { class: "quiet" }, "Each figure varies one parameter and holds the others at the point; click to move the point. ", selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown."),
     el("div", { class: "row controls" }, picker("Result", options, metric, (now) => ((metric = now), kept.keep({ slice: now === USUAL ? null : now }), look()))),
     trouble,
     el("div", { class: "slices" }, charts.map(({ chart }) => chart.element)),

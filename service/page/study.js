@@ -179,7 +179,7 @@ function dataTab(session, place) {
         { class: "box" },
         el("h2", {}, "Download the data"),
         el("ul", {}, Object.entries(WORDS.export_formats).map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
-        el("p", { class: "quiet" }, "Points that are not computed yet have status −1. Other programs read the cube where it is, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
+        el("p", { class: "quiet" }, "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
         el("h2", {}, "Report"),
         el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
         el("h2", {}, "The study"),
@@ -195,7 +195,7 @@ function facts(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],
     ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
-    ["Taken from earlier studies", count(record.points_reused)],
+    ["Reused from earlier studies", count(record.points_reused)],
     ["Submitted", moment(record.created)],
     ["Finished", moment(record.finished)],
     ["Time in kernels", duration(record.kernel_seconds)],

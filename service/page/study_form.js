@@ -112,7 +112,7 @@ export async function studyForm(root, { query }) {
     submit.disabled = true;
     try {
       const record = await send("studies", study);
-      say("The study was taken.");
+      say("The study was submitted.");
       location.hash = `#/studies/${record.id}`;
     } catch (error) {
       submit.disabled = false;

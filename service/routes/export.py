@@ -51,7 +51,7 @@ class ExportQuery(BaseModel):
             "headers": {
                 "ETag": {"description": "Of a study that has ended.", "schema": {"type": "string"}},
                 COMPLETE: {
-                    "description": "Share of the points that are there.",
+                    "description": "Share of the points that have been computed.",
                     "schema": {"type": "number"},
                 },
             },

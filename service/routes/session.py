@@ -80,7 +80,7 @@ async def sign_in(request: Request) -> Document:
             "The key is not a valid key of this service.",
         )
         raise Problem(
-            401, "no-key", "This is no key of this service, or it has expired or was revoked.", (fault,)
+            401, "no-key", "This is not a key of this service, or it has expired or been revoked.", (fault,)
         )
     value, seconds = guard.sessions.begin(key)
     answer = _document(guard, key.owner, key.scopes)

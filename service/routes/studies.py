@@ -41,7 +41,8 @@ class SubmitQuery(BaseModel):
 
     dry_run: bool = Field(False, description="Say what the study would cost, and store nothing.")
     reuse: bool = Field(
-        True, description="Take points that earlier studies of the same solver and settings hold from them."
+        True,
+        description="Reuse points already computed by earlier studies with the same solver and settings.",
     )
 
 
@@ -188,7 +189,7 @@ async def events(
     summary="Stop a study",
 )
 def cancel(service: TheService, study: TheExactStudy) -> Document:
-    """Cancel a queued or running study; what is done is kept, and resume continues there."""
+    """Cancel a queued or running study; computed points are kept, and resume continues from there."""
     record = service.dispatcher.cancel(study)
     if record.state != "cancelled":
         raise Problem(409, "study-ended", f"The study is {record.state}: there is nothing left to cancel.")
@@ -216,7 +217,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
-    """Queue the blocks again that failed as a whole; points that failed by their numbers would fail again."""
+    """Queue blocks that failed as a whole again; points that failed numerically would fail again."""
     return Document(service.dispatcher.retry(study).document())
 
 

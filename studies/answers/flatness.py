@@ -73,14 +73,8 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
     """Put it into words."""
     if not found:
         return ""
-    spans = [
-        f"{phrases.label(name)} from {phrases.value(name, entry['low'])}"
-        f"{'' if entry['below'] is not None else ' (end of the axis)'} to {phrases.value(name, entry['high'])}"
-        f"{'' if entry['above'] is not None else ' (end of the axis)'}"
-        for entry in found
-        for name in (entry["dimension"],)
-    ]
-    said = f"Within {LOSS:.0%} of the best, one parameter at a time: {'; '.join(spans)}."
+    spans = "; ".join(_span(entry, phrases) for entry in found)
+    said = f"Within {LOSS:.0%} of the best, one parameter at a time: {spans}."
     coarse = [phrases.label(entry["dimension"]) for entry in found if not entry["resolved"]]
     if coarse:
         said += (
@@ -88,3 +82,14 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
             "so a better one may lie between; refine looks there."
         )
     return said
+
+
+def _span(entry: dict[str, Any], phrases: Phrases) -> str:
+    """Say over which values of one parameter a design stays as good."""
+    name = entry["dimension"]
+    low, high = phrases.value(name, entry["low"]), phrases.value(name, entry["high"])
+    first = " (end of the axis)" if entry["below"] is None else ""
+    last = " (end of the axis)" if entry["above"] is None else ""
+    if entry["low"] == entry["high"]:
+        return f"{phrases.label(name)} only at {low}{first or last}"
+    return f"{phrases.label(name)} from {low}{first} to {high}{last}"

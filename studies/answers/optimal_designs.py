@@ -90,7 +90,7 @@ def optimal_designs(
 
 def _described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
     answer = described(cube, question, found)
-    attributes = {"units": "1", "long_name": "further designs with this very response"}
+    attributes = {"units": "1", "long_name": "further designs with exactly this response"}
     answer["alike"] = ("rank", found["alike"], attributes)
     return answer
 

@@ -108,7 +108,7 @@ def _say_idle(
         return []
     kind = int(ranked["response_class"].values[0])
     why = NO_ACTION.get(kind, "the particle never meets a wall")
-    sentences = [f"In this design {why}: it is no particle damper."]
+    sentences = [f"In this design {why}: it does not act as a particle damper."]
     if active is not None:
         sentences.append(f"Best design with impacts: {_say_active(active, phrases)}")
     elif "response_class" in cube:
@@ -165,7 +165,9 @@ def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str
     alike = int(ranked["alike"].values[0]) if "alike" in ranked else 0
     parts = []
     if alike:
-        parts.append(f"{counted(alike, 'more design')} {'has' if alike == 1 else 'have'} this very response.")
+        parts.append(
+            f"{counted(alike, 'more design')} {'has' if alike == 1 else 'have'} exactly this response."
+        )
     if unknown:
         parts.append(
             "The study keeps no error of its amplitudes, so it is not known how many designs are as good."

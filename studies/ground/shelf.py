@@ -223,7 +223,7 @@ def _damaged(record_id: str, why: str) -> RecordDamaged:
         Fault(
             "record",
             f"{record_id}, whose files are lost or damaged ({why})",
-            "a record that is whole",
+            "a record whose files are complete",
             "upload it again, which replaces its files; or remove them from the folder `records`",
             f"The files of record {record_id} are lost or damaged: {why.rstrip('.')}.",
         )

@@ -234,9 +234,9 @@ def _nothing_to_retry(record: Record) -> NothingToDo:
         told = f"The blocks of study {record.id} were computed by another solver, so they cannot be retried with this one."
         advice = f"compute the study again with `damperlab recompute {record.id}`"
     elif record.points_failed:
-        found = f"whose {record.points_failed} failed points failed by their numbers"
+        found = f"whose {record.points_failed} failed points failed numerically"
         told = (
-            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed by their numbers, and no failed "
+            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed numerically, and no failed "
             "block: the same solver would fail there again."
         )
         advice = "change `steady` or the range of the axes"

@@ -243,7 +243,7 @@ def _require_keys() -> None:
             "no keys for the object store",
             "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
             "set both; AWS_EC2_METADATA_DISABLED=false asks the cloud's metadata address for keys, and "
-            "AWS_SKIP_SIGNATURE=true goes without",
+            "AWS_SKIP_SIGNATURE=true sends requests unsigned",
             "There are no keys for the object store: neither AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY is set, nor an "
             "identity that the environment names.",
         )

@@ -121,10 +121,10 @@ class Catalogue:
             raise StoreFault(
                 Fault(
                     self.name,
-                    "a data folder that cannot be written, opened to be read",
-                    "a data folder that can be written, to change anything",
+                    "a data folder that is not writable, opened for reading only",
+                    "a writable data folder, where anything is to be changed",
                     "copy it elsewhere, or change its permissions or how its disk is mounted",
-                    f"{self.name} was opened to be read, because its folder cannot be written; nothing can be changed.",
+                    f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
                 )
             )
         with self._faults(), self._writer.begin() as connection:

@@ -194,10 +194,10 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"cubes in {folder.address} that belong to another catalogue than {catalogue.name}",
+                f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
                 "the catalogue that they belong to",
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
-                f"The cubes in {folder.address} belong to another catalogue than {catalogue.name}.",
+                f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
             )
         )
     # a copy's files come before its rows: one that was cut short is gone on with

@@ -168,10 +168,10 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
         raise StoreFault(
             Fault(
                 "catalogue",
-                f"{catalogue.name}, which holds the studies of other cubes than those in {place.address}",
+                f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
                 "the catalogue of these cubes, an empty one, or none",
                 "move it away, or name an empty database, and run `damperlab rebuild` again",
-                f"{catalogue.name} holds the studies of other cubes than those in {place.address}.",
+                f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
             )
         )
     with catalogue.writing() as connection:

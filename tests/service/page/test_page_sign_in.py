@@ -19,10 +19,10 @@ def test_a_key_opens_the_page_and_signing_out_closes_it(
     expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
     page.get_by_label("Key").fill("dlk_nonsense")
     page.get_by_role("button", name="Sign in").click()
-    expect(page.get_by_role("alert")).to_contain_text("no key of this service")
+    expect(page.get_by_role("alert")).to_contain_text("not a key of this service")
     page.get_by_label("Key").fill(key)
     page.get_by_role("button", name="Sign in").click()
-    expect(page.get_by_role("heading", name="Studies")).to_be_visible()
+    expect(page.get_by_role("heading", name="Studies", exact=True)).to_be_visible()
     expect(page.get_by_role("button", name="Sign out")).to_be_visible()
     assert page.evaluate("document.cookie") == ""
     page.get_by_role("button", name="Sign out").click()

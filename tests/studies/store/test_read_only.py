@@ -59,10 +59,10 @@ def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make
     assert copy.find(record.id) == done
     assert copy.cube(record.id).load().identical(expected)
     assert list(verify(copy, done)) == []
-    with pytest.raises(StoreFault, match="opened to be read"):
+    with pytest.raises(StoreFault, match="opened for reading only"):
         copy.set_state(record.id, "queued")
     other = make_study(damping_ratio=0.3)
-    with pytest.raises(StoreFault, match="opened to be read"):
+    with pytest.raises(StoreFault, match="opened for reading only"):
         copy.submit(other, make_plan_of(other), {})
     assert "cannot be written" in (copy.trouble() or "")
     copy.close()
