@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.accuracy import accuracy
+from damperlab.service.cli.design import design
 from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
@@ -66,6 +67,7 @@ for name, command, panel in (
     ("recompute", recompute, "Compute"),
     ("refine", refine, "Compute"),
     ("race", race, "Compute"),
+    ("design", design, "Compute"),
     ("simulate", simulate, "Compute"),
     ("reproduce", reproduce, "Compute"),
     ("earthquake", earthquake, "Compute"),

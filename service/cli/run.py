@@ -162,6 +162,7 @@ def compute(
     scheduler: str | None,
     client: "Callable[[], AbstractContextManager[Client]] | None" = None,
     wait_seconds: float = WAIT_SECONDS,
+    here_seconds: float | None = None,
 ) -> "Record":
     """Run a study here or, while another process does, watch it.
 
@@ -177,6 +178,8 @@ def compute(
         Gives a client that several studies share, in place of one made for this study.
     wait_seconds : float
         How long to wait while no worker can compute.
+    here_seconds : float, optional
+        Expected work up to which no cluster is used; by default `HERE_SECONDS` where none is named, else none.
 
     Returns
     -------
@@ -192,7 +195,9 @@ def compute(
 
         return connect(workers=workers, scheduler=scheduler)
 
-    no_cluster_named = client is None and workers is None and scheduler is None
+    if here_seconds is None:
+        no_cluster_named = client is None and workers is None and scheduler is None
+        here_seconds = HERE_SECONDS if no_cluster_named else 0.0
     with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
         while True:
             try:
@@ -210,7 +215,7 @@ def compute(
                     stop,
                     # asked to go on with what it is now; whoever cancels it meanwhile is heard
                     only_from=("queued", "running", record.state),
-                    here_seconds=HERE_SECONDS if no_cluster_named else 0.0,
+                    here_seconds=here_seconds,
                     wait_seconds=wait_seconds,
                 )
             except StudyBusy as error:

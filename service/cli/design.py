@@ -1,0 +1,185 @@
+"""The command design: from a specification to a damper, with every evaluation a study in the store."""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from damperlab.service.cli.failures import FAILED
+from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.output import make_parent, note, print_json, say, working
+from damperlab.service.cli.run import compute, find_or_submit
+from damperlab.service.cli.store import open_store
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from distributed import Client
+
+    from damperlab.studies.definition import Study
+    from damperlab.studies.design.design import Found
+    from damperlab.studies.specification.specification import Specification
+    from damperlab.studies.store.store import Store
+
+
+HERE_SECONDS = 2.0
+"""Expected work of one study up to which it is computed in this process: a cluster takes longer to hand it out."""
+
+
+def design(
+    specification: Annotated[
+        str,
+        typer.Argument(
+            metavar="SPEC",
+            help="A .json or .yaml file that says what must be quiet, or a named specification such as prototype.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write the report too, .html; a browser prints it."
+        ),
+    ] = None,
+    data_dir: DataDir = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Check the specification, and print its budget; compute nothing."),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Search the damper of a specification: what to build, how far it may be off, and what else there is."""
+    check_cluster(workers, scheduler)
+    if output is not None and output.suffix.lower() not in (".html", ".htm"):
+        raise typer.BadParameter(
+            f"found {output.name!r}, allowed: a name that ends in .html", param_hint="-o"
+        )
+    from damperlab.service.designs import budget_of
+    from damperlab.studies.specification.reading import read_specification
+
+    asked = read_specification(specification)
+    with working("Planning"):
+        budget = budget_of(asked)
+    if dry_run:
+        _print_size(asked, budget, as_json)
+        return
+    with _Evaluation(open_store(data_dir), asked, workers, scheduler).opened() as evaluation:
+        found = _search(asked, budget, evaluation)
+    from damperlab.studies.design.answer import answer_document
+
+    document = answer_document(found)
+    if output is not None:
+        make_parent(output)
+        with working(f"Writing {output}"):
+            _write(output, found)
+        note(f"Wrote the report to {output}.")
+    if as_json:
+        print_json(document)
+    else:
+        for sentence in document["words"]:
+            say(sentence)
+
+
+class _Evaluation:
+    """Computes the studies of a design, all of them on one cluster, which is started where one is worth it.
+
+    Parameters
+    ----------
+    store : Store
+        Where they are kept.
+    asked : Specification
+        What they are for.
+    workers, scheduler : int or None, str or None
+        Of the cluster.
+    """
+
+    def __init__(
+        self, store: "Store", asked: "Specification", workers: int | None, scheduler: str | None
+    ) -> None:
+        self._store = store
+        self._more = {"designs": asked.digest}
+        self._workers = workers
+        self._scheduler = scheduler
+        self._stack = ExitStack()
+        self._client: Client | None = None
+
+    @contextmanager
+    def opened(self) -> Iterator["_Evaluation"]:
+        """Close the cluster at the end, if there is one."""
+        with self._stack:
+            yield self
+
+    def cube(self, study: "Study") -> "xr.Dataset":
+        """Compute a study, unless it is stored, and read its results.
+
+        Raises
+        ------
+        Exit
+            If the study did not get done.
+        """
+        record = find_or_submit(self._store, study, True, self._more)
+        if record.state != "done":
+            here = 0.0 if self._scheduler else HERE_SECONDS
+            record = compute(
+                self._store, record, self._workers, self._scheduler, self._shared(), here_seconds=here
+            )
+        if record.state != "done":
+            note(
+                f"damperlab: the study {record.id} is {record.state}. Run the same command again to continue."
+            )
+            raise typer.Exit(FAILED)
+        return self._store.cube(record.id).load()
+
+    def _shared(self) -> "Callable[[], AbstractContextManager[Client]]":
+        @contextmanager
+        def shared() -> "Iterator[Client]":
+            if self._client is None:
+                from damperlab.worker.cluster import connect
+
+                cluster = connect(workers=self._workers, scheduler=self._scheduler)
+                self._client = self._stack.enter_context(cluster)
+            yield self._client
+
+        return shared
+
+
+def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Found":
+    """Follow the search to its end, and say on the way what is known."""
+    from damperlab.studies.design.design import designing
+
+    rounds = designing(asked, budget)
+    last = ""
+    try:
+        ask = next(rounds)
+        while True:
+            if ask.stage != last:
+                last = ask.stage
+                note(f"{ask.spent:,} of at most {ask.budget:,} points. Next: {ask.stage}.")
+            ask = rounds.send([evaluation.cube(study) for study in ask.studies])
+    except StopIteration as end:
+        found: Found = end.value
+        return found
+
+
+def _write(output: Path, found: "Found") -> None:
+    from damperlab.service.design_report import design_report
+
+    partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(design_report(found), encoding="utf-8")
+        partial.replace(output)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _print_size(asked: "Specification", budget: int, as_json: bool) -> None:
+    free = list(asked.free)
+    if as_json:
+        print_json({"name": asked.name, "digest": asked.digest, "chosen": free, "budget_points": budget})
+    else:
+        say(
+            f"{asked.name or 'The specification'} is complete. Chosen: {', '.join(free)}. Budget: {budget:,} points."
+        )

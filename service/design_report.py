@@ -1,0 +1,110 @@
+"""A design as one document to sign and to print: what to build, what it does, what else there is, and how it is known."""
+
+import json
+from collections.abc import Iterable
+from html import escape
+
+import damperlab
+from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
+from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.design import CALLED, Found
+from damperlab.studies.design.words import CALLED as QUANTITIES
+from damperlab.studies.design.words import quantity, response, spelled, words_of
+from damperlab.studies.specification.specification import CHOSEN
+
+
+def design_report(found: Found) -> str:
+    """Write a design as one page of HTML that loads nothing; figures are in it as SVG."""
+    asked = found.asked
+    title = asked.name or "design"
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        *(said(sentence) for sentence in words_of(found)),
+        "<h2>The damper</h2>",
+        table("The damper", ("quantity", "value", "tolerance", "alone, it may move"), _drawing(found)),
+        "<h2>Beside other dampers</h2>",
+        table("Dampers", ("damper", "clearance", "friction force", "particle", "e", "worst case"), _dampers(found)),
+        drawing(
+            draw_alternatives(found),
+            "Response over the band under the largest base amplitude, each damper as drawn, at every frequency computed.",
+        ),
+        "<h2>Under other base amplitudes</h2>",
+        drawing(
+            draw_amplitudes(found),
+            "The drawn damper from half the least to twice the largest base amplitude; its force and clearance stay. Dots "
+            "mark the peaks at the frequencies that were computed.",
+        ),
+    ]  # fmt: skip
+    if found.front:
+        front = (
+            (quantity(asked, "particle_mass_kg", mass), response(asked, each.value))
+            for mass, each in found.front
+        )
+        parts += [
+            "<h2>Mass against response</h2>",
+            table("Mass against response", ("particle", "worst case as drawn"), front),
+            drawing(
+                draw_front(found),
+                "The best damper found for every mass of the first look that none lighter reaches.",
+            ),
+        ]
+    if asked.limits:
+        parts += [
+            "<h2>Limits</h2>",
+            table("Limits", ("limit", "allowed", "reached", "kept", "binds"), _limits(found)),
+        ]
+    parts += [
+        "<h2>Specification</h2>",
+        f"<pre>{escape(json.dumps(asked.document, indent=2, ensure_ascii=False))}</pre>",
+        said(f"damperlab {damperlab.__version__}; specification {asked.digest[:12]}.", "quiet"),
+    ]
+    return page(title, parts)
+
+
+def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
+    asked, build = found.asked, found.build
+    for name in CHOSEN:
+        if build.particle_mass_kg == 0.0 and name != "friction_force_n":
+            continue
+        value = getattr(build, name)
+        tolerance = asked.tolerances.get(name)
+        margin = found.margins.get(name)
+        yield (
+            QUANTITIES[name],
+            quantity(asked, name, value),
+            "" if tolerance is None else f"± {quantity(asked, name, tolerance.of(value))}",
+            ""
+            if margin is None
+            else f"{quantity(asked, name, margin.low)} to {quantity(asked, name, margin.high)}",
+        )
+
+
+def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
+    asked = found.asked
+    yield _damper(found, "recommended", found.build, found.compared.value)
+    for name, other in found.alternatives.items():
+        yield _damper(found, CALLED[name], other.build, other.score.value)
+    if found.absorber is not None:
+        mass = quantity(asked, "particle_mass_kg", found.build.particle_mass_kg)
+        yield "tuned mass damper", "", "", mass, "", response(asked, found.absorber.value)
+
+
+def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, ...]:
+    asked, particle = found.asked, build.particle_mass_kg > 0.0
+    return (
+        name,
+        quantity(asked, "clearance_m", build.clearance_m) if particle else "",
+        quantity(asked, "friction_force_n", build.friction_force_n),
+        quantity(asked, "particle_mass_kg", build.particle_mass_kg) if particle else "",
+        f"{build.restitution:.4g}" if particle else "",
+        response(asked, value),
+    )
+
+
+def _limits(found: Found) -> Iterable[tuple[str, ...]]:
+    for row in answer_document(found)["limits"]:
+        unit = {"s": "m/s", "n": "N", "g": "kg"}.get(row["limit"][-1], "m")
+        shown = [spelled(row[key], unit) for key in ("allowed", "reached")]
+        yield row["limit"], *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))

@@ -1,0 +1,22 @@
+"""What a design takes: core minutes as points."""
+
+from damperlab.studies.design.design import designing
+from damperlab.studies.plan import make_plan
+from damperlab.studies.specification.specification import Specification
+from damperlab.worker.cost import seconds_per_point
+
+FEWEST, MOST = 100, 10_000_000
+"""Points of a budget."""
+
+
+def budget_of(asked: Specification) -> int:
+    """Turn the budget of a specification into points, by what the points of its first look are expected to take.
+
+    Points are counted and seconds are not, so that a design is the same on every machine.
+    """
+    if asked.budget_points is not None:
+        return asked.budget_points
+    first = next(designing(asked, MOST)).studies
+    seconds = sum(float(make_plan(study, seconds_per_point).block_seconds.sum()) for study in first)
+    points = sum(study.points for study in first)
+    return min(max(int(60.0 * asked.budget_minutes * points / seconds), FEWEST), MOST)

@@ -1,0 +1,130 @@
+"""Figures of a design: the alternatives over the band, the damper under other base amplitudes, response against mass."""
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from damperlab.service.figures.style import BLUE, COLOURS, GREY, VERMILION, styled, ticks_1_2_5
+from damperlab.studies.design.absorber import curve as absorber_curve
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.design import Found
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.tmd.absorber import Absorber
+
+Floats = NDArray[np.float64]
+GREEN = "#009e73"
+"""Of the Okabe-Ito palette, as the others are."""
+SAMPLES = 801
+"""Of the curves that have a closed form."""
+
+
+def draw_alternatives(found: Found) -> Figure:
+    """Draw the damper as drawn, friction alone, the particle alone, and the tuned mass damper, under the largest amplitude."""
+    asked = found.asked
+    with styled():
+        figure, axes = _canvas(asked)
+        r = np.linspace(asked.excitation.low, asked.excitation.high, SAMPLES)
+        _line(axes, asked, r, absorber_curve(asked, Absorber(0.0, 1.0, 1.0), r), GREY, "no damper")
+        if found.absorber is not None:
+            beside = absorber_curve(asked, found.absorber.absorber, r)
+            _line(axes, asked, r, beside, VERMILION, "tuned mass damper")
+        for name, colour, called in (
+            ("friction_alone", GREEN, "friction alone"),
+            ("particle_alone", "#cc79a7", "particle alone"),
+        ):
+            _line(axes, asked, *_known(found, found.alternatives[name].build), colour, called)
+        _line(axes, asked, *_known(found, found.build), BLUE, "recommended damper", marker="o", ms=2.2)
+        axes.set_yscale("log")
+        ticks_1_2_5(axes.yaxis)
+        axes.set_ylabel(f"{asked.measure.words[:1].upper()}{asked.measure.words[1:]} [{_unit(asked)}]")
+        axes.legend()
+    return figure
+
+
+def draw_amplitudes(found: Found) -> Figure:
+    """Draw the response of the drawn damper over frequency under several base amplitudes, and its peaks: the backbone."""
+    asked = found.asked
+    norm = LogNorm(found.shown[0], found.shown[-1])
+    colours = colormaps[COLOURS]
+    scale = 1e3 if asked.in_units else 1.0
+    peaks: list[tuple[float, float]] = []
+    with styled():
+        figure, axes = _canvas(asked)
+        for amplitude in found.shown:
+            r, values = _known(found, found.build, amplitude)
+            values = values / amplitude
+            name = f"{scale * amplitude:.3g}{' mm' if asked.in_units else ''}"
+            axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude)), label=name)
+            place = int(values.argmax())
+            peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
+        axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
+        axes.set_yscale("log")
+        ticks_1_2_5(axes.yaxis)
+        axes.set_ylabel(f"{asked.measure.words[:1].upper()}{asked.measure.words[1:]} over base amplitude")
+        axes.legend(title="base amplitude", ncols=3)
+    return figure
+
+
+def draw_front(found: Found) -> Figure:
+    """Draw the best response of every particle's mass that none lighter reaches."""
+    asked = found.asked
+    masses = [mass if asked.in_units else mass / asked.structure.mass_kg for mass, _ in found.front]
+    values = [_size(asked) * each.value for _, each in found.front]
+    with styled():
+        figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+        axes = figure.add_subplot()
+        axes.plot(masses, values, color=BLUE, marker="o", ms=4)
+        axes.grid(color="#dddddd", lw=0.5)
+        axes.set(
+            xlabel="Mass of the particle [kg]" if asked.in_units else "Mass ratio $β$",
+            ylabel=f"Largest {asked.measure.words} [{_unit(asked)}]",
+        )
+    return figure
+
+
+def _canvas(asked: Specification) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.grid(color="#dddddd", lw=0.5)
+    axes.set_axisbelow(True)
+    axes.set_xlabel("Excitation frequency [Hz]" if asked.in_units else "Frequency ratio $r$")
+    axes.margins(x=0.01)
+    return figure, axes
+
+
+def _line(
+    axes: Axes,
+    asked: Specification,
+    r: Floats,
+    values: Floats,
+    colour: str,
+    name: str,
+    marker: str = "",
+    ms: float = 0.0,
+) -> None:
+    finite = np.where(np.isfinite(values), values, np.nan)
+    axes.plot(
+        _frequencies(asked, r), _size(asked) * finite, color=colour, label=name, marker=marker, markersize=ms
+    )
+
+
+def _known(found: Found, build: Build, amplitude_m: float | None = None) -> tuple[Floats, Floats]:
+    """Give all that is known of a build under one base amplitude, in the unit of the measure."""
+    amplitude = found.asked.excitation.highest_m if amplitude_m is None else amplitude_m
+    curve = found.book.curve(build, amplitude)
+    return curve.r, found.asked.measure.factor * amplitude * curve[found.asked.measure.variable]
+
+
+def _frequencies(asked: Specification, r: Floats) -> Floats:
+    return r * asked.structure.natural_frequency_hz if asked.in_units else r
+
+
+def _size(asked: Specification) -> float:
+    return 1e3 if asked.in_units else 1.0
+
+
+def _unit(asked: Specification) -> str:
+    return "mm" if asked.in_units else "$Z$"

@@ -1,0 +1,1 @@
+"""From a specification to a damper: a search over studies, and what it answers."""

@@ -1,0 +1,96 @@
+"""The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.tmd.transfer import highest
+
+SAMPLES = 4001
+"""Frequencies at which the displacement against the base is looked at, which has no closed form for its peak here."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A tuned mass damper under the same specification.
+
+    Parameters
+    ----------
+    absorber : Absorber
+        Tuned for the least peak on the nominal structure.
+    value : float
+        Its worst case over band, amplitudes and tolerances, in the unit of the measure.
+    nominal : float
+        The same without tolerances.
+    """
+
+    absorber: Absorber
+    value: float
+    nominal: float
+
+
+def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
+    """Tune the absorber of a mass, and judge it as the dampers are judged; None without mass.
+
+    Mass, natural frequency and damping of the structure are off by their tolerances, every corner; the absorber stays as it
+    was tuned.
+    """
+    if mass_ratio <= 0.0:
+        return None
+    absorber = minimax(mass_ratio, asked.structure.damping_ratio, "base")
+    every = [_peak(asked, absorber, shares) for shares in _corners(asked)]
+    return Beside(absorber, max(every), every[0])
+
+
+def curve(asked: Specification, absorber: Absorber, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give the measure over frequency on the nominal structure, under the largest amplitude."""
+    scale = asked.measure.factor * asked.excitation.highest_m
+    return scale * _response(asked, absorber, asked.structure.damping_ratio, r)
+
+
+def _corners(asked: Specification) -> Iterator[dict[str, float]]:
+    names = [
+        name for name in ("mass_kg", "natural_frequency_hz", "damping_ratio") if name in asked.tolerances
+    ]
+    yield dict.fromkeys(names, 0.0)
+    for signs in product((-1.0, 1.0), repeat=len(names)):
+        yield {name: sign * asked.tolerances[name].size for name, sign in zip(names, signs, strict=True)}
+
+
+def _peak(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> float:
+    shift = shares.get("natural_frequency_hz", 0.0)
+    damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
+    absorber = Absorber(
+        tuned.mass_ratio / (1.0 + shares.get("mass_kg", 0.0)),
+        tuned.tuning / (1.0 + shift),
+        tuned.damping_ratio,
+    )
+    low, high = asked.excitation.low / (1.0 + shift), asked.excitation.high / (1.0 + shift)
+    scale = asked.measure.factor * asked.excitation.highest_m
+    if asked.measure.variable != "relative_amplitude_ratio":
+        return scale * highest(absorber, damping, "base", (low, high)).value
+    r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
+    return float(scale * _response(asked, absorber, damping, r).max())
+
+
+def _response(
+    asked: Specification, absorber: Absorber, damping: float, r: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Amplitude ratio, absolute or against the base; see `damperlab.studies.tmd.transfer.amplitude_ratio`."""
+    square = r * r
+    link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
+    structure = 1 + 2j * damping * r
+    bottom = (structure - square) * (link - square) - absorber.mass_ratio * square * link
+    top = structure * (link - square)
+    if asked.measure.variable == "relative_amplitude_ratio":
+        top = top - bottom
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.abs(top / bottom)
+    return np.where(np.isfinite(found), found, math.inf)

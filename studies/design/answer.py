@@ -1,0 +1,142 @@
+"""A design as plain data: what `damperlab design --json` prints."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.design.build import design_document
+from damperlab.studies.design.design import Alternative, Found
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.words import at_ends, material_of, words_of
+
+BINDS = 0.97
+"""Share of a limit from which it is said to bind."""
+
+
+def answer_document(found: Found) -> dict[str, Any]:
+    """Give all that was found as mappings, lists, texts and numbers; one that is not finite stands for a failed response."""
+    asked, build, stated = found.asked, found.build, found.stated
+    builds = found.builds
+    probability = None if builds is None else builds.passed / builds.drawn
+    if builds is None and not asked.tolerances:
+        probability = 1.0 if stated.violation == 0.0 else 0.0
+    return {
+        "name": asked.name,
+        "digest": asked.digest,
+        "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
+        "worst": _worst(found, stated),
+        "nominal": _worst(found, found.nominal),
+        "feasible": stated.violation == 0.0,
+        "limits": _limits(found),
+        "probability": probability,
+        "probability_interval": None if builds is None else [builds.low, builds.high],
+        "builds": 0 if builds is None else builds.drawn,
+        "builds_within": None if builds is None else builds.bound,
+        "starts": None if found.starts is None else asdict(found.starts),
+        "at_range_end": at_ends(found),
+        "margins": {name: asdict(margin) for name, margin in found.margins.items()},
+        "friction_alone": _alternative(found, found.alternatives["friction_alone"]),
+        "particle_alone": _alternative(found, found.alternatives["particle_alone"]),
+        "tuned_mass_damper": _absorber(found),
+        "compared": _worst(found, found.compared),
+        "pareto": [
+            {
+                "particle_mass_kg" if asked.in_units else "mass_ratio": mass,
+                "worst": each.value,
+                "error": each.error,
+            }
+            for mass, each in found.front
+        ],
+        "as_good": found.as_good,
+        "stopped": found.stopped,
+        "confidence": asked.confidence,
+        "points": found.book.spent,
+        "budget_points": found.book.budget,
+        "words": words_of(found),
+        "response": _response(found),
+        "specification": asked.document,
+    }
+
+
+def _worst(found: Found, score: Score) -> dict[str, Any]:
+    asked = found.asked
+    return {
+        "measure": asked.measure.name,
+        "value": score.value,
+        "error": score.error,
+        "units": "m" if asked.in_units else "1",
+        "ratio": score.value / score.amplitude_m,
+        "frequency_ratio": score.frequency_ratio,
+        "frequency_hz": score.frequency_ratio * asked.structure.natural_frequency_hz
+        if asked.in_units
+        else None,
+        "base_amplitude_m": score.amplitude_m if asked.in_units else None,
+    }
+
+
+def _limits(found: Found) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = []
+    for name, limit in found.asked.limits.items():
+        reached = found.stated.reached[name]
+        rows.append(
+            {
+                "limit": name,
+                "allowed": limit,
+                "reached": reached,
+                "kept": reached <= limit,
+                "binds": reached >= BINDS * limit,
+                "relax_to": reached if reached > limit else None,
+            }
+        )
+    ends = at_ends(found)
+    for name, field in found.asked.bounds.items():
+        rows.append(
+            {
+                "limit": field.removeprefix("limits."),
+                "allowed": found.asked.choices[name].stop * (2.0 if name == "clearance_m" else 1.0),
+                "reached": getattr(found.build, name) * (2.0 if name == "clearance_m" else 1.0),
+                "kept": True,
+                "binds": ends.get(name) == "upper",
+                "relax_to": None,
+            }
+        )
+    return rows
+
+
+def _alternative(found: Found, other: Alternative) -> dict[str, Any]:
+    return {
+        "design": design_document(other.build, found.asked),
+        "worst": _worst(found, other.score),
+        "feasible": other.score.violation == 0.0,
+        "ratio": other.score.value / found.compared.value,
+    }
+
+
+def _absorber(found: Found) -> dict[str, Any] | None:
+    beside = found.absorber
+    if beside is None:
+        return None
+    return {
+        "mass_ratio": beside.absorber.mass_ratio,
+        "tuning": beside.absorber.tuning,
+        "damping_ratio": beside.absorber.damping_ratio,
+        "worst": {"value": beside.value, "units": "m" if found.asked.in_units else "1"},
+        "nominal": {"value": beside.nominal, "units": "m" if found.asked.in_units else "1"},
+        "ratio": beside.value / found.compared.value,
+    }
+
+
+def _response(found: Found) -> dict[str, Any]:
+    """Give the response of the drawn damper under the largest base amplitude, at every frequency that is known."""
+    asked = found.asked
+    curve = found.book.curve(found.build, asked.excitation.highest_m)
+    scale = asked.measure.factor * asked.excitation.highest_m
+    known: dict[str, Any] = {
+        "frequency_ratio": curve.r.tolist(),
+        "value": (scale * curve[asked.measure.variable]).tolist(),
+        "error": (scale * np.nan_to_num(curve["amplitude_error"])).tolist(),
+    }
+    if asked.in_units:
+        known["frequency_hz"] = (curve.r * asked.structure.natural_frequency_hz).tolist()
+    return known

@@ -1,0 +1,238 @@
+"""The book of a search: every point that is known, and the studies that make those known that are wanted."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damperlab.studies.answers.follow_up import cover
+from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.design.build import Build, Place
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.variables import Status
+
+VARIABLES = (
+    "amplitude_ratio",
+    "relative_amplitude_ratio",
+    "amplitude_ratio_rms",
+    "amplitude_error",
+    "impact_speed_max",
+    "impacts_per_cycle",
+    "response_class",
+)
+"""What is kept of a point."""
+METRICS = (*VARIABLES, "cycles", "run_time", "status")
+STUDY_COST = 40
+"""Points whose computing costs as much as a further study does."""
+MOST_MERGED = 40
+"""Sets of designs that are looked at for being computed together."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A build under one base amplitude at some frequencies, over its own natural frequency."""
+
+    build: Build
+    amplitude_m: float
+    frequencies: tuple[float, ...]
+
+
+@dataclass
+class _Group:
+    """Designs that are wanted at the same frequencies."""
+
+    designs: set[Place]
+    frequencies: frozenset[float]
+    grids: list[list[NDArray[np.float64]]] = field(default_factory=list)
+
+    def cut(self) -> "_Group":
+        """Cover the designs by grids."""
+        rows = np.array(sorted(self.designs))
+        self.grids = cover(rows, most=max(8, len(rows)))
+        return self
+
+    @property
+    def cost(self) -> int:
+        """Points, and what the studies cost beside them."""
+        cells = sum(int(np.prod([axis.size for axis in grid])) for grid in self.grids)
+        return cells * len(self.frequencies) + STUDY_COST * len(self.grids)
+
+
+class Book:
+    """Known points, by their ratios.
+
+    Parameters
+    ----------
+    asked : Specification
+        What is designed.
+    budget : int
+        Most points.
+    """
+
+    def __init__(self, asked: Specification, budget: int) -> None:
+        self.asked = asked
+        self.budget = budget
+        self.spent = 0
+        self.stage = ""
+        """What goes on, for whoever waits; nothing depends on it."""
+        self.starts = xr.Dataset()
+        """The recommended damper from several starts, once it is known."""
+        self._known: dict[Place, dict[float, tuple[float, ...]]] = {}
+        self._curves: dict[tuple[Build, float], Curve] = {}
+
+    @property
+    def left(self) -> int:
+        """Points that the budget still allows."""
+        return self.budget - self.spent
+
+    def lacking(self, wanted: Iterable[Wanted]) -> int:
+        """Count the points that are wanted and not known."""
+        found: dict[Place, set[float]] = {}
+        for each in wanted:
+            place = each.build.place(self.asked.structure, each.amplitude_m)
+            found.setdefault(place, set()).update(each.frequencies)
+        return sum(len(rs - self._known.get(place, {}).keys()) for place, rs in found.items())
+
+    def studies(self, wanted: Iterable[Wanted]) -> tuple[Study, ...]:
+        """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
+        lacking: dict[tuple[float, Place], set[float]] = {}
+        for each in wanted:
+            place = each.build.place(self.asked.structure, each.amplitude_m)
+            new = set(each.frequencies) - self._known.get(place, {}).keys()
+            if new:
+                lacking.setdefault((each.amplitude_m, place), set()).update(new)
+        groups: dict[tuple[float, bool, frozenset[float]], set[Place]] = {}
+        for (amplitude, place), frequencies in lacking.items():
+            groups.setdefault((amplitude, place[2] > 0.0, frozenset(frequencies)), set()).add(place)
+        made: list[Study] = []
+        for kind in sorted({key[:2] for key in groups}):
+            sets = [
+                _Group(designs, key[2])
+                for key, designs in sorted(groups.items(), key=lambda one: sorted(one[0][2]))
+                if key[:2] == kind
+            ]
+            for group in _merged(sets):
+                made += [self._study(kind[0], kind[1], grid, group.frequencies) for grid in group.grids]
+        return tuple({study.digest: study for study in made}.values())
+
+    def _study(
+        self,
+        amplitude_m: float,
+        particle: bool,
+        grid: list[NDArray[np.float64]],
+        frequencies: frozenset[float],
+    ) -> Study:
+        damping, restitution, mass, clearance, friction = (axis.tolist() for axis in grid)
+        axes = {"friction_ratio": friction, "frequency_ratio": sorted(frequencies)}
+        if particle:
+            axes |= {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
+        document = {
+            "name": f"{self.asked.name}, design" if self.asked.name else "design",
+            "damping_ratio": damping,
+            "axes": axes,
+            "particle": particle,
+            "metrics": list(METRICS),
+        }
+        return parse_harmonic(document | self._physical(amplitude_m))
+
+    def from_starts(
+        self, build: Build, amplitude_m: float, frequencies: Iterable[float], starts: int, seed: int
+    ) -> Study:
+        """Make the study that computes a build from several starts."""
+        damping, restitution, mass, clearance, friction = build.place(self.asked.structure, amplitude_m)
+        axes: dict[str, object] = {"friction_ratio": friction, "frequency_ratio": sorted(set(frequencies))}
+        if mass > 0.0:
+            axes |= {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
+        document = {
+            "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
+            "damping_ratio": damping,
+            "axes": axes,
+            "particle": mass > 0.0,
+            "metrics": [*METRICS, "amplitude_ratio_worst", "attractors"],
+            "start": {"kind": "ensemble", "n": starts, "seed": seed},
+        }
+        return parse_harmonic(document | self._physical(amplitude_m))
+
+    def _physical(self, amplitude_m: float) -> dict[str, object]:
+        """Give the block that gives a study its units, where there are any."""
+        if not self.asked.in_units:
+            return {}
+        structure = self.asked.structure
+        return {
+            "physical": {
+                "mass_kg": structure.mass_kg,
+                "natural_frequency_hz": structure.natural_frequency_hz,
+                "base_amplitude_m": amplitude_m,
+            }
+        }
+
+    def add(self, cubes: Iterable[xr.Dataset]) -> None:
+        """Take over the points of studies that are done."""
+        self._curves.clear()
+        for cube in cubes:
+            names = ("damping_ratio", "restitution", "mass_ratio", "clearance_ratio", "friction_ratio")
+            axes = [cube[name].values.tolist() for name in names]
+            frequencies = cube["frequency_ratio"].values.tolist()
+            columns = np.stack([cube[name].values.astype(np.float64) for name in VARIABLES], axis=-1)
+            status = cube["status"].values
+            columns[..., 0][status > Status.MAX_CYCLES] = np.inf
+            for index in np.ndindex(*status.shape[:-1]):
+                place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
+                known = self._known.setdefault(place, {})
+                for at, row in zip(frequencies, columns[index].tolist(), strict=True):
+                    if at not in known:
+                        known[at] = tuple(row)
+                        self.spent += 1
+
+    def curve(self, build: Build, amplitude_m: float) -> "Curve":
+        """Give what is known of a build under one base amplitude, within the band."""
+        if (build, amplitude_m) not in self._curves:
+            known = self._known.get(build.place(self.asked.structure, amplitude_m), {})
+            low, high = build.own(self.asked.excitation.low), build.own(self.asked.excitation.high)
+            r = sorted(each for each in known if low <= each <= high)
+            rows = np.array([known[each] for each in r]).reshape(len(r), len(VARIABLES))
+            self._curves[build, amplitude_m] = Curve(np.array(r), dict(zip(VARIABLES, rows.T, strict=True)))
+        return self._curves[build, amplitude_m]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A response over the frequency, over the build's own natural frequency; infinite where it failed.
+
+    Parameters
+    ----------
+    r : ndarray, (n,)
+        Ascending.
+    columns : dict of ndarray, (n,)
+        `VARIABLES`.
+    """
+
+    r: NDArray[np.float64]
+    columns: Mapping[str, NDArray[np.float64]]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Give one variable; a point that failed has no value in units, and counts as infinite."""
+        column = self.columns[name]
+        failed = np.isinf(self.columns["amplitude_ratio"])
+        return np.where(failed, 0.0 if name == "amplitude_error" else np.inf, column)
+
+
+def _merged(groups: list[_Group]) -> list[_Group]:
+    """Join sets of designs where computing them together costs less than computing them apart."""
+    found = [group.cut() for group in groups]
+    if len(found) > MOST_MERGED:
+        return found
+    place = 0
+    while place < len(found):
+        for other in range(place + 1, len(found)):
+            one, two = found[place], found[other]
+            both = _Group(one.designs | two.designs, one.frequencies | two.frequencies).cut()
+            if both.cost <= one.cost + two.cost:
+                found[place] = both
+                del found[other]
+                break
+        else:
+            place += 1
+    return found

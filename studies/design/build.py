@@ -1,0 +1,79 @@
+"""A damper as it is built, on a structure as it is: nominal, or off by what tolerances allow."""
+
+from dataclasses import dataclass, replace
+
+from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
+
+Place = tuple[float, float, float, float, float]
+"""ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
+
+
+@dataclass(frozen=True)
+class Build:
+    """One damper on one structure.
+
+    Parameters
+    ----------
+    clearance_m, friction_force_n, particle_mass_kg, restitution : float
+        The damper; without mass there is no particle.
+    mass_kg, natural_frequency_hz, damping_ratio : float
+        By which share the structure is off: 0.01 is one per cent above nominal.
+    """
+
+    clearance_m: float
+    friction_force_n: float
+    particle_mass_kg: float
+    restitution: float
+    mass_kg: float = 0.0
+    natural_frequency_hz: float = 0.0
+    damping_ratio: float = 0.0
+
+    def place(self, structure: Structure, amplitude_m: float) -> Place:
+        """Give the ratios under a base amplitude."""
+        mass = structure.mass_kg * (1.0 + self.mass_kg)
+        stiffness = mass * (structure.angular_frequency * (1.0 + self.natural_frequency_hz)) ** 2
+        damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
+        friction = self.friction_force_n / (stiffness * amplitude_m)
+        if self.particle_mass_kg == 0.0:
+            return (damping, 0.0, 0.0, 0.0, friction)
+        clearance = self.clearance_m / amplitude_m
+        return (damping, self.restitution, self.particle_mass_kg / mass, clearance, friction)
+
+    def own(self, frequency_ratio: float) -> float:
+        """Turn a frequency over the nominal natural frequency into one over this structure's."""
+        return frequency_ratio / (1.0 + self.natural_frequency_hz)
+
+    def nominal(self, frequency_ratio: float) -> float:
+        """Turn a frequency over this structure's natural frequency into one over the nominal one."""
+        return frequency_ratio * (1.0 + self.natural_frequency_hz)
+
+    def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":
+        """Give this build with quantities off by shares of their tolerances, from −1 to 1."""
+        changed: dict[str, float] = {}
+        for name, share in shares.items():
+            tolerance = asked.tolerances[name]
+            if name not in CHOSEN:
+                changed[name] = share * tolerance.size
+                continue
+            value = getattr(self, name)
+            changed[name] = max(value + share * tolerance.of(value), 0.0)
+            if name == "restitution":
+                changed[name] = min(changed[name], 1.0)
+        return replace(self, **changed)
+
+
+def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
+    """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude."""
+    amplitude = asked.excitation.highest_m
+    _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)
+    found: dict[str, float | None] = {
+        name: getattr(build, name) if asked.in_units or name == "restitution" else None for name in CHOSEN
+    }
+    ratios = dict(zip(RATIO_OF.values(), (clearance, friction, mass, restitution), strict=True))
+    found |= {name: value for name, value in ratios.items() if name != "restitution"}
+    if mass == 0.0:
+        found |= dict.fromkeys(("clearance_m", "clearance_ratio", "restitution"))
+    if asked.in_units:
+        found["cavity_length_m"] = None if mass == 0.0 else 2.0 * build.clearance_m
+        found["base_amplitude_m"] = amplitude
+    return found

@@ -1,0 +1,144 @@
+"""Where a response is sampled over the band, so that its peak is found and not met by chance.
+
+A particle that rides on its wall is added mass: the structure then resonates at r = 1/√(1+β), and at r = 1 where the particle
+does not act. Between the two, and a margin beyond, frequencies are spaced by the half width of the structure's own
+resonance, ζ, so that a resonance of that width shows at least 1/√(1 + ¼) of its height at one of them (a Lorentzian, half
+a step off its peak). Every maximum that high is then bracketed.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.specification.specification import Specification
+
+NARROWEST, WIDEST = 0.001, 0.008
+"""Steps between resonances; a lighter damping than the first is not resolved by samples alone."""
+MOST_STEPS = 60
+"""Most samples between resonances."""
+OUTSIDE = 8
+"""Samples on either side of the resonances."""
+COARSE = 3
+"""Steps in one of the first look."""
+SHOWN = 0.85
+"""Share of the largest value from which a maximum is bracketed."""
+BRACKETS = 3
+"""Most maxima that are bracketed at once."""
+INNER = 3
+"""Samples put into either side of a bracket."""
+DIGITS = 9
+"""Decimals of a frequency ratio: one place is one number, however it was reached."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The frequency ratios at which every design of a specification is sampled.
+
+    Parameters
+    ----------
+    low, high : float
+        The band.
+    step : float
+        Between resonances.
+    fine, coarse : tuple of float
+        All of them, and those of the first look; both without the ends of the band.
+    """
+
+    low: float
+    high: float
+    step: float
+    fine: tuple[float, ...]
+    coarse: tuple[float, ...]
+
+    @classmethod
+    def of(cls, asked: Specification) -> "Survey":
+        """Lay out the survey for the heaviest particle of a specification."""
+        low, high = asked.excitation.low, asked.excitation.high
+        mass = asked.choices["particle_mass_kg"].stop / asked.structure.mass_kg
+        riding = 1.0 / math.sqrt(1.0 + mass)
+        zeta = asked.structure.damping_ratio
+        margin = 0.25 * (1.0 - riding) + 5.0 * min(zeta, 0.02) + 0.005
+        first, last = riding - margin, 1.0 + margin
+        step = max(min(max(zeta, NARROWEST), WIDEST), (last - first) / MOST_STEPS)
+        # tolerances move the band over the structure's own frequency
+        slack = (
+            asked.tolerances["natural_frequency_hz"].size
+            if "natural_frequency_hz" in asked.tolerances
+            else 0.0
+        )
+        steps = range(math.ceil((first - 1.0) / step), math.floor((last - 1.0) / step) + 1)
+        inner = {k: round(1.0 + k * step, DIGITS) for k in steps}
+        outer = [
+            *_towards(first, low / (1.0 + slack)),
+            *_towards(last, high / (1.0 - slack)),
+        ]
+        fine = sorted({*inner.values(), *outer})
+        coarse = sorted({*(r for k, r in inner.items() if k % COARSE == 0), *outer[::2]})
+        return cls(low, high, step, tuple(fine), tuple(coarse))
+
+    def sample(self, mass_ratio: float, shift: float, fine: bool) -> tuple[float, ...]:
+        """Give the frequencies, over its own natural frequency, of a structure that is off by a share of it.
+
+        Both ends of the band are among them, and the resonance of a particle that rides on its wall.
+        """
+        low, high = self.low / (1.0 + shift), self.high / (1.0 + shift)
+        riding = round(1.0 / math.sqrt(1.0 + mass_ratio), DIGITS)
+        every = {*(self.fine if fine else self.coarse), riding}
+        return tuple(sorted({low, high, *(r for r in every if low < r < high)}))
+
+
+def _towards(edge: float, end: float) -> list[float]:
+    """Steps that grow from the edge of the resonances to an end of the band; none where the band ends before."""
+    if (end - edge) * (edge - 1.0) <= 0.0:
+        return []
+    return [round(float(r), DIGITS) for r in np.geomspace(edge, max(end, 1e-4), OUTSIDE + 2)[1:-1]]
+
+
+def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
+    """Give further frequencies around the largest maxima of a sampled response.
+
+    Parameters
+    ----------
+    r, values : ndarray, (n,)
+        Ascending frequencies and the response there.
+
+    Returns
+    -------
+    tuple of float
+        Inside the neighbouring intervals of every maximum that reaches `SHOWN` of the largest value, the highest first
+        chosen; empty where the intervals are as narrow as frequencies are told apart.
+    """
+    if r.size < 2:
+        return ()
+    padded = np.concatenate(([-np.inf], values, [-np.inf]))
+    top = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]) & (values >= SHOWN * values.max())
+    places = np.flatnonzero(top)
+    places = places[np.argsort(-values[places], kind="stable")][:BRACKETS]
+    found: set[float] = set()
+    for place in places:
+        for other in (place - 1, place + 1):
+            if 0 <= other < r.size and abs(r[other] - r[place]) > 1e-5:
+                inner = np.linspace(r[place], r[other], INNER + 2)[1:-1]
+                found |= {round(float(each), DIGITS) for each in inner}
+    return tuple(sorted(found))
+
+
+def overshoot(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+    """Estimate by how much the peak between samples exceeds the largest of them.
+
+    It is the vertex of the parabola through three of them, at most an eighth of what they differ by: that is the most
+    between equal steps, and a larger number comes of noise on unequal ones.
+    """
+    place = int(values.argmax())
+    if not 0 < place < r.size - 1:
+        return 0.0
+    x = r[place - 1 : place + 2] - r[place]
+    y = values[place - 1 : place + 2] - values[place]
+    slopes = y[[0, 2]] / x[[0, 2]]
+    curvature = (slopes[1] - slopes[0]) / (x[2] - x[0])
+    if not curvature < 0.0:
+        return 0.0
+    slope = slopes[1] - curvature * x[2]
+    return float(min(-slope * slope / (4.0 * curvature), -y.min() / 8.0))

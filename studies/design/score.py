@@ -1,0 +1,102 @@
+"""What a build is worth: its worst case over the band and the base amplitudes, and the limits it keeps."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from statistics import NormalDist
+
+import numpy as np
+
+from damperlab.studies.design.book import Book
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.frequencies import overshoot
+from damperlab.studies.specification.specification import LIMITED
+
+
+@dataclass(frozen=True)
+class Score:
+    """A worst case.
+
+    Parameters
+    ----------
+    value, error : float
+        The largest value of the measure in its unit, and by how much it may be larger, with the confidence asked for.
+    violation : float
+        The largest share by which a limit is exceeded; 0 where all hold.
+    reached : dict of float
+        The largest value of each limited result, in the unit of its limit.
+    frequency_ratio : float
+        Of the worst case, over the nominal natural frequency.
+    amplitude_m : float
+        Base amplitude of the worst case.
+    build : Build
+        Which has it.
+    """
+
+    value: float
+    error: float
+    violation: float
+    reached: dict[str, float]
+    frequency_ratio: float
+    amplitude_m: float
+    build: Build
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """The smaller, the better: what keeps the limits comes first, and else what exceeds them least."""
+        return self.violation, self.value
+
+    @property
+    def most(self) -> float:
+        """What the measure does not exceed with the confidence asked for."""
+        return self.value + self.error
+
+
+def score(book: Book, build: Build, amplitudes: Iterable[float]) -> Score:
+    """Judge a build by what is known of it.
+
+    Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
+    errors of results that have none of their own are taken to be the amplitude's.
+    """
+    asked = book.asked
+    quantile = NormalDist().inv_cdf(asked.confidence)
+    measure = asked.measure
+    own_speed = asked.structure.angular_frequency * (1.0 + build.natural_frequency_hz)
+    best: Score | None = None
+    reached = dict.fromkeys(asked.limits, 0.0)
+    most = 0.0
+    for amplitude in amplitudes:
+        curve = book.curve(build, amplitude)
+        if not curve.r.size:
+            continue
+        scale = measure.factor * amplitude
+        values = scale * curve[measure.variable]
+        errors = scale * quantile * np.nan_to_num(curve["amplitude_error"])
+        for limit in asked.limits:
+            variable = LIMITED[limit][0]
+            size = amplitude * (own_speed if variable == "impact_speed_max" else 1.0)
+            reached[limit] = max(
+                reached[limit], float(size * np.nan_to_num(curve[variable], posinf=np.inf).max())
+            )
+        place = int(values.argmax())
+        gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
+        most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
+        if best is None or values[place] > best.value:
+            at = build.nominal(float(curve.r[place]))
+            best = Score(float(values[place]), 0.0, 0.0, reached, at, amplitude, build)
+    if best is None:
+        return Score(math.inf, 0.0, math.inf, reached, math.nan, math.nan, build)
+    violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)
+    error = most - best.value if math.isfinite(best.value) else 0.0
+    return replace(best, error=error, violation=max(violation, 0.0), reached=reached)
+
+
+def worst(scores: Iterable[Score]) -> Score:
+    """Join the scores of several builds: the worst of each."""
+    every = list(scores)
+    top = max(every, key=lambda one: one.value)
+    reached = {name: max(one.reached[name] for one in every) for name in top.reached}
+    violation = max(one.violation for one in every)
+    most = max(one.most for one in every)
+    error = most - top.value if math.isfinite(top.value) else 0.0
+    return replace(top, reached=reached, violation=violation, error=error)

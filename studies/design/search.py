@@ -1,0 +1,266 @@
+"""The search: candidates looked at coarsely, the best of them ever more closely, and finally with their tolerances.
+
+It is a generator: it yields what must be known next, and goes on when the book has it. What it yields depends on the
+specification and on the values in the book alone.
+
+Candidates are ranked by the worst case over what is known of them, which can only grow as more frequencies are known. So the
+best few are looked at more closely until the best few are all known closely (a lazy evaluation of the best, as in branch and
+bound); then the lattice is halved around them. The last step judges the best by the worst of their tolerances as
+well; a candidate whose nominal worst case is already above another's worst needs no such judgement.
+"""
+
+from collections.abc import Generator, Iterable
+from dataclasses import dataclass, field
+from itertools import product
+from math import isinf
+
+from damperlab.studies.design.book import Book, Wanted
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.frequencies import Survey, brackets
+from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
+from damperlab.studies.design.score import Score, score, worst
+from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
+
+Asks = Generator[list[Wanted], None, None]
+
+CLOSE = 1
+"""How closely a candidate is known before the lattice is halved around it: every frequency of the survey."""
+CLOSEST = 3
+"""How closely one is known that may be recommended: two rounds of brackets around its maxima more."""
+FACTORIAL = 3
+"""Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
+HADAMARD = (
+    (1, 1, 1, 1, 1, 1, 1),
+    (-1, 1, -1, 1, -1, 1, -1),
+    (1, -1, -1, 1, 1, -1, -1),
+    (-1, -1, 1, 1, -1, -1, 1),
+    (1, 1, 1, -1, -1, -1, -1),
+    (-1, 1, -1, -1, 1, -1, 1),
+    (1, -1, -1, -1, -1, 1, 1),
+    (-1, -1, 1, -1, 1, 1, -1),
+)
+"""A two-level design of eight runs for seven factors, every pair of columns balanced."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much a search takes.
+
+    Parameters
+    ----------
+    kept : int
+        Candidates around which the lattice is halved.
+    finalists : int
+        Candidates that are judged with their tolerances.
+    rounds : int
+        Steps of the search around the best of them.
+    reserve : float
+        Share of the budget that is left for what comes after.
+    """
+
+    kept: int = 6
+    finalists: int = 8
+    rounds: int = 2
+    reserve: float = 0.5
+
+
+@dataclass
+class Search:
+    """One search for the best damper of a specification.
+
+    Parameters
+    ----------
+    asked : Specification
+        What is designed.
+    book : Book
+        What is known; shared with other searches.
+    effort : Effort
+        How much it takes.
+    told : bool
+        Whether the book's stage says what goes on.
+    """
+
+    asked: Specification
+    book: Book
+    effort: Effort = Effort()
+    told: bool = True
+    stopped: str = ""
+    step: float = 0.0
+    pool: list[Candidate] = field(default_factory=list)
+    robust: dict[Candidate, Score] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Lay out frequencies, amplitudes and corners."""
+        self.lattice = Lattice(self.asked)
+        self.survey = Survey.of(self.asked)
+        self.amplitudes = amplitudes_of(self.asked, 3)
+        self.corners = corners_of(self.asked)
+        self._level: dict[Build, int] = {}
+
+    def run(self) -> Generator[list[Wanted], None, Candidate]:
+        """Search, and give the best."""
+        self.step = FIRST.get(len(self.lattice.names), 0.5)
+        self._tell(f"a first look at {len(self.lattice.first())} dampers")
+        yield from self._add(self.lattice.first())
+        yield from self._settle(self.effort.kept, CLOSE)
+        while self.lattice.names and not self.lattice.fine(self.step):
+            self.step /= 2
+            self._tell(
+                f"around the best {self.effort.kept}, with steps of 1/{round(1 / self.step)} of the ranges"
+            )
+            known = set(self.pool)
+            new = [
+                each
+                for each in self.lattice.around(self._top(self.effort.kept), self.step)
+                if each not in known
+            ]
+            if not self._affords(self._samples(new, 0)):
+                self.stopped = "budget"
+                break
+            yield from self._add(new)
+            yield from self._settle(self.effort.kept, CLOSE)
+        finalists = self._diverse()
+        self._tell(f"the best {len(finalists)} with {len(self.corners)} corners of their tolerances")
+        yield from self._judge(finalists)
+        for _ in range(self.effort.rounds if self.corners else 0):
+            best = self.best()
+            step = max(self.step, 1 / 32)
+            new = [each for each in self.lattice.around([best], step) if each not in self.robust]
+            if not self._affords(self._samples(new, CLOSE)):
+                self.stopped = "budget"
+                break
+            yield from self._add([each for each in new if each not in set(self.pool)])
+            yield from self._judge(new)
+            if self.best() == best:
+                break
+        # the best shall be known as closely as can be, and stay the best
+        while True:
+            best = self.best()
+            builds = self.with_corners(best)
+            if all(self.close(build) for build in builds):
+                return best
+            yield from self.known(builds, CLOSEST)
+            self.robust[best] = worst(self.score(build) for build in builds)
+
+    def best(self) -> Candidate:
+        """Give the best of those judged with their tolerances."""
+        return min(self.robust, key=lambda each: (*self.robust[each].rank, each))
+
+    def score(self, build: Build) -> Score:
+        """Judge a build by what is known."""
+        return score(self.book, build, self.amplitudes)
+
+    def close(self, build: Build) -> bool:
+        """Whether a build is known as closely as one can be."""
+        return self._level.get(build, -1) >= CLOSEST
+
+    def first_look(self) -> list[Wanted]:
+        """Give what the first look at the lattice takes."""
+        return self._samples(self.lattice.first(), 0)
+
+    def with_corners(self, candidate: Candidate) -> list[Build]:
+        """Give a candidate's build and those at the corners of its tolerances."""
+        nominal = self.lattice.build(candidate)
+        return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
+
+    def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[float] = ()) -> Asks:
+        """Make builds known as closely as a level says: 0 coarsely, 1 the survey, each further one a round of brackets."""
+        every = list(dict.fromkeys(builds))
+        at = tuple(amplitudes) or self.amplitudes
+        for stage in range(level + 1):
+            behind = [build for build in every if amplitudes or self._level.get(build, -1) < stage]
+            if stage == 0 and level > 0:
+                continue  # the survey holds the coarse look
+            if behind:
+                yield [one for build in behind for one in self._samples_of(build, stage, at)]
+                if not amplitudes:
+                    self._level.update(dict.fromkeys(behind, stage))
+
+    def _tell(self, stage: str) -> None:
+        if self.told:
+            self.book.stage = stage
+
+    def _add(self, candidates: list[Candidate]) -> Asks:
+        yield from self.known((self.lattice.build(each) for each in candidates), 0)
+        self.pool = sorted({*self.pool, *candidates})
+
+    def _settle(self, count: int, level: int) -> Asks:
+        """Look at the best few more closely until the best few are known closely."""
+        while True:
+            behind = [
+                build
+                for build in (self.lattice.build(each) for each in self._top(count))
+                if self._level.get(build, -1) < level
+            ]
+            if not behind:
+                return
+            yield from self.known(behind, level)
+
+    def _judge(self, candidates: list[Candidate]) -> Asks:
+        """Judge candidates with their tolerances, but for those that cannot be the best."""
+        yield from self.known((self.lattice.build(each) for each in candidates), CLOSE)
+        ranked = sorted(candidates, key=lambda each: (*self.score(self.lattice.build(each)).rank, each))
+        for each in ranked:
+            nominal = self.score(self.lattice.build(each))
+            if self.robust and nominal.rank > self.robust[self.best()].rank:
+                break
+            builds = self.with_corners(each)
+            yield from self.known(builds, CLOSE + 1)
+            self.robust[each] = worst(self.score(build) for build in builds)
+
+    def _samples(self, candidates: Iterable[Candidate], stage: int) -> list[Wanted]:
+        return [
+            one
+            for each in candidates
+            for one in self._samples_of(self.lattice.build(each), stage, self.amplitudes)
+        ]
+
+    def _samples_of(self, build: Build, stage: int, amplitudes: Iterable[float]) -> Iterable[Wanted]:
+        for amplitude in amplitudes:
+            if stage < 2:
+                mass = build.place(self.asked.structure, amplitude)[2]
+                frequencies = self.survey.sample(mass, build.natural_frequency_hz, stage == 1)
+            else:
+                curve = self.book.curve(build, amplitude)
+                frequencies = brackets(curve.r, curve[self.asked.measure.variable])
+            yield Wanted(build, amplitude, frequencies)
+
+    def _affords(self, wanted: list[Wanted]) -> bool:
+        return self.book.left - self.book.lacking(wanted) >= self.effort.reserve * self.book.budget
+
+    def _top(self, count: int) -> list[Candidate]:
+        scores = {each: self.score(self.lattice.build(each)).rank for each in self.pool}
+        return sorted(self.pool, key=lambda each: (*scores[each], each))[:count]
+
+    def _diverse(self) -> list[Candidate]:
+        """Choose finalists: the best, and further ones that are not the same damper within a step of the first lattice."""
+        far = FIRST.get(len(self.lattice.names), 0.5) / 2
+        chosen: list[Candidate] = []
+        ranked = self._top(len(self.pool))
+        for each in ranked:
+            if isinf(self.score(self.lattice.build(each)).value) and chosen:
+                break
+            near = sum(self.lattice.apart(each, other) < far for other in chosen)
+            if near < 2:
+                chosen.append(each)
+            if len(chosen) == self.effort.finalists:
+                break
+        return chosen
+
+
+def amplitudes_of(asked: Specification, count: int) -> tuple[float, ...]:
+    """Give base amplitudes over the range, by equal shares, ends included; one where there is one."""
+    low, high = asked.excitation.lowest_m, asked.excitation.highest_m
+    if low == high:
+        return (low,)
+    inner = (low * (high / low) ** (k / (count - 1)) for k in range(1, count - 1))
+    return (low, *inner, high)
+
+
+def corners_of(asked: Specification) -> list[dict[str, float]]:
+    """Give the corners of the tolerances: every one of a few, else a balanced fraction of them."""
+    names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
+    if not names:
+        return []
+    signs = HADAMARD if len(names) > FACTORIAL else tuple(product((-1, 1), repeat=len(names)))
+    return [{name: float(sign) for name, sign in zip(names, row, strict=False)} for row in signs]

@@ -1,0 +1,262 @@
+"""A design in words: what to build, what it does, what decides it, and what is not known."""
+
+from collections.abc import Iterator
+
+from damperlab.studies.design.absorber import Beside
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.design import CALLED as ALTERNATIVES
+from damperlab.studies.design.design import OF_DAMPER, SEED, WITHIN, Found, Margin
+from damperlab.studies.faults import counted
+from damperlab.studies.specification.specification import LIMITED, Specification
+
+CALLED = {
+    "clearance_m": "clearance",
+    "friction_force_n": "friction force",
+    "particle_mass_kg": "particle mass",
+    "restitution": "coefficient of restitution",
+}
+UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
+SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
+SAME = 0.02
+"""Share within which two worst cases are called equal."""
+
+
+def spelled(value: float, unit: str) -> str:
+    """Write a quantity for a drawing: millimetres and grams where metres and kilograms would be fractions."""
+    if unit in ("m", "kg") and abs(value) < 1.0:
+        return f"{1e3 * value:.4g} {'mm' if unit == 'm' else 'g'}"
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def quantity(asked: Specification, name: str, value: float) -> str:
+    """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
+    if asked.in_units or name == "restitution":
+        return spelled(value, UNITS[name])
+    return f"{SYMBOLS[name]} = {value:.4g}"
+
+
+def response(asked: Specification, value: float) -> str:
+    """Write a value of the measure; over the base amplitude where there are no units."""
+    return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
+
+
+def frequency(asked: Specification, ratio: float) -> str:
+    """Write a frequency."""
+    if asked.in_units:
+        return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
+    return f"r = {ratio:.4g}"
+
+
+def words_of(found: Found) -> list[str]:
+    """Put all that was found into sentences."""
+    return [
+        *_damper(found),
+        *_worst(found),
+        *_limits(found),
+        *_builds(found),
+        *_starts(found),
+        *_ends(found),
+        *_margins(found),
+        *_beside(found),
+        *_known(found),
+    ]
+
+
+def _damper(found: Found) -> Iterator[str]:
+    asked, build = found.asked, found.build
+    friction = f"a friction force of {quantity(asked, 'friction_force_n', build.friction_force_n)}"
+    if not asked.in_units:
+        friction = f"friction {quantity(asked, 'friction_force_n', build.friction_force_n)}"
+    if build.particle_mass_kg == 0.0:
+        yield f"Build {friction}, and no particle."
+        return
+    clearance = quantity(asked, "clearance_m", build.clearance_m)
+    cavity = f" (a free cavity length of {spelled(2 * build.clearance_m, 'm')})" if asked.in_units else ""
+    mass = quantity(asked, "particle_mass_kg", build.particle_mass_kg)
+    material = material_of(asked, build)
+    rebound = f"a coefficient of restitution of {build.restitution:.4g}"
+    yield (
+        f"Build a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
+        f"{rebound}{f' ({material})' if material else ''}."
+    )
+
+
+def material_of(asked: Specification, build: Build) -> str:
+    """Name the material of a design, where the specification names materials."""
+    choice = asked.choices["restitution"]
+    if not choice.names or build.restitution not in choice.values:
+        return ""
+    return choice.names[choice.values.index(build.restitution)]
+
+
+def _worst(found: Found) -> Iterator[str]:
+    asked, stated, band = found.asked, found.stated, found.asked.excitation
+    low, high = frequency(asked, band.low), frequency(asked, band.high)
+    over = f"From {low} to {high}" if band.high > band.low else f"At {low}"
+    amplitude = ""
+    if asked.in_units:
+        at = [spelled(each, "m") for each in (band.lowest_m, band.highest_m)]
+        amplitude = f" with a base amplitude of {at[0]}"
+        if band.highest_m > band.lowest_m:
+            amplitude = f" with base amplitudes from {at[0]} to {at[1]}"
+    within = " and within the tolerances" if asked.tolerances else ""
+    yield (
+        f"{over}{amplitude}{within}, the largest {asked.measure.words} that was computed is "
+        f"{response(asked, stated.value)}, near {frequency(asked, stated.frequency_ratio)}; with a confidence of "
+        f"{asked.confidence:.3g} it is at most {response(asked, stated.most)}."
+    )
+    if asked.tolerances:
+        yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
+
+
+def _limits(found: Found) -> Iterator[str]:
+    asked, stated = found.asked, found.stated
+    for name, limit in asked.limits.items():
+        unit = "m/s" if "speed" in name else "m"
+        reached = stated.reached[name]
+        what = LIMITED[name][1]
+        if reached <= limit:
+            yield (
+                f"The {what} reaches {spelled(reached, unit)} of the {spelled(limit, unit)} allowed "
+                f"({100 * reached / limit:.0f} %)."
+            )
+            continue
+        drawn = found.nominal.reached[name]
+        where = (
+            ""
+            if drawn > limit
+            else f"; as drawn it reaches {spelled(drawn, unit)}, and tolerances take it beyond"
+        )
+        best = "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
+        yield (
+            f"{best if drawn > limit else ''}The {what} reaches {spelled(reached, unit)}, "
+            f"{100 * (reached / limit - 1):.3g} % above the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
+            f"{spelled(reached, unit)}, or widen what may be chosen."
+        )
+
+
+def _builds(found: Found) -> Iterator[str]:
+    builds, asked = found.builds, found.asked
+    if builds is None:
+        return
+    kept = (
+        "keep every limit"
+        if builds.bound is None
+        else f"stay within {response(asked, builds.bound)}, the worst of the drawn damper and of the corners of its tolerances"
+    )
+    yield (
+        f"Of {counted(builds.drawn, 'build')} drawn evenly within the tolerances (seed {SEED}), {builds.passed} {kept}: the "
+        f"probability is between {builds.low:.3f} and {builds.high:.3f} with a confidence of {asked.confidence:.3g}."
+    )
+    if builds.drawn < asked.builds:
+        yield f"The budget allowed no more than these of the {asked.builds} builds asked for."
+
+
+def _starts(found: Found) -> Iterator[str]:
+    asked, starts = found.asked, found.starts
+    if starts is None:
+        return
+    looked = f"From {starts.count} starts at each of {counted(starts.frequencies, 'frequency ratio')}"
+    if starts.beyond == 0:
+        yield f"{looked}, none leads the damper as drawn to more than the response from rest is at most."
+        return
+    yield (
+        f"{looked}, the damper as drawn is led to as much as {response(asked, starts.worst)}, near "
+        f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of them a disturbance can take it beyond what "
+        "is stated, which holds from rest."
+    )
+
+
+def at_ends(found: Found) -> dict[str, str]:
+    """Give the chosen quantities that are at the end of their range, and which end."""
+    ends: dict[str, str] = {}
+    for name in found.asked.free:
+        choice, value = found.asked.choices[name], getattr(found.build, name)
+        if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
+            continue
+        if value in (choice.start, choice.stop):
+            ends[name] = "lower" if value == choice.start else "upper"
+    return ends
+
+
+def _ends(found: Found) -> Iterator[str]:
+    asked = found.asked
+    for name, end in at_ends(found).items():
+        choice = asked.choices[name]
+        limit = asked.bounds.get(name) if end == "upper" else None
+        if limit:
+            yield f"The {CALLED[name]} is as large as `{limit}` allows: this limit binds, and a larger one may do better."
+        elif choice.values:
+            yield f"The {CALLED[name]} is the {'least' if end == 'lower' else 'largest'} of its list."
+        elif getattr(found.build, name) > 0.0:
+            yield f"The {CALLED[name]} is at the {end} end of its range; beyond it there may be a better damper."
+
+
+def _margins(found: Found) -> Iterator[str]:
+    asked = found.asked
+    if not found.margins:
+        return
+    kept = "every limit holds" if asked.limits else ""
+    limited = any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
+    bound = "" if limited else f"it stays within {response(asked, WITHIN * found.stated.most)}"
+    parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
+    holds = " and ".join(part for part in (kept, bound) if part)
+    yield f"Moved alone, with the others as drawn, {holds} for {'; for '.join(parts)}."
+
+
+def _margin(asked: Specification, name: str, margin: Margin) -> str:
+    low, high = (quantity(asked, name, value) for value in (margin.low, margin.high))
+    fails = [
+        f"{quantity(asked, name, value)}"
+        for value in (margin.fails_below, margin.fails_above)
+        if value is not None
+    ]
+    beyond = f" (not at {' or '.join(fails)})" if fails else ""
+    return f"a {CALLED[name]} from {low} to {high}{beyond}"
+
+
+def _beside(found: Found) -> Iterator[str]:
+    asked, ours = found.asked, found.compared
+    judged = "with the corners of the same tolerances" if asked.tolerances else "under the same band"
+    for name in OF_DAMPER:
+        other = found.alternatives[name]
+        called = ALTERNATIVES[name]
+        keeps = "" if other.score.violation == 0.0 else ", and exceeds a limit"
+        yield (
+            f"The best of {called}, {judged}, reaches {response(asked, other.score.value)}"
+            f"{_times(other.score.value, ours.value)}{keeps}."
+        )
+        feasible = other.score.violation <= ours.violation
+        if feasible and other.score.value <= ours.value * (1.0 + SAME) and found.build.particle_mass_kg > 0.0:
+            yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
+    if found.absorber is not None:
+        yield _absorber(asked, found.absorber, ours.value)
+
+
+def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
+    absorber = beside.absorber
+    return (
+        f"A tuned mass damper of the same mass, tuned to {absorber.tuning:.4g} of the natural frequency with ζ = "
+        f"{absorber.damping_ratio:.4g}, reaches {response(asked, beside.value)} on a structure that is off by the same "
+        f"tolerances{_times(beside.value, ours)}."
+    )
+
+
+def _times(other: float, ours: float) -> str:
+    ratio = other / ours if ours > 0.0 else float("inf")
+    return f", {ratio:.3g} times as much" if abs(ratio - 1.0) > SAME else ", as much"
+
+
+def _known(found: Found) -> Iterator[str]:
+    if found.as_good:
+        dampers = "damper that was" if found.as_good == 1 else "dampers that were"
+        yield f"{found.as_good} further {dampers} judged with tolerances may be as good within the errors."
+    points = f"{found.book.spent:,} points were computed"
+    if found.stopped == "budget":
+        yield f"{points}: the budget of {found.book.budget:,} ended the search, with steps of {found.step:.3g} of the ranges."
+    else:
+        yield f"{points}. The search is complete: its last steps were {found.step:.3g} of the ranges."
+    yield (
+        "Every response is the one reached from rest. Dampers between the candidates were not looked at, and one that "
+        "none of its neighbours shows cannot be excluded."
+    )

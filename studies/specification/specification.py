@@ -1,0 +1,234 @@
+"""A specification as validated data: structure, excitation, what is chosen, limits, tolerances, measure, budget."""
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
+"""What makes a damper, in this order everywhere."""
+RATIO_OF = {
+    "clearance_m": "clearance_ratio",
+    "friction_force_n": "friction_ratio",
+    "particle_mass_kg": "mass_ratio",
+    "restitution": "restitution",
+}
+"""The dimension of a study that each of them makes."""
+OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
+"""What else may be off by a tolerance, always a share."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What is to be kept quiet.
+
+    Parameters
+    ----------
+    mass_kg, natural_frequency_hz : float
+        M and ω_n/2π; 1 kg and 1/2π Hz where the specification is in ratios, so that k = 1 N/m.
+    damping_ratio : float
+        ζ.
+    """
+
+    mass_kg: float
+    natural_frequency_hz: float
+    damping_ratio: float
+
+    @property
+    def angular_frequency(self) -> float:
+        """ω_n [rad/s]."""
+        return 2.0 * math.pi * self.natural_frequency_hz
+
+    @property
+    def stiffness_n_per_m(self) -> float:
+        """k = M ω_n²."""
+        return self.mass_kg * self.angular_frequency**2
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """How the base moves: at every frequency of the band with every amplitude of the range.
+
+    Parameters
+    ----------
+    lowest_m, highest_m : float
+        Base amplitude Z; equal where there is one.
+    low, high : float
+        The band as frequency ratios of the nominal structure; equal where there is one frequency.
+    """
+
+    lowest_m: float
+    highest_m: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What one quantity of the damper may be.
+
+    Parameters
+    ----------
+    start, stop : float
+        A range, in the unit of its name; equal where the quantity is given.
+    values : tuple of float
+        The only values allowed, ascending; empty for a range.
+    names : tuple of str
+        What the values are called, such as materials; empty without names.
+    """
+
+    start: float
+    stop: float
+    values: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()
+
+    @property
+    def free(self) -> bool:
+        """Whether there is anything to choose."""
+        return self.stop > self.start
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether steps are shares of the value: over two octaves or more, away from 0."""
+        return not self.values and self.start > 0 and self.stop >= 4 * self.start
+
+    def at(self, share: float) -> float:
+        """Give the value at a share of the range, from 0 to 1; of a list the nearest."""
+        if self.values:
+            return self.values[round(share * (len(self.values) - 1))]
+        if share in (0.0, 1.0):
+            return self.stop if share else self.start
+        if self.logarithmic:
+            return self.start * math.exp(share * math.log(self.stop / self.start))
+        return self.start + share * (self.stop - self.start)
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far what is built may be off, to either side.
+
+    Parameters
+    ----------
+    size : float
+        In the unit of the quantity, or a share of its value.
+    relative : bool
+        Whether it is a share.
+    """
+
+    size: float
+    relative: bool
+
+    def of(self, value: float) -> float:
+        """Give the tolerance of a value in the value's unit."""
+        return self.size * value if self.relative else self.size
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What shall be small.
+
+    Parameters
+    ----------
+    name : str
+        As the specification has it.
+    variable : str
+        The result variable over Z that it is made of.
+    factor : float
+        What that is multiplied with, beside Z.
+    words : str
+        For sentences.
+    """
+
+    name: str
+    variable: str
+    factor: float
+    words: str
+
+
+MEASURES = {
+    each.name: each
+    for each in (
+        Measure("worst_displacement", "amplitude_ratio", 1.0, "displacement of the structure"),
+        Measure(
+            "worst_relative_displacement",
+            "relative_amplitude_ratio",
+            1.0,
+            "displacement of the structure against its base",
+        ),
+        Measure(
+            "worst_rms_displacement",
+            "amplitude_ratio_rms",
+            math.sqrt(0.5),
+            "rms displacement of the structure",
+        ),
+    )
+}
+"""What can be asked for; each the largest over the band and the amplitudes."""
+
+LIMITED = {
+    "displacement_m": ("amplitude_ratio", "displacement of the structure"),
+    "relative_displacement_m": ("relative_amplitude_ratio", "stroke of the structure against its base"),
+    "impact_speed_m_per_s": ("impact_speed_max", "impact speed"),
+}
+"""Limits on results: the variable, and what it is called."""
+
+
+@dataclass(frozen=True)
+class Specification:
+    """What a damper shall do, and what it may be made of.
+
+    Parameters
+    ----------
+    name : str
+        Free text.
+    structure, excitation
+        What is to be kept quiet, and what shakes it.
+    choices : dict of Choice
+        By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
+    limits : dict of float
+        Limits on results, by the names of `LIMITED`, in their units.
+    bounds : dict of str
+        Limits that cut a range short at its end: the limit by the quantity.
+    tolerances : dict of Tolerance
+        By the names of `CHOSEN` and `OF_STRUCTURE`; absent where a quantity is exact.
+    measure : Measure
+        What shall be small.
+    confidence : float
+        Of errors and intervals.
+    budget_points : int or None
+        Most points; None for what `budget_minutes` are expected to hold.
+    budget_minutes : float
+        Minutes of one core.
+    builds : int
+        Builds drawn within the tolerances.
+    in_units : bool
+        Whether lengths, forces and masses mean anything; else only ratios do.
+    """
+
+    name: str
+    structure: Structure
+    excitation: Excitation
+    choices: dict[str, Choice]
+    limits: dict[str, float]
+    bounds: dict[str, str]
+    tolerances: dict[str, Tolerance]
+    measure: Measure
+    confidence: float
+    budget_points: int | None
+    budget_minutes: float
+    builds: int
+    in_units: bool
+    document: dict[str, Any]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """What is chosen."""
+        return tuple(name for name in CHOSEN if self.choices[name].free)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the document as it was given, without its name, in hexadecimal."""
+        asked = {key: value for key, value in self.document.items() if key != "name"}
+        return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,97 @@
+"""The command `design` on a real store, and the report that it writes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.service.cli.commands import run
+
+from damperlab.studies.store.store import Store
+
+SPECIFICATION: dict[str, Any] = {
+    "name": "small <machine>",
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.5, "stop": 8.5}},
+    "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}},
+    "clearance_m": 0.005,
+    "particle_mass_kg": 4.0,
+    "restitution": 0.5,
+    "tolerances": {"friction_force_n": "10%"},
+    "limits": {"displacement_m": 0.005},
+    "builds": 4,
+}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """A folder in which a design was made, and what it printed."""
+    folder = tmp_path_factory.mktemp("design")
+    (folder / "spec.json").write_text(json.dumps(SPECIFICATION))
+    ended = run(
+        "design", folder / "spec.json", "--data-dir", folder / "data", "-o", folder / "report.html", "--json"
+    )
+    return folder, json.loads(ended.stdout)
+
+
+def test_the_answer_has_what_clients_rely_on(written: tuple[Path, dict[str, Any]]) -> None:
+    _, document = written
+    keys = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
+    ratios = ("clearance_ratio", "friction_ratio", "mass_ratio")
+    assert document["design"].keys() >= {*keys, *ratios}
+    assert document["worst"].keys() >= {"value", "error", "units", "frequency_hz", "frequency_ratio"}
+    named = {"probability", "points", "tuned_mass_damper", "friction_alone", "particle_alone", "words"}
+    assert document.keys() >= named
+    assert document["worst"]["value"] <= 0.005
+    assert document["feasible"]
+
+
+def test_every_evaluation_is_a_study_that_says_what_it_is_for(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    folder, document = written
+    records = Store.open(folder / "data").page(200).records
+    assert records
+    assert all(record.state == "done" for record in records)
+    assert {record.provenance["designs"] for record in records} == {document["digest"]}
+
+
+def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    folder, document = written
+    before = Store.open(folder / "data").page(200).records
+    again = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
+    assert json.loads(again.stdout) == document
+    assert Store.open(folder / "data").page(200).records == before
+
+
+def test_the_report_loads_nothing_and_says_what_the_answer_says(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    folder, _ = written
+    page = (folder / "report.html").read_text()
+    assert "small &lt;machine&gt;" in page
+    assert "<machine>" not in page
+    assert page.count("data:image/svg+xml;base64,") == 2
+    assert not any(word in page for word in ("http://", "https://", "<script", "<link"))
+    assert "tuned mass damper" in page
+
+
+def test_a_dry_run_says_the_budget_and_stores_nothing(tmp_path: Path) -> None:
+    said = run("design", "prototype", "--dry-run", "--json", "--data-dir", tmp_path / "data")
+    assert json.loads(said.stdout)["budget_points"] > 1000
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_specification_with_faults_ends_with_all_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(SPECIFICATION | {"restitution": 2, "measure": "noise"}))
+    told = run("design", path, "--data-dir", tmp_path / "data", status=2).stderr
+    assert "`restitution`" in told
+    assert "`measure`" in told
+
+
+def test_a_report_of_another_kind_is_refused(tmp_path: Path) -> None:
+    told = run("design", "prototype", "-o", tmp_path / "report.docx", status=2).stderr
+    assert ".html" in told

@@ -1,0 +1,159 @@
+"""The parts of a design against closed forms and independent methods."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import beta
+from tests.studies.specification.test_specification import PROTOTYPE, changed
+
+from damperlab.studies.design.absorber import tuned_beside
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.design import without
+from damperlab.studies.design.frequencies import Survey, brackets, overshoot
+from damperlab.studies.design.intervals import clopper_pearson
+from damperlab.studies.design.lattice import Lattice
+from damperlab.studies.design.search import HADAMARD, amplitudes_of, corners_of
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.tmd.transfer import highest
+
+
+@pytest.mark.parametrize(("passed", "drawn"), [(0, 10), (3, 10), (10, 10), (57, 60), (60, 60), (1, 1000)])
+@pytest.mark.parametrize("confidence", [0.5, 0.9, 0.999])
+def test_the_interval_of_a_probability_is_that_of_the_beta_distribution(
+    passed: int, drawn: int, confidence: float
+) -> None:
+    tail = (1 - confidence) / 2
+    low = 0.0 if passed == 0 else beta.ppf(tail, passed, drawn - passed + 1)
+    high = 1.0 if passed == drawn else beta.ppf(1 - tail, passed + 1, drawn - passed)
+    # sixty halvings, and a sum of up to a thousand terms
+    assert clopper_pearson(passed, drawn, confidence) == pytest.approx((low, high), rel=1e-9)
+
+
+@given(
+    zeta=st.floats(0.001, 0.05),
+    mass=st.floats(0.0, 0.3),
+    low=st.floats(0.3, 0.9),
+    high=st.floats(1.02, 3.0),
+)
+def test_the_peak_of_a_structure_is_found_whether_its_particle_rides_or_not(
+    zeta: float, mass: float, low: float, high: float
+) -> None:
+    """A particle that rides makes the structure one of mass 1 + β: its resonance is as narrow as the structure's own."""
+    document = changed("structure.damping_ratio", zeta) | {"particle_mass_kg": mass * 1.605}
+    document["excitation"] = {
+        "base_amplitude_m": 0.0015,
+        "frequency_hz": {"start": 2.5 * low, "stop": 2.5 * high},
+    }
+    survey = Survey.of(parse_specification(document))
+    for added in (0.0, mass / 3, mass):
+
+        def response(r: np.ndarray, added: float = added) -> np.ndarray:
+            dashpot = 2j * zeta * r
+            return np.abs((1 + dashpot) / (1 + dashpot - (1 + added) * r**2))
+
+        r = np.array(survey.sample(mass, 0.0, fine=True))
+        for _ in range(2):
+            r = np.union1d(r, brackets(r, response(r)))
+        values = response(r)
+        truth = response(np.linspace(low, high, 200_001)).max()
+        # two rounds of brackets leave steps of an eighth of ζ at most: (1/16)² / 2 of the height between two of them
+        assert values.max() >= truth * (1 - 0.01)
+        assert values.max() + overshoot(r, values) >= truth * (1 - 0.005)
+
+
+def test_the_overshoot_is_that_of_a_parabola() -> None:
+    r = np.array([0.9, 1.0, 1.1])
+    peak = 1.02
+    values = 5.0 - 3.0 * (r - peak) ** 2
+    assert values.max() + overshoot(r, values) == pytest.approx(5.0, rel=1e-12)
+    assert overshoot(r, np.array([1.0, 2.0, 3.0])) == 0.0
+
+
+def test_tolerances_move_the_ratios_as_the_physics_does() -> None:
+    asked = parse_specification(
+        PROTOTYPE | {"tolerances": {"natural_frequency_hz": "2%", "mass_kg": "5%", "particle_mass_kg": "1%"}}
+    )
+    nominal = Build(0.006, 0.3, 0.1605, 0.47)
+    moved = nominal.moved(asked, {"natural_frequency_hz": 1.0, "mass_kg": -1.0, "particle_mass_kg": 1.0})
+    mass = 1.605 * 0.95
+    stiffness = mass * (2 * math.pi * 2.5 * 1.02) ** 2
+    damping, restitution, ratio, clearance, friction = moved.place(asked.structure, 0.0015)
+    assert (damping, restitution, clearance) == (0.0038, 0.47, pytest.approx(4.0))
+    assert ratio == pytest.approx(0.1605 * 1.01 / mass, rel=1e-14)
+    assert friction == pytest.approx(0.3 / (stiffness * 0.0015), rel=1e-14)
+    assert moved.nominal(moved.own(1.1)) == pytest.approx(1.1, rel=1e-15)
+
+
+def test_no_two_tolerances_of_the_fraction_share_a_column() -> None:
+    signs = np.array(HADAMARD)
+    # two columns that are balanced against each other confound neither their factors nor the mean
+    assert np.array_equal(signs.T @ signs, 8 * np.eye(7))
+
+
+def test_corners_are_all_of_a_few_tolerances_and_a_fraction_of_many() -> None:
+    assert len(corners_of(parse_specification(PROTOTYPE))) == 4
+    many = dict.fromkeys(("clearance_m", "friction_force_n", "restitution", "mass_kg", "damping_ratio"), "1%")
+    corners = corners_of(parse_specification(PROTOTYPE | {"tolerances": many}))
+    assert len(corners) == 8
+    assert all(set(corner.values()) <= {-1.0, 1.0} and corner.keys() == many.keys() for corner in corners)
+    assert corners_of(parse_specification(PROTOTYPE | {"tolerances": {}})) == []
+
+
+def test_the_lattice_keeps_to_the_range_and_to_the_values_of_a_list() -> None:
+    document = changed("choose.restitution", [0.2, 0.5, 0.9])
+    del document["restitution"]
+    lattice = Lattice(parse_specification(document))
+    first = lattice.first()
+    builds = [lattice.build(each) for each in first]
+    assert {build.restitution for build in builds} == {0.2, 0.5, 0.9}
+    assert min(build.clearance_m for build in builds) == 0.0015
+    assert max(build.clearance_m for build in builds) == 0.025  # half the cavity allowed
+    around = lattice.around([first[0]], 1 / 8)
+    assert all(0.0 <= share <= 1.0 for each in around for share in each)
+    assert {lattice.build(each).restitution for each in around} == {0.2, 0.5}
+
+
+def test_amplitudes_cover_a_range_by_equal_shares() -> None:
+    document = changed("excitation.base_amplitude_m", {"start": 0.001, "stop": 0.004})
+    assert amplitudes_of(parse_specification(document), 3) == pytest.approx((0.001, 0.002, 0.004))
+    assert amplitudes_of(parse_specification(PROTOTYPE), 3) == (0.0015,)
+
+
+@pytest.mark.parametrize("measure", ["worst_displacement", "worst_relative_displacement"])
+def test_the_absorber_beside_is_judged_over_band_and_detuning(measure: str) -> None:
+    """Against the steady state of the two masses, solved as a linear system at every frequency."""
+    asked = parse_specification(
+        PROTOTYPE | {"measure": measure, "tolerances": {"natural_frequency_hz": "3%"}, "limits": {}}
+    )
+    found = tuned_beside(asked, 0.1)
+    assert found is not None
+    absorber = minimax(0.1, 0.0038, "base")
+    if measure == "worst_displacement":
+        assert found.nominal == 0.0015 * highest(absorber, 0.0038, "base", (0.8, 1.25)).value
+
+    def truth(shift: float) -> float:
+        own = 1.0 + shift
+        tops = []
+        for r in np.linspace(0.8, 1.25, 4001) / own:
+            k = (absorber.tuning / own) ** 2 * 0.1
+            c = 2 * absorber.damping_ratio * absorber.tuning / own * 0.1
+            link, structure = k + 1j * c * r, 1 + 2j * 0.0038 * r
+            matrix = np.array([[structure + link - r**2, -link], [-link, link - 0.1 * r**2]])
+            x = np.linalg.solve(matrix, np.array([structure, 0.0]))[0]
+            tops.append(abs(x - 1) if measure == "worst_relative_displacement" else abs(x))
+        return 0.0015 * max(tops)
+
+    # a peak as wide as this falls by less than 1e-6 within half of one of 4,000 steps
+    assert found.value == pytest.approx(max(truth(0.03), truth(-0.03), truth(0.0)), rel=1e-5)
+    assert found.nominal == pytest.approx(truth(0.0), rel=1e-5)
+
+
+def test_a_part_that_is_left_out_takes_its_tolerance_along() -> None:
+    asked = parse_specification(PROTOTYPE)
+    alone = without(asked, ("friction_force_n",))
+    assert alone.free == ("clearance_m",)
+    assert "friction_force_n" not in alone.tolerances

@@ -1,0 +1,210 @@
+"""Specifications as documents: one reading of every spelling, every fault at once, and what is refused with its reason."""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.reading import (
+    named_specifications,
+    parse_specification,
+    read_specification,
+)
+from damperlab.studies.specification.specification import Choice
+
+PROTOTYPE: dict[str, Any] = {
+    "name": "prototype",
+    "structure": {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038},
+    "excitation": {"base_amplitude_m": 0.0015, "frequency_hz": {"start": 2.0, "stop": 3.125}},
+    "choose": {
+        "clearance_m": {"start": 0.0015, "stop": 0.03},
+        "friction_force_n": {"start": 0, "stop": 0.42},
+    },
+    "particle_mass_kg": 0.1605,
+    "restitution": 0.47,
+    "tolerances": {"clearance_m": 0.0005, "friction_force_n": "10%"},
+    "limits": {"impact_speed_m_per_s": 1.0, "cavity_length_m": 0.05},
+    "measure": "worst_displacement",
+    "confidence": 0.9,
+    "budget_minutes": 8,
+}
+
+
+def changed(path: str, value: object) -> dict[str, Any]:
+    document = copy.deepcopy(PROTOTYPE)
+    *parents, last = path.split(".")
+    held = document
+    for key in parents:
+        held = held.setdefault(key, {})
+    held[last] = value
+    return document
+
+
+def faults_of(document: object) -> dict[str, str]:
+    with pytest.raises(StudyFaults) as caught:
+        parse_specification(document)
+    return {fault.field: str(fault) for fault in caught.value.faults}
+
+
+def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
+    asked = parse_specification(PROTOTYPE)
+    assert (asked.excitation.low, asked.excitation.high) == (0.8, 1.25)
+    assert asked.free == ("clearance_m", "friction_force_n")
+    assert asked.in_units
+
+
+def test_stiffness_and_dashpot_say_the_same_as_frequency_and_ratio() -> None:
+    by_ratio = parse_specification(PROTOTYPE).structure
+    structure = {
+        "mass_kg": 1.605,
+        "stiffness_n_per_m": by_ratio.stiffness_n_per_m,
+        "damping_n_s_per_m": 2 * 0.0038 * 1.605 * by_ratio.angular_frequency,
+    }
+    by_force = parse_specification(PROTOTYPE | {"structure": structure}).structure
+    # a square root and a division more, each rounded once
+    assert by_force.natural_frequency_hz == pytest.approx(2.5, rel=1e-15)
+    assert by_force.damping_ratio == pytest.approx(0.0038, rel=1e-14)
+
+
+def test_ratios_say_the_same_as_units() -> None:
+    asked = parse_specification(PROTOTYPE | {"limits": {}})
+    ratios = parse_specification(
+        {
+            "structure": {"damping_ratio": 0.0038},
+            "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
+            "choose": {
+                "clearance_ratio": {"start": 1.0, "stop": 20.0},
+                "friction_ratio": {
+                    "start": 0,
+                    "stop": 0.42 / (asked.structure.stiffness_n_per_m * 0.0015),
+                },
+            },
+            "mass_ratio": 0.1,
+            "restitution": 0.47,
+        }
+    )
+    assert not ratios.in_units
+    # with k = 1 N/m and Z = 1 m a ratio is its quantity
+    assert ratios.structure.stiffness_n_per_m == pytest.approx(1.0, rel=1e-15)
+    for name, scale in (
+        ("clearance_m", 0.0015),
+        ("friction_force_n", asked.structure.stiffness_n_per_m * 0.0015),
+        ("particle_mass_kg", 1.605),
+        ("restitution", 1.0),
+    ):
+        assert ratios.choices[name].stop * scale == pytest.approx(asked.choices[name].stop, rel=1e-14)
+
+
+def test_a_cavity_limit_cuts_the_clearance_at_half_of_it() -> None:
+    asked = parse_specification(changed("limits.cavity_length_m", 0.02))
+    assert asked.choices["clearance_m"].stop == 0.01
+    assert asked.bounds == {"clearance_m": "limits.cavity_length_m"}
+
+
+def test_materials_are_named_and_sorted_by_their_restitution() -> None:
+    document = changed(
+        "choose.restitution",
+        [{"name": "steel", "restitution": 0.8}, {"name": "rubber", "restitution": 0.3}],
+    )
+    del document["restitution"]
+    choice = parse_specification(document).choices["restitution"]
+    assert choice == Choice(0.3, 0.8, (0.3, 0.8), ("rubber", "steel"))
+
+
+def test_every_fault_is_named_at_once() -> None:
+    document = PROTOTYPE | {
+        "structure": {"mass_kg": -1, "natural_frequency_hz": 2.5, "damping_ratio": 2},
+        "excitation": {"base_amplitude_m": "1.5 mm", "frequency_hz": {"start": 3, "stop": 2}},
+        "choose": {"clearence_m": {"start": 1, "stop": 2}},
+        "mesure": "worst_displacement",
+        "confidence": 2,
+        "builds": 1.5,
+    }
+    found = faults_of(document)
+    assert found.keys() >= {
+        "structure.mass_kg",
+        "structure.damping_ratio",
+        "excitation.base_amplitude_m",
+        "excitation.frequency_hz.stop",
+        "choose.clearence_m",
+        "mesure",
+        "confidence",
+        "builds",
+        "clearance_m",
+        "friction_force_n",
+    }
+    assert "did you mean `measure`" in found["mesure"].lower()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "field", "words"),
+    [
+        ("excitation.force_n", 3.0, "excitation.force_n", "another scene"),
+        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "at every freq"),
+        ("excitation.records", [], "excitation.records", "ground-motion suite"),
+        ("measure", "worst_acceleration", "measure", "not among the results"),
+        ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
+        ("measure", 3, "measure", "one of worst_displacement"),
+        ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.003"),
+        ("tolerances.clearance_m", 0.002, "tolerances.clearance_m", "closes the smallest clearance"),
+        ("tolerances.mass_kg", "60%", "tolerances.mass_kg", "0 to 0.5"),
+        ("structure.stiffness_n_per_m", 4.0, "structure.stiffness_n_per_m", "twice"),
+        ("choose.restitution", 0.5, "choose.restitution", "outside `choose`"),
+        ("choose.restitution", {"start": 0.1, "stop": 0.5}, "restitution", "twice"),
+        ("choose", 3, "choose", "a mapping"),
+    ],
+)  # fmt: skip
+def test_what_a_design_does_not_know_is_refused_with_its_reason(
+    path: str, value: object, field: str, words: str
+) -> None:
+    found = faults_of(changed(path, value))
+    assert words.lower() in found[field].lower()
+
+
+@pytest.mark.parametrize("key", ["structure", "excitation", "choose", "restitution", "particle_mass_kg"])
+def test_what_is_missing_is_named(key: str) -> None:
+    document = {name: value for name, value in PROTOTYPE.items() if name != key}
+    assert key in faults_of(document)
+
+
+def test_units_without_what_makes_ratios_of_them_are_refused() -> None:
+    document = PROTOTYPE | {
+        "structure": {"damping_ratio": 0.01},
+        "excitation": {"frequency_ratio": {"start": 0.9, "stop": 1.1}},
+    }
+    found = faults_of(document)
+    assert {"choose.clearance_m", "choose.friction_force_n", "particle_mass_kg", "limits"} <= found.keys()
+
+
+@pytest.mark.parametrize("document", [None, [], 3, "text", {}, {"structure": 3, "excitation": []}])
+def test_anything_else_is_refused_and_nothing_fails(document: object) -> None:
+    assert faults_of(document)
+
+
+def test_a_file_is_read_by_its_suffix(tmp_path: Path) -> None:
+    path = tmp_path / "spec.json"
+    path.write_text(json.dumps(PROTOTYPE))
+    assert read_specification(str(path)).digest == parse_specification(PROTOTYPE).digest
+    for name in ("spec.txt", "missing.yaml"):
+        with pytest.raises(StudyFaults):
+            read_specification(str(tmp_path / name))
+
+
+def test_a_name_is_no_part_of_what_is_asked() -> None:
+    assert parse_specification(PROTOTYPE | {"name": "other"}).digest == parse_specification(PROTOTYPE).digest
+    assert (
+        parse_specification(PROTOTYPE | {"confidence": 0.8}).digest != parse_specification(PROTOTYPE).digest
+    )
+
+
+@pytest.mark.parametrize("name", sorted(named_specifications()))
+def test_a_named_specification_is_read_by_its_name(name: str) -> None:
+    assert read_specification(name).name == name
+
+
+def test_a_misspelled_name_is_answered_with_the_nearest() -> None:
+    with pytest.raises(StudyFaults, match="Did you mean prototype"):
+        read_specification("prototyp")
