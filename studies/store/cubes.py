@@ -7,6 +7,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.chunks import Marks
 from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
+from damperlab.studies.store.home import disk_gone
 from damperlab.studies.store.quota import Taken, taken
 from damperlab.studies.store.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.shelf import Shelf
@@ -111,6 +112,9 @@ class Cubes(StoreBase):
 
         Some room is kept free, so that the catalogue can still say what happened when the cubes have filled the disk.
         """
+        gone = disk_gone(self.shelf)
+        if gone is not None:
+            return gone
         for place in dict.fromkeys((self.data_dir, self.data_dir / "cubes")):
             try:
                 room = os.statvfs(place)

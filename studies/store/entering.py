@@ -19,7 +19,7 @@ from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.box import box_of
 from damperlab.studies.store.cube import block_grid, bytes_per_point, first_files
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached, cannot_use
-from damperlab.studies.store.home import BACKUP_OF, cube_name, forget, is_of_block, older_copy
+from damperlab.studies.store.home import BACKUP_OF, cube_name, disk_gone, forget, is_of_block, older_copy
 from damperlab.studies.store.packed import BLOCKS
 from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import Record
@@ -250,6 +250,10 @@ class Entering(StoreBase):
 
     def _make_way(self, names: list[str]) -> None:
         """Remove what submissions that were cut short left under some names; raise `StoreFault` where results lie there."""
+
+        gone = disk_gone(self.shelf)
+        if gone is not None:
+            raise cannot_use(self.shelf.address, FileNotFoundError(gone))
 
         def clear(name: str) -> bool:
             shelf = self.shelf.at(name)

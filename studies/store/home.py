@@ -248,6 +248,17 @@ def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[st
             yield name
 
 
+def disk_gone(shelf: Shelf) -> str | None:
+    """Say that the folder of the cubes is not the one that was opened, as when its disk was unmounted; None for a bucket."""
+    if not isinstance(shelf, Folder):
+        return None
+    try:
+        shelf.stamp(MARKER)
+    except OSError as error:
+        return f"{shelf.address} is not the folder that was opened ({error}): check that its disk is mounted"
+    return None
+
+
 def older_copy(cube: str, catalogue: str) -> StoreFault:
     """Make the fault for a cube with results that the catalogue should know and does not."""
     return StoreFault(

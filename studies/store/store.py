@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,6 +14,10 @@ from damperlab.studies.store.home import CUBES, fact, require_catalogue, shelf_o
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.submissions import Submissions
+
+_COPIES = 10
+"""How often the catalogue of a folder that cannot be written is copied while somebody else writes it."""
+_LOG_HEADER_BYTES = 32
 
 
 class Store(Submissions, Handfuls, Cubes):
@@ -85,10 +90,17 @@ class Store(Submissions, Handfuls, Cubes):
         """Open a folder that cannot be written, by a copy of its catalogue: a database on such a disk cannot be locked."""
         copy = TemporaryDirectory(prefix="damperlab-")
         try:
-            for suffix in ("", "-wal"):  # what was written last may be in SQLite's log alone
-                file = data_dir / f"{SQLITE_FILE}{suffix}"
-                if file.exists():
-                    shutil.copyfile(file, Path(copy.name, file.name))
+            for _ in range(_COPIES):
+                before = _written(data_dir)
+                for suffix in ("", "-wal"):  # what was written last may be in SQLite's log alone
+                    file = data_dir / f"{SQLITE_FILE}{suffix}"
+                    if file.exists():
+                        shutil.copyfile(file, Path(copy.name, file.name))
+                # somebody who may write it may have moved pages from the log into the file meanwhile
+                if _written(data_dir) == before:
+                    break
+            else:
+                raise OSError(f"it was written during each of {_COPIES} attempts to copy it")
             opened = open_catalogue(Path(copy.name))
         except OSError as error:
             copy.cleanup()
@@ -114,3 +126,10 @@ class Store(Submissions, Handfuls, Cubes):
 def is_read_only(data_dir: Path) -> bool:
     """Whether a folder holds a catalogue and cannot be written."""
     return (data_dir / SQLITE_FILE).is_file() and not os.access(data_dir, os.W_OK | os.X_OK)
+
+
+def _written(data_dir: Path) -> tuple[int, bytes]:
+    """Say when a SQLite catalogue was written last, and how its log begins: anew after its pages went into the file."""
+    log = data_dir / f"{SQLITE_FILE}-wal"
+    with log.open("rb") if log.exists() else BytesIO() as file:
+        return (data_dir / SQLITE_FILE).stat().st_mtime_ns, file.read(_LOG_HEADER_BYTES)

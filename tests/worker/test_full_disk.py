@@ -15,6 +15,7 @@ import damperlab.studies.store.cubes
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.home import MARKER
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.verify import verify
@@ -110,7 +111,9 @@ def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Pa
     store = Store.open(disk.parent / "data")
     cubes = disk.parent / "data" / "cubes"
     command = ["mount", "-t", "tmpfs", "-o", "size=64m,nr_inodes=80", "tmpfs", str(cubes)]
+    marker = (cubes / MARKER).read_bytes()
     subprocess.run(command, check=True, capture_output=True, timeout=20)
+    (cubes / MARKER).write_bytes(marker)
     try:
         assert store.trouble() is None
         for number in range(30):
@@ -122,3 +125,35 @@ def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Pa
     finally:
         subprocess.run(["umount", "--lazy", str(cubes)], check=True, timeout=20)
         store.close()
+
+
+def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path, client: Client) -> None:
+    """The disk goes while a study is computed: nothing is written below its mount point, and what was done goes on."""
+    store = Store.open(tmp_path / "data")
+    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
+    study_id = store.submit(STUDY, plan, provenance())[0].id
+    cubes, disk = tmp_path / "data" / "cubes", tmp_path / "disk"
+
+    def run(watch: object) -> Record:
+        return run_study(
+            store, study_id, lambda: nullcontext(client), watch, threading.Event(), outage_as="queued"
+        )  # type: ignore[arg-type]
+
+    def unmount(progress: Progress) -> None:
+        if progress.blocks_done and not disk.exists():
+            cubes.rename(disk)
+            cubes.mkdir()
+
+    record = run(unmount)
+    assert record.state == "queued"
+    assert "mounted" in (record.message or "")
+    assert 1 <= record.blocks_done < plan.count
+    other = parse_study({**STUDY.document(), "damping_ratio": 0.06})
+    with pytest.raises(StoreFault, match="mounted"):
+        store.submit(other, plan_with_chunk(other, (1, 1, 1, 1, 1, 1), seconds_per_point), provenance())
+    assert list(cubes.iterdir()) == []
+    cubes.rmdir()
+    disk.rename(cubes)
+    assert run(lambda progress: None).state == "done"
+    assert list(verify(store, store.find(study_id))) == []
+    store.close()

@@ -2,14 +2,18 @@
 
 import os
 import shutil
+import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from damperlab.studies.store.catalogue import SQLITE_FILE
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.verify import verify
@@ -65,4 +69,29 @@ def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make
     with pytest.raises(StoreFault, match="opened for reading only"):
         copy.submit(other, make_plan_of(other), {})
     assert "cannot be written" in (copy.trouble() or "")
+    copy.close()
+
+
+def test_a_catalogue_that_is_written_while_it_is_copied_is_copied_again(
+    store, make_study, make_plan_of, monkeypatch
+):
+    """Who may not write a folder reads it beside who may: the file and its log must be of one moment."""
+    names = [store.submit(study, make_plan_of(study), {})[0].name for study in [make_study("first")]]
+    copyfile, written = shutil.copyfile, []
+
+    def copy_and_write(source, target):
+        copied = copyfile(source, target)
+        if str(source).endswith(SQLITE_FILE) and len(written) < 3:
+            # between the two files: pages go from the log into the file, and the log begins again
+            with closing(sqlite3.connect(source)) as other:
+                other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            study = make_study(f"later {len(written)}", damping_ratio=0.1 + 0.1 * len(written))
+            written.append(store.submit(study, make_plan_of(study), {})[0].name)
+        return copied
+
+    monkeypatch.setattr(shutil, "copyfile", copy_and_write)
+    copy = Store._open_read_only(store.data_dir, Quota())
+    assert {record.name for record in copy.page().records} == {*names, *written}
+    assert copy.catalogue.integrity() == []
+    assert len(written) == 3
     copy.close()
