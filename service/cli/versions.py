@@ -26,6 +26,7 @@ def recompute(
 ) -> None:
     """Recompute an outdated study with today's solver, keep both results, and show the differences."""
     check_cluster(workers, scheduler)
+    from damperlab.studies.faults import counted
     from damperlab.studies.store.differences import differences_of
     from damperlab.worker.provenance import provenance
 
@@ -38,7 +39,8 @@ def recompute(
         newer = compute(store, newer, workers, scheduler)
     with working("Comparing"):
         found = differences_of(store, newer, older)
-    replaced = replace and newer.state == "done"
+    failed = len(store.given_up(newer.id))
+    replaced = replace and newer.state == "done" and not failed
     if as_json:
         print_json({**newer.document(), "differences": found.document(), "replaced": replaced})
     else:
@@ -54,6 +56,12 @@ def recompute(
         with working("Removing files"):
             store.bury()
         note(f"Version {older.version} of study {label(older)} is deleted; {newer.id} has taken its place.")
+    elif replace:
+        note(
+            f"damperlab: {counted(failed, 'block')} of study {label(newer)} failed as a whole; both versions are kept. "
+            f"Compute them with: damperlab retry {newer.id} --data-dir {store.data_dir}"
+        )
+        raise typer.Exit(FAILED)
     else:
         note(
             f"Both versions are kept: {older.id} and {newer.id}. Delete the older one with: damperlab delete {older.id}"

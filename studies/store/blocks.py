@@ -156,16 +156,19 @@ class Blocks(Lookup):
         NothingToDo
             If no block was given up, or the study is of another solver.
         """
-        b = done_blocks.c
-        with self.catalogue.reading() as connection:
-            row = study_row(connection, study_id)
-            given_up = select(b.block).where(b.study == row.number, b.message.is_not(None))
-            blocks = connection.execute(given_up).scalars().all()
-        record = record_of(row)
+        record, blocks = self.find(study_id), self.given_up(study_id)
         if not blocks or record.outdated:
             raise _nothing_to_retry(record)
         self.forget(study_id, blocks, "to be tried again")
         return self.set_state(study_id, "queued", "")
+
+    def given_up(self, study_id: str) -> Sequence[int]:
+        """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no study."""
+        b = done_blocks.c
+        with self.catalogue.reading() as connection:
+            number = self.number(connection, study_id)
+            failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
+            return connection.execute(failed).scalars().all()
 
     def forget(self, study_id: str, blocks: Sequence[int], why: str) -> Record:
         """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.

@@ -1,6 +1,8 @@
 """Results of another solver beside today's: both kept, compared, and the older one replaced when told."""
 
 import json
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import nullcontext
@@ -137,6 +139,29 @@ def test_both_are_kept_until_the_older_one_is_replaced(
     store.bury()
     assert not path.exists()
     assert store.find(third["id"]).points_done == 12
+
+
+def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(
+    store: Store, client: Client, old: Record
+) -> None:
+    newer, _ = store.recompute(old.id, provenance())
+    block = plan_with_chunk(STUDY, newer.chunk, seconds_per_point).block(1)
+    checksum = write_region(store.cube_path(newer.id), block, failed_values(STUDY, block), "g")
+    store.mark(newer.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
+    assert run(store, client, newer).state == "done"
+    command = [sys.executable, "-m", "damperlab.service.cli.main", "recompute", old.id, "--replace", "--json"]
+    done = subprocess.run(
+        [*command, "--data-dir", str(store.data_dir)], check=False, capture_output=True, text=True
+    )
+    assert (done.returncode, json.loads(done.stdout)["replaced"]) == (1, False)
+    assert f"damperlab retry {newer.id}" in " ".join(done.stderr.split())
+    assert store.find(old.id).points_done == 12
+    run(store, client, store.retry(newer.id))
+    again = subprocess.run(
+        [*command, "--data-dir", str(store.data_dir)], check=True, capture_output=True, text=True
+    )
+    assert json.loads(again.stdout)["replaced"] is True
+    assert [each.id for each in store.versions(newer.id)] == [newer.id]
 
 
 def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> None:
