@@ -250,8 +250,8 @@ def answer_schemas() -> dict[str, Schema]:
     for each in (differences, *parts.values()):
         each.pop("description", None)
     estimate = _object(
-        digest=TEXT, points=COUNT, blocks=COUNT, bytes=COUNT, seconds=NUMBER, compiling_seconds=NUMBER,
-        kernels_missing=COUNT, definition={"type": "object"},
+        digest=TEXT, points=COUNT, blocks=COUNT, bytes=COUNT, seconds=NUMBER, seconds_low=NUMBER,
+        seconds_high=NUMBER, compiling_seconds=NUMBER, kernels_missing=COUNT, definition={"type": "object"},
     )  # fmt: skip
     return {
         **parts,

@@ -7,36 +7,49 @@ import numpy as np
 import xarray as xr
 
 from damperlab.service.columns import columns
+from damperlab.studies.digest import family_digest
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.measured import measured_family
+from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.worker.forecast import Forecast, known_of
+from damperlab.worker.provenance import provenance
 from damperlab.worker.warm import Scene, missing, scenes
 
 
-def estimate_document(study: AnyStudy, plan: Plan) -> dict[str, Any]:
+def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> dict[str, Any]:
     """Say what a study will cost, before it is stored.
 
     Parameters
     ----------
     study, plan : AnyStudy, Plan
         The study, and how it is cut.
+    store : Store, optional
+        Where earlier studies of its family tell what points take; without them the cost model alone does.
 
     Returns
     -------
     dict
-        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included),
-        ``compiling_seconds`` (the part of it that compiling takes) and ``kernels_missing`` (scenes to compile on
-        this machine), ``digest``, ``definition``.
+        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included) and
+        ``seconds_low`` and ``seconds_high``, between which they may well be, ``compiling_seconds`` (the part of it that
+        compiling takes) and ``kernels_missing`` (scenes to compile on this machine), ``digest``, ``definition``.
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
+    earlier = [] if store is None else measured_family(store, family_digest(study, provenance()))
+    forecast = Forecast(plan, known_of(earlier))
+    low, high = forecast.bounds
     return {
         "digest": study.digest,
         "points": study.points,
         "blocks": plan.count,
         "bytes": study.points * bytes_per_point(study),
-        "seconds": plan.seconds + compiling,
+        "seconds": float(forecast.seconds.sum()) + compiling,
+        # the compiler takes twice as long on a machine that is busy
+        "seconds_low": low + compiling / 2,
+        "seconds_high": high + 2 * compiling,
         "compiling_seconds": compiling,
         "kernels_missing": len(lacking),
         "definition": study.document(),

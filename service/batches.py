@@ -46,7 +46,10 @@ def submit_list(
     studies = _parse(documents, Shelf(service.settings.data_dir), key)
     plans = [make_plan(study, seconds_per_point) for study in studies]
     if dry_run:
-        return Document({"studies": [estimate_document(*each) for each in zip(studies, plans, strict=True)]})
+        sizes = [
+            estimate_document(study, plan, service.store) for study, plan in zip(studies, plans, strict=True)
+        ]
+        return Document({"studies": sizes})
     by = provenance()
     entered = service.store.submit_all(
         [Submission(*each, by, reuse) for each in zip(studies, plans, strict=True)]

@@ -3,8 +3,8 @@
 A rough model is enough: it decides sizes and order, never a result, and `damperlab.worker.forecast` corrects it by what was
 measured. Its form is cycles until the response is known to be steady, times seconds per cycle of the scene's kernel; its
 constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 … 0.3,
-d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over a grid agree within a factor of two there; single points scatter by a factor
-of ten, above all between periodic and modulated neighbours.
+d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a factor of four; single points scatter by a
+factor of ten, above all between periodic and modulated neighbours.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from damperlab.studies.kind import AnyStudy
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
-FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.5e-6, 1.4e-6, 2.0e-6
+FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
 """One excitation cycle, its events included where the clearance is wide."""
 COMPLIANT_TIMES = 4.5
 """How much more a cycle costs where walls are compliant."""
@@ -30,7 +30,7 @@ STEP_SECONDS = 0.04e-6
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
 """How much more a cycle costs at most where the clearance is below the amplitude, and over what clearance ratio that fades: the
 particle chatters and rides."""
-FEWEST_CYCLES = 64.0
+FEWEST_CYCLES = 40.0
 """Taken on average before a response is believed to be steady, far from resonance."""
 TRANSIENT = 0.073
 """Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""

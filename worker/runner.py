@@ -16,6 +16,7 @@ from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.measured import measured_blocks
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse import Overlaps
@@ -208,7 +209,8 @@ class _Run:
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         pending = self._store.pending(self._study_id)
-        forecast = Forecast(self._plan, known_of(self._store, self._study_id) if pending.size else None)
+        earlier = measured_blocks(self._store, self._study_id) if pending.size else []
+        forecast = Forecast(self._plan, known_of(earlier))
         # as they were expected at the beginning: progress is the share of that which is done
         self._expected = forecast.seconds
         work_left = float(self._expected[pending].sum())

@@ -3,7 +3,8 @@
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
@@ -73,7 +74,7 @@ def run(
 
     asked = read_study(study, Shelf(data_folder(data_dir)))
     if dry_run:
-        _print_size(asked, as_json)
+        _print_size(asked, data_dir, as_json)
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
     record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
@@ -257,14 +258,21 @@ def _stop_on_signals() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
-def _print_size(asked: "AnyStudy", as_json: bool) -> None:
+def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None:
     """Print what POST /studies?dry_run=true answers."""
     from damperlab.service.answers import estimate_document
     from damperlab.studies.plan import make_plan
+    from damperlab.studies.store.catalogue import SQLITE_FILE
+    from damperlab.studies.store.faults import StoreFault
     from damperlab.worker.cost import seconds_per_point
 
-    with working("Planning"):
-        size = estimate_document(asked, make_plan(asked, seconds_per_point))
+    with working("Planning"), ExitStack() as stack:
+        store = None
+        if (data_folder(data_dir) / SQLITE_FILE).is_file() or settings_of(data_dir).catalogue is not None:
+            # earlier studies tell what points take, where they can be asked; nothing is made for the sake of it
+            with suppress(StoreFault):
+                store = stack.enter_context(closing(open_store(data_dir)))
+        size = estimate_document(asked, make_plan(asked, seconds_per_point), store)
     if as_json:
         print_json(size)
     else:
@@ -273,5 +281,6 @@ def _print_size(asked: "AnyStudy", as_json: bool) -> None:
         say(
             f"{asked.name or 'The study'}: {size['points']} points in {size['blocks']} blocks, "
             f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, "
-            f"about {duration(size['seconds'])} of one core{first}. Nothing was stored."
+            f"about {duration(size['seconds'])} of one core{first} "
+            f"(between {duration(size['seconds_low'])} and {duration(size['seconds_high'])}). Nothing was stored."
         )

@@ -152,8 +152,13 @@ class Client:
         """
         answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
         names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
-        compiling = answer.get("compiling_seconds", 0.0)  # a service of before does not say
-        return Estimate(**{name: answer[name] for name in names}, compiling_seconds=compiling)
+        # a service of before does not say these
+        more = {
+            name: answer[name]
+            for name in ("compiling_seconds", "seconds_low", "seconds_high")
+            if name in answer
+        }
+        return Estimate(**{name: answer[name] for name in names}, **more)
 
     def study(self, reference: str) -> Study:
         """Find a study.

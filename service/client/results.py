@@ -33,6 +33,8 @@ class Estimate:
         The study with everything that was left out filled in.
     compiling_seconds : float
         What compiling takes of `seconds` [s].
+    seconds_low, seconds_high : float, optional
+        Between what they may well be [s].
     """
 
     digest: str
@@ -42,6 +44,8 @@ class Estimate:
     seconds: float
     definition: dict[str, Any]
     compiling_seconds: float = 0.0
+    seconds_low: float | None = None
+    seconds_high: float | None = None
 
 
 @dataclass(frozen=True)

@@ -272,7 +272,7 @@ function estimated(cost) {
     "dl",
     { class: "facts" },
     el("div", {}, el("dt", {}, "Points"), el("dd", {}, count(cost.points))),
-    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}${compilingPart(cost)}`)),
+    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} and ${duration(cost.seconds_high)}`)),
     el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
     el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
   );

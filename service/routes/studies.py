@@ -123,7 +123,7 @@ def _submit(
     study = parse_study(document, Shelf(service.settings.data_dir))
     plan = make_plan(study, seconds_per_point)
     if query.dry_run:
-        return Document(estimate_document(study, plan))
+        return Document(estimate_document(study, plan, service.store))
     reuse = query.reuse and service.settings.reuse
     record, created = service.store.submit(study, plan, provenance(), reuse=reuse, key=key)
     service.dispatcher.wake()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import or_, select
+from sqlalchemy import ColumnElement, or_, select
 
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.rows import ALIVE, record_of
@@ -37,7 +37,7 @@ class Measured:
 
 
 def measured_blocks(store: Store, study_id: str) -> list[Measured]:
-    """Look up what blocks have taken whose points were computed, all of them.
+    """Look up what blocks have taken of a study and of its family whose points were computed, all of them.
 
     Nothing that is computed depends on these numbers, so damaged ones are left out and not reported.
 
@@ -46,14 +46,23 @@ def measured_blocks(store: Store, study_id: str) -> list[Measured]:
     store : Store
         Where the studies are.
     study_id : str
-        One study's whole id; its own blocks count as well.
+        One study's whole id.
     """
+    c = studies.c
+    family = select(c.family).where(c.id == study_id, ALIVE).scalar_subquery()
+    return _measured(store, or_((c.family == family) & (c.family != ""), c.id == study_id))
+
+
+def measured_family(store: Store, family: str) -> list[Measured]:
+    """Look up the same of a family, as `damperlab.studies.digest.family_digest` names it; nothing of the empty one."""
+    return _measured(store, (studies.c.family == family) & (studies.c.family != ""))
+
+
+def _measured(store: Store, which: ColumnElement[bool]) -> list[Measured]:
     c, b = studies.c, done_blocks.c
     found = []
     with store.catalogue.reading() as connection:
-        family = select(c.family).where(c.id == study_id, ALIVE).scalar_subquery()
-        alike = (c.family == family) & (c.family != "")
-        query = select(studies).where(or_(alike, c.id == study_id), ALIVE, c.blocks_done > 0)
+        query = select(studies).where(which, ALIVE, c.blocks_done > 0)
         for row in connection.execute(query.order_by(c.number.desc()).limit(MOST_STUDIES)).all():
             every = -(-row.blocks_done // MOST_BLOCKS)
             blocks = select(b.block, b.kernel_seconds).where(

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.benchmarks import model
 
+from damperlab.service.answers import estimate_document
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.measured import measured_blocks
+from damperlab.studies.store.measured import measured_blocks, measured_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks
 from damperlab.worker.backlog import Backlog
@@ -127,7 +128,7 @@ def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(tmp_path: P
         assert measured.record.id == coarse
         assert measured.indices.tolist() == list(range(5))
         assert measured.kernel_seconds.sum() == pytest.approx(store.find(coarse).kernel_seconds, rel=1e-12)
-        known = known_of(store, record.id)
+        known = known_of(measured_blocks(store, record.id))
         assert known is not None
         ratios = known[1]
         forecast = Forecast(plan, known)
@@ -135,11 +136,20 @@ def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(tmp_path: P
         corrections = forecast.seconds / plan.block_seconds
         assert ratios.min() * (1 - 1e-12) <= corrections.min() <= corrections.max()
         assert corrections.max() <= ratios.max() * (1 + 1e-12)
+        # known before it is submitted
+        blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
+        assert told["seconds"] - told["compiling_seconds"] == pytest.approx(forecast.seconds.sum(), rel=1e-12)
+        assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
+        for each in (blind, told):
+            assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
+        # who knows more is surer
+        assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
+        assert measured_family(store, "") == []
         with store.catalogue.writing() as connection:
             # what cannot be is left out
             connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
         assert measured_blocks(store, record.id) == []
-        assert known_of(store, record.id) is None
+        assert known_of(measured_blocks(store, record.id)) is None
     finally:
         store.close()
 
