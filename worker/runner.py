@@ -1,6 +1,7 @@
 """One study from claimed to done: its pending blocks through a cluster into the store."""
 
 import logging
+import math
 import time
 import uuid
 from collections.abc import Callable, Iterable
@@ -62,6 +63,7 @@ GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
 POLL_SECONDS = 0.2
 """Longest sleep of the coordinator: how late it notices that it shall stop."""
+SECONDS_PER_HOUR = 3600.0
 REPORT_SECONDS = 0.5
 """Shortest time between two reports of progress."""
 
@@ -78,6 +80,7 @@ def run_study(
     outage_as: str = "failed",
     here_seconds: float = 0.0,
     wait_seconds: float = 120.0,
+    budget_seconds: float | None = None,
 ) -> Record:
     """Compute what a study lacks, and no more.
 
@@ -110,6 +113,8 @@ def run_study(
         Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
     wait_seconds : float
         How long to wait while no worker of the cluster can compute; the record says for what.
+    budget_seconds : float, optional
+        Kernel seconds after which no block begins; the study is left as if it had been stopped, and its message says so.
 
     Returns
     -------
@@ -127,7 +132,7 @@ def run_study(
     """
     store.find(study_id)
     with hold(store, study_id) as lease:
-        run = _Run(store, lease, on_progress, stop)
+        run = _Run(store, lease, on_progress, stop, math.inf if budget_seconds is None else budget_seconds)
         if run.begin(only_from):
             try:
                 run.compute(client_factory, here_seconds, wait_seconds)
@@ -169,10 +174,17 @@ class _Run:
         Takes the progress.
     stop : Event
         Set from outside.
+    budget_seconds : float
+        Kernel seconds after which it stops.
     """
 
     def __init__(
-        self, store: Store, lease: Lease, on_progress: Callable[[Progress], None], stop: Event
+        self,
+        store: Store,
+        lease: Lease,
+        on_progress: Callable[[Progress], None],
+        stop: Event,
+        budget_seconds: float,
     ) -> None:
         self._store = store
         self._lease = lease
@@ -183,6 +195,8 @@ class _Run:
         self._phase: tuple[str | None, int | None, int | None] = None, None, None
         self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
         self._left_out = ""
+        self._budget = budget_seconds
+        self._spent = 0.0
         self._crew: Crew | None = None
         self._reported = 0.0
         self._record = store.find(self._study_id)
@@ -369,7 +383,7 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if record.blocks_done < record.blocks_total:
-            self.put_down(stopped_as, None)
+            self.put_down(stopped_as, self._budget_spent())
             return
         message = f"computed without workers that were left out: {self._left_out}" if self._left_out else None
         if self._failures:
@@ -397,7 +411,14 @@ class _Run:
 
     @property
     def _stopping(self) -> bool:
-        return self._stop.is_set() or self._lease.over
+        return self._stop.is_set() or self._lease.over or self._spent >= self._budget
+
+    def _budget_spent(self) -> str | None:
+        """Say that the budget ended the run; None where something else did."""
+        if self._spent < self._budget:
+            return None
+        hours = self._budget / SECONDS_PER_HOUR
+        return f"the budget of {hours:.3g} core hours is spent; {self.left()}"
 
     def _pump(self, window: "Window | Here", cube_path: str) -> None:
         while not self._stopping:
@@ -437,6 +458,7 @@ class _Run:
             self._lease.lost.set()
             return
         for outcome in outcomes:
+            self._spent += outcome.kernel_seconds
             self._meter.add(outcome.points, outcome.failed, float(self._expected[outcome.index]))
 
     def _give_up(self, failure: Failure, cube_path: str) -> BlockOutcome:

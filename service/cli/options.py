@@ -75,6 +75,17 @@ Wait = Annotated[
         help="Seconds to wait while no worker of the scheduler can compute, as in the queue of a batch system.",
     ),
 ]
+Budget = Annotated[
+    float | None,
+    typer.Option(
+        "--budget",
+        metavar="CORE_HOURS",
+        min=0.0,
+        help="Stop once blocks of this run have taken so many core hours; those that are running may still end. "
+        "`damperlab resume` goes on.",
+        show_default=False,
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(

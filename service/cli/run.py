@@ -14,6 +14,7 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
     WAIT_SECONDS,
     AsJson,
+    Budget,
     DataDir,
     QuotaBytes,
     Scheduler,
@@ -56,6 +57,7 @@ def run(
     wait: Wait = WAIT_SECONDS,
     place: StoreAddress = None,
     quota: QuotaBytes = None,
+    budget: Budget = None,
     dry_run: Annotated[
         bool,
         typer.Option(
@@ -78,7 +80,7 @@ def run(
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
     record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
-    finish(store, record, workers, scheduler, as_json, wait)
+    finish(store, record, workers, scheduler, as_json, wait, budget)
 
 
 def resume(
@@ -87,12 +89,13 @@ def resume(
     workers: Workers = None,
     scheduler: Scheduler = None,
     wait: Wait = WAIT_SECONDS,
+    budget: Budget = None,
     as_json: AsJson = False,
 ) -> None:
     """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
     check_cluster(workers, scheduler)
     store = open_store(data_dir)
-    finish(store, store.find(study), workers, scheduler, as_json, wait)
+    finish(store, store.find(study), workers, scheduler, as_json, wait, budget)
 
 
 def find_or_submit(
@@ -132,6 +135,7 @@ def finish(
     scheduler: str | None,
     as_json: bool,
     wait_seconds: float = WAIT_SECONDS,
+    budget_hours: float | None = None,
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
@@ -142,7 +146,9 @@ def finish(
                 f"An earlier solver computed it. To compute it with today's and keep both: damperlab recompute {record.id}"
             )
     else:
-        record = compute(store, record, workers, scheduler, wait_seconds=wait_seconds)
+        record = compute(
+            store, record, workers, scheduler, wait_seconds=wait_seconds, budget_hours=budget_hours
+        )
     if as_json:
         print_json(record.document())
     else:
@@ -164,6 +170,7 @@ def compute(
     client: "Callable[[], AbstractContextManager[Client]] | None" = None,
     wait_seconds: float = WAIT_SECONDS,
     here_seconds: float | None = None,
+    budget_hours: float | None = None,
 ) -> "Record":
     """Run a study here or, while another process does, watch it.
 
@@ -181,6 +188,8 @@ def compute(
         How long to wait while no worker can compute.
     here_seconds : float, optional
         Expected work up to which no cluster is used; by default `HERE_SECONDS` where none is named, else none.
+    budget_hours : float, optional
+        Core hours in kernels after which it stops, to be resumed.
 
     Returns
     -------
@@ -188,7 +197,7 @@ def compute(
         As it ended.
     """
     from damperlab.studies.store.faults import StudyBusy
-    from damperlab.worker.runner import run_study
+    from damperlab.worker.runner import SECONDS_PER_HOUR, run_study
 
     def own() -> "AbstractContextManager[Client]":
         # loaded only where a cluster is needed: it is most of what a tiny study would cost
@@ -218,6 +227,7 @@ def compute(
                     only_from=("queued", "running", record.state),
                     here_seconds=here_seconds,
                     wait_seconds=wait_seconds,
+                    budget_seconds=None if budget_hours is None else budget_hours * SECONDS_PER_HOUR,
                 )
             except StudyBusy as error:
                 note(f"{error} Following it until it ends.")

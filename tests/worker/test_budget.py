@@ -1,0 +1,51 @@
+"""A study that may take so many core hours and no more: it stops well, says so, and goes on later to the same bits."""
+
+import json
+import threading
+from pathlib import Path
+from typing import Any
+
+from tests.service.cli.commands import run
+from tests.worker.test_workers_judged import BLOCKS, friction_study, never, submit
+
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.examination import bits_of
+from damperlab.worker.runner import run_study
+
+
+def go_on(store: Store, study_id: str, **more: Any) -> Any:
+    return run_study(store, study_id, never, lambda now: None, threading.Event(), here_seconds=60.0, **more)
+
+
+def test_study_stops_when_its_budget_is_spent_and_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    store = Store.open(tmp_path / "data")
+    try:
+        record = submit(store)
+        # any block takes longer
+        stopped = go_on(store, record.id, budget_seconds=1e-9)
+        assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", 1, 0)
+        assert f"is spent; 1 of {BLOCKS} blocks are kept" in (stopped.message or "")
+        # of each run its own
+        assert go_on(store, record.id, budget_seconds=1e-9).blocks_done == 2
+        ended = go_on(store, record.id, budget_seconds=3600.0)
+        assert (ended.state, ended.blocks_done, ended.message) == ("done", BLOCKS, None)
+        study = friction_study()
+        whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+        assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})
+    finally:
+        store.close()
+
+
+def test_the_command_says_what_became_of_the_budget_and_how_to_go_on(tmp_path: Path) -> None:
+    study = tmp_path / "study.json"
+    study.write_text(friction_study().model_dump_json(exclude_none=True))
+    data = ("--data-dir", tmp_path / "data")
+    ended = run("run", study, "--budget", "0", "--json", *data, status=1)
+    record = json.loads(ended.stdout)
+    assert (record["state"], record["points_done"]) == ("cancelled", 0)
+    assert "the budget of 0 core hours is spent" in record["message"]
+    assert "damperlab resume" in ended.stderr
+    assert json.loads(run("resume", record["id"], "--budget", "1", "--json", *data).stdout)["state"] == "done"
