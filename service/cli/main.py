@@ -11,6 +11,7 @@ from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
+from damperlab.service.cli.fit import fit
 from damperlab.service.cli.importance import importance
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
@@ -69,6 +70,7 @@ for name, command, panel in (
     ("race", race, "Compute"),
     ("design", design, "Compute"),
     ("simulate", simulate, "Compute"),
+    ("fit", fit, "Compute"),
     ("reproduce", reproduce, "Compute"),
     ("earthquake", earthquake, "Compute"),
     ("records", records, "Compute"),

@@ -1,0 +1,219 @@
+"""The command fit: parameters of a prototype from its measured frequency response."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from damperlab.service.cli.asked import Values, names_a_design
+from damperlab.service.cli.options import (
+    AsJson,
+    Contact,
+    ContactModel,
+    ContactTime,
+    check_file,
+    contact_document,
+    read_number,
+    read_range,
+)
+from damperlab.service.cli.output import make_parent, note, print_json, print_table, say, working
+from damperlab.service.cli.warm import have_ready
+from damperlab.studies.variables import DIMENSION_LONG_NAMES
+
+if TYPE_CHECKING:
+    from damperlab.studies.fit.fitted import Fitted
+
+FIGURES = (".png", ".svg", ".pdf")
+PAGES = (".html", ".htm")
+STUDIES = (".yaml", ".yml", ".json")
+
+
+class Sweep(StrEnum):
+    """Where each response starts."""
+
+    rest = "rest"
+    up = "up"
+    down = "down"
+
+
+MEANINGS = {
+    **{name: meaning for name, meaning in DIMENSION_LONG_NAMES.items() if name != "frequency_ratio"},
+    "mass_kg": "mass of the structure, in kg",
+    "natural_frequency_hz": "natural frequency of the structure, in Hz; for frequencies in Hz",
+    "base_amplitude_m": "amplitude of the base, in m; for amplitudes in units of length",
+    "damping_n_s_per_m": "damping coefficient of the structure, in N s/m",
+    "friction_force_n": "friction force, in N",
+    "clearance_m": "clearance on either side of the particle, in m",
+    "particle_mass_kg": "mass of the particle, in kg",
+}
+
+
+@names_a_design(MEANINGS)
+def fit(
+    design: Values,
+    measured: Annotated[
+        Path,
+        typer.Argument(
+            metavar="MEASURED.csv",
+            help="A table with headings: frequency (Hz) or frequency ratio; amplitude (mm) or X/Z; where known "
+            "deviation (mm) or deviation (%); columns for what differs from row to row, as base amplitude (mm).",
+            show_default=False,
+        ),
+    ],
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fit",
+            metavar="NAME[=LOW,HIGH]",
+            help="Estimate this parameter, within this range or a usual one. May be repeated.",
+        ),
+    ] = None,
+    structure: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What is known, written as a study (.yaml, .json); an axis there is a range to estimate within.",
+        ),
+    ] = None,
+    no_particle: Annotated[
+        bool, typer.Option("--no-particle", help="Identify a structure that has no particle.")
+    ] = False,
+    contact: Contact = ContactModel.instant,
+    contact_time: ContactTime = None,
+    start: Annotated[
+        Sweep | None,
+        typer.Option(
+            help="How it was measured: each frequency from rest (the default), or a sweep up or down in frequency.",
+            show_default=False,
+        ),
+    ] = None,
+    deviation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Standard deviation of the amplitudes as a share of each, as in 5%, where the table has none. Without "
+            "either it is estimated from the scatter.",
+        ),
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
+    study: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the fitted prototype as a study that `damperlab run` computes."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write the measured and the fitted response as a .png, .svg or .pdf figure, or a report as .html.",
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Estimate parameters of a prototype from its measured frequency response, with intervals.
+
+    Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
+    """
+    check_file(output, (*FIGURES, *PAGES))
+    check_file(study, STUDIES)
+    ranges = _ranges(free)
+    with working("Reading the measurement"):
+        from damperlab.service.fit_report import fit_document
+        from damperlab.studies.fit.asking import make_question
+        from damperlab.studies.fit.measured import read_measurement
+        from damperlab.studies.fit.structure import read_structure
+        from damperlab.worker.fit.estimate import fit_response
+        from damperlab.worker.fit.model import scenes_of
+
+        known: dict[str, Any] = {} if structure is None else read_structure(structure)
+        known |= contact_document(contact, contact_time)
+        if no_particle:
+            known["particle"] = False
+        if start is not None:
+            swept = {"kind": "continuation", "direction": start.value}
+            known["start"] = "rest" if start is Sweep.rest else swept
+        question = make_question(
+            read_measurement(measured),
+            known,
+            ranges,
+            known=design,
+            share=_share(deviation),
+            confidence=confidence,
+            seed=seed,
+        )
+    have_ready(scenes_of(question))
+    computed = [0]
+    with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
+        fitted = fit_response(question, lambda number: computed.__setitem__(0, number))
+    if output is not None:
+        _write(fitted, output)
+    if study is not None:
+        _write_study(fitted.study(), study)
+    if as_json:
+        print_json(fit_document(fitted))
+    else:
+        _print(fitted)
+
+
+def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
+    """Read ``name`` and ``name=low,high``."""
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in free or ():
+        name, equals, span = text.partition("=")
+        if name in found:
+            raise typer.BadParameter(f"{name} is given twice. Leave one of them out.", param_hint="--fit")
+        found[name] = read_range("--fit", span) if equals else None
+    return found
+
+
+def _share(text: str | None) -> float | None:
+    """Read ``5%`` or ``0.05``."""
+    if text is None:
+        return None
+    if text.endswith("%"):
+        return read_number("--deviation", text.removesuffix("%")) / 100.0
+    return read_number("--deviation", text)
+
+
+def _write(fitted: "Fitted", output: Path) -> None:
+    from damperlab.service.figures.fit import draw_fit
+    from damperlab.service.figures.style import save
+    from damperlab.service.fit_report import fit_report
+    from damperlab.worker.fit.curve import curves_of
+
+    with working("Drawing"):
+        curves = curves_of(fitted)
+        make_parent(output)
+        if output.suffix in PAGES:
+            output.write_text(fit_report(fitted, curves), encoding="utf-8")
+        else:
+            save(draw_fit(fitted, curves), output)
+    note(f"Wrote {output}.")
+
+
+def _write_study(document: dict[str, Any], path: Path) -> None:
+    import yaml
+
+    text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    if path.suffix != ".json":
+        text = yaml.safe_dump(document, allow_unicode=True, sort_keys=False)
+    make_parent(path).write_text(text, encoding="utf-8")
+    note(f"Wrote {path}; `damperlab run {path}` computes it.")
+
+
+def _print(fitted: "Fitted") -> None:
+    from damperlab.service.fit_report import COLUMNS, parameter_rows
+    from damperlab.studies.fit.verdict import verdict
+
+    print_table(COLUMNS, parameter_rows(fitted))
+    say(
+        f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} sets of parameters computed."
+    )
+    for sentence in verdict(fitted):
+        say(sentence)

@@ -1,0 +1,130 @@
+"""A fit as a document: for programs, and as a page to keep or to print."""
+
+import json
+from html import escape
+from typing import Any
+
+from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.fit.fitted import Fitted
+from damperlab.studies.fit.verdict import told, verdict
+from damperlab.worker.fit.curve import Curve
+
+COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
+
+
+def fit_document(fitted: Fitted) -> dict[str, Any]:
+    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, sentences, and the study."""
+    question = fitted.question
+    measured = question.measured
+    names = [each.name for each in fitted.estimates]
+    return {
+        "measured": measured.name,
+        "confidence": question.confidence,
+        "parameters": {
+            each.name: {
+                "value": each.value,
+                "low": each.low,
+                "high": each.high,
+                "deviation": each.spread,
+                "range": [each.lowest, each.highest],
+                "determined": each.determined,
+            }
+            for each in fitted.estimates
+        },
+        "correlation": {
+            name: dict(zip(names, row, strict=True))
+            for name, row in zip(names, fitted.correlation.tolist(), strict=True)
+        },
+        "cannot_tell_apart": [list(pair[:2]) for pair in fitted.alike],
+        "chi_square": fitted.chi_square,
+        "degrees_of_freedom": fitted.freedom,
+        "probability": fitted.probability,
+        "widening": fitted.widening,
+        "rows": [
+            {
+                "frequency": measured.frequency[row],
+                "measured": measured.amplitude[row],
+                "deviation": fitted.deviation[row],
+                "model": fitted.model[row],
+                "model_error": fitted.model_error[row],
+                "residual": fitted.residual[row],
+                "impacts_per_cycle": fitted.impacts_per_cycle[row],
+                "stick_fraction": fitted.stick_fraction[row],
+            }
+            for row in range(measured.rows)
+        ],
+        "outliers": [row + 1 for row in fitted.outliers],
+        "others": [dict(one) for one in fitted.others],
+        "evaluations": fitted.evaluations,
+        "units": {
+            "frequency": "Hz" if measured.in_hertz else "1",
+            "amplitude": "m" if measured.in_metres else "1",
+        },
+        "study": fitted.study(),
+        "words": [*(told(fitted, each) for each in fitted.estimates), *verdict(fitted)],
+    }
+
+
+def parameter_rows(fitted: Fitted) -> list[tuple[str, ...]]:
+    """Give the parameters as rows of text, under `COLUMNS`."""
+    return [
+        (
+            each.name,
+            f"{each.value:.4g}",
+            f"{each.low:.4g}",
+            f"{each.high:.4g}",
+            f"{each.spread:.2g}",
+            f"{each.lowest:.4g} to {each.highest:.4g}",
+        )
+        for each in fitted.estimates
+    ]
+
+
+def fit_report(fitted: Fitted, curves: list[Curve]) -> str:
+    """Write a fit as one page of HTML that loads nothing.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The outcome.
+    curves : list of Curve
+        Of `damperlab.worker.fit.curve.curves_of`.
+    """
+    from damperlab.service.figures.fit import caption_of, draw_fit
+
+    measured = fitted.question.measured
+    frequency = "frequency [Hz]" if measured.in_hertz else "frequency ratio"
+    unit = " [m]" if measured.in_metres else ""
+    head = (
+        frequency,
+        f"measured{unit}",
+        f"deviation{unit}",
+        f"model{unit}",
+        f"model error{unit}",
+        "residual",
+    )
+    columns = (
+        measured.frequency,
+        measured.amplitude,
+        fitted.deviation,
+        fitted.model,
+        fitted.model_error,
+        fitted.residual,
+    )
+    title = f"{measured.name}, fitted"
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        *(said(sentence) for sentence in verdict(fitted)),
+        "<h2>Parameters</h2>",
+        table("Parameters", COLUMNS, parameter_rows(fitted)),
+        said(
+            f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} sets of parameters computed.",
+            "quiet",
+        ),
+        "<h2>Measured and computed</h2>",
+        drawing(draw_fit(fitted, curves), caption_of(fitted.question)),
+        table("Rows", head, ([f"{value:.4g}" for value in row] for row in zip(*columns, strict=True))),
+        "<h2>The prototype as a study</h2>",
+        f"<pre>{escape(json.dumps(fitted.study(), indent=2, ensure_ascii=False))}</pre>",
+    ]
+    return page(title, parts)

@@ -1,0 +1,265 @@
+"""A question to a measurement, put together from what is known and what is wanted; every fault is named."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.fit.measured import Measurement
+from damperlab.studies.fit.question import FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
+from damperlab.studies.quantity import RATIOS
+from damperlab.studies.vocabulary import OF_PARTICLE
+
+MOST_FREE = 5
+DEFAULT_RANGES: dict[str, tuple[float, float]] = {
+    "damping_ratio": (0.0, 0.1),
+    "restitution": (0.0, 1.0),
+    "mass_ratio": (0.0, 0.5),
+    "friction_ratio": (0.0, 1.2),
+}
+"""Where a parameter is looked for if nothing is said; more friction locks the structure at resonance."""
+
+
+def make_question(
+    measured: Measurement,
+    structure: Mapping[str, Any],
+    fit: Mapping[str, tuple[float, float] | None],
+    *,
+    known: Mapping[str, float] | None = None,
+    share: float | None = None,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> FitQuestion:
+    """Put a question together and check it.
+
+    Parameters
+    ----------
+    measured : Measurement
+        The response.
+    structure : mapping
+        What is known, written as a study is: `damping_ratio`, `axes`, `physical`, `particle`, `contact`, `start`,
+        `steady`. What is an axis there is estimated within it, as if it stood in `fit`; frequencies are those measured.
+    fit : mapping
+        What is estimated, and where it is looked for: (lowest, highest), or None for a range that is usual.
+    known : mapping, optional
+        Numbers that count more than those of `structure`, by the names of `NAMED`.
+    share : float, optional
+        Standard deviation of the amplitudes as a share of each, where the measurement has none.
+    confidence : float
+        Of the intervals.
+    seed : int
+        Of whatever is drawn.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault: something that is neither known nor estimated nor measured, a range that allows what no
+        prototype has, nothing to estimate, more to estimate than was measured.
+    """
+    faults: list[Fault] = []
+    numbers, ranges, settings = _taken_apart(structure, faults)
+    for name, value in (known or {}).items():
+        for of in (numbers, ranges):
+            drop(of, name)
+        numbers |= _read(name, value, faults)
+    usual = numbers | _middles(ranges)
+    for name in fit:
+        drop(numbers, name)
+        ranges.pop(name, None)
+    ranges |= fit
+    faults += [_not_free(name) for name in ranges if name not in FREE]
+    ranges = {name: span for name, span in ranges.items() if name in FREE}
+    free = []
+    for name, span in ranges.items():
+        found = _range(name, span, usual, measured)
+        if isinstance(found, Fault):
+            faults.append(found)
+        else:
+            free.append(found)
+    faults += _faults_between(tuple(ranges), measured)
+    if not 0.5 <= confidence <= 0.9999:
+        advice = "write 0.95 for intervals of 95 %"
+        faults.append(Fault("confidence", describe(confidence), "a number from 0.5 to 0.9999", advice))
+    if share is not None and not 0.0 < share <= 1.0:
+        advice = "write 0.05 for a standard deviation of 5 % of each amplitude"
+        faults.append(Fault("deviation", describe(share), "a number above 0 and at most 1", advice))
+    if faults:
+        raise StudyFaults(faults)
+    question = FitQuestion(measured, numbers, tuple(free), settings, share, confidence, seed)
+    _check(question)
+    return question
+
+
+def _taken_apart(
+    structure: Mapping[str, Any], faults: list[Fault]
+) -> tuple[dict[str, float], dict[str, tuple[float, float] | None], dict[str, Any]]:
+    """Sort a study's entries into numbers, axes, and the rest."""
+    settings = {
+        name: value
+        for name, value in structure.items()
+        if name not in ("damping_ratio", "axes", "physical", "metrics")
+    }
+    solver = settings.get("solver")
+    if isinstance(solver, Mapping) and solver.get("method") == "rk4":
+        told = "A fit needs the event solver: fixed steps are not exact enough to tell parameters apart."
+        faults.append(Fault("solver", "rk4", "event", "leave `solver` out", told))
+    entries: list[tuple[str, object]] = []
+    if "damping_ratio" in structure:
+        entries.append(("damping_ratio", structure["damping_ratio"]))
+    for part in ("axes", "physical"):
+        inside = structure.get(part, {})
+        if isinstance(inside, Mapping):
+            entries += inside.items()
+        else:
+            faults.append(Fault(part, describe(inside), "a mapping", "write names and numbers"))
+    known: dict[str, float] = {}
+    ranges: dict[str, tuple[float, float] | None] = {}
+    for name, raw in entries:
+        if name in ("frequency_ratio", "excitation_frequency_hz"):
+            continue  # the frequencies are those that were measured
+        ends = _ends(raw)
+        if ends is None:
+            known |= _read(name, raw, faults)
+        else:
+            low, high = (_read(name, end, faults) for end in ends)
+            if low and high:
+                ranges[name] = (low[name], high[name])
+    return known, ranges, settings
+
+
+def _read(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
+    """Read one number of a prototype; none, and a fault, where it is wrong."""
+    if name in NAMED:
+        try:
+            return {name: NAMED[name].read(raw, name)}
+        except StudyFaults as error:
+            faults.extend(error.faults)
+            return {}
+    near = nearest(str(name), NAMED)
+    advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
+    allowed = f"one of {listing(NAMED)}"
+    told = f"{{field}} is not known of a prototype; allowed are {listing(NAMED)}."
+    faults.append(Fault(str(name), "an unknown name", allowed, advice, told))
+    return {}
+
+
+def _ends(raw: object) -> tuple[Any, Any] | None:
+    """Give the ends of an axis; None for a number, and for what is none."""
+    if isinstance(raw, Mapping) and {"start", "stop"} <= set(raw):
+        return raw["start"], raw["stop"]
+    if isinstance(raw, list | tuple) and len(raw) > 1 and all(isinstance(one, int | float) for one in raw):
+        return min(raw), max(raw)
+    return None
+
+
+def _not_free(name: str) -> Fault:
+    near = nearest(name, FREE)
+    advice = f"did you mean `{near}`?" if near else "name one of these"
+    told = f"{name} cannot be estimated; what can be are {listing(FREE)}."
+    return Fault(f"fit.{name}", name, f"one of {listing(FREE)}", advice, told)
+
+
+def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, float]:
+    return {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
+
+
+def _range(
+    name: str, span: tuple[float, float] | None, known: Mapping[str, float], measured: Measurement
+) -> Free | Fault:
+    field = f"fit.{name}"
+    if span is None:
+        span = _usual(name, known, measured)
+    if span is None:
+        told = f"{{field}} needs a range to look in: nothing here says where {name} may lie."
+        advice = f"write the lowest and the highest value, as in --fit {name}=LOW,HIGH"
+        return Fault(field, NOTHING, "a range", advice, told)
+    quantity = NAMED[name]
+    for end in span:
+        if not quantity.admits(end):
+            return Fault(field, describe(end), quantity.allowed, quantity.advice)
+    if not span[0] < span[1]:
+        found = f"{span[0]:g} to {span[1]:g}"
+        return Fault(field, found, "a lowest value below the highest", "swap or widen the ends")
+    return Free(name, float(span[0]), float(span[1]))
+
+
+def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tuple[float, float] | None:
+    """Say where a parameter is looked for if no range is given; None where that cannot be said."""
+    if name == "natural_frequency_hz":
+        return (0.8 * known[name], 1.25 * known[name]) if name in known else None
+    if name == "clearance_ratio" and not measured.in_metres:
+        return 0.5, max(5.0, 1.5 * float(measured.amplitude.max()))
+    if name == "clearance_m" and measured.in_metres:
+        largest = float(measured.amplitude.max())
+        return 0.02 * largest, 1.5 * largest
+    return DEFAULT_RANGES.get(name)
+
+
+def _faults_between(names: Iterable[str], measured: Measurement) -> list[Fault]:
+    names = tuple(names)
+    faults = []
+    if not names:
+        told = "Nothing is to be estimated."
+        advice = "name what is unknown, as in --fit restitution --fit friction_ratio=0,1"
+        faults.append(Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told))
+    if len(names) > MOST_FREE:
+        told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
+        advice = "measure some of them on their own: the mass by weighing, the clearance with a calliper"
+        faults.append(Fault("fit", f"{len(names)} parameters", f"at most {MOST_FREE}", advice, told))
+    if measured.rows <= len(names):
+        told = f"{measured.rows} measured amplitudes cannot determine {len(names)} parameters."
+        allowed = f"more than {len(names)} rows"
+        faults.append(Fault("measured", f"{measured.rows} rows", allowed, "measure more", told))
+    twice = [name for name in names if RATIO_OF.get(name, name) in names and RATIO_OF.get(name) is not None]
+    for name in twice:
+        told = f"{name} and {RATIO_OF[name]} are the same parameter; estimate one of them."
+        faults.append(Fault(f"fit.{name}", "both", "one of the two", "leave one out", told))
+    return faults
+
+
+def _check(question: FitQuestion) -> None:
+    """Try the definition of every configuration at both ends of all ranges."""
+    faults: dict[tuple[str, str], Fault] = {}
+    particle = question.settings.get("particle", True) is not False
+    for conditions, rows in question.configurations:
+        for share in (0.0, 1.0):
+            given = question.given(question.values(np.full(len(question.free), share)), conditions)
+            missing = list(_missing(question, given, particle))
+            if not missing:
+                try:
+                    question.study(given, np.unique(question.ratios(given, rows)).tolist())
+                except StudyFaults as error:
+                    missing = list(error.faults)
+            for fault in missing:
+                faults.setdefault((fault.field, fault.sentence), fault)
+    if not particle:
+        for each in question.free:
+            if RATIO_OF.get(each.name, each.name) in OF_PARTICLE:
+                told = f"{each.name} cannot be estimated in a scene without a particle."
+                advice = "leave it out, or give the scene its particle"
+                faults[each.name, ""] = Fault(
+                    f"fit.{each.name}", each.name, "no parameter of a particle", advice, told
+                )
+    if faults:
+        raise StudyFaults(faults.values())
+
+
+def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) -> Iterable[Fault]:
+    """Find what some rows need and nothing says; a study's own defaults are another prototype's."""
+    ratios = {RATIO_OF.get(name, name) for name in given}
+    for name in RATIOS:
+        if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):
+            continue
+        advice = f"give it, estimate it with --fit {name}, or add a column"
+        if name in OF_PARTICLE:
+            advice += "; or leave the particle out"
+        told = f"{{field}} is neither given nor estimated nor a column of the table: {RATIOS[name].meaning}."
+        yield Fault(name, NOTHING, RATIOS[name].allowed, advice, told)
+    for name, needed, why in (
+        ("natural_frequency_hz", question.measured.in_hertz, "the frequencies are measured in Hz"),
+        ("base_amplitude_m", question.measured.in_metres, "the amplitudes are measured in metres"),
+    ):
+        if needed and name not in given:
+            told = f"{{field}} is missing: {why}."
+            yield Fault(name, NOTHING, NAMED[name].allowed, "give it, or measure ratios", told)

@@ -1,0 +1,110 @@
+"""Columns of a measured response: their headings, and the units that a heading may state."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from damperlab.studies.faults import Fault, listing, nearest, printable
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6, "in": 0.0254}
+FREQUENCIES = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0}
+FORCES = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
+MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
+DAMPINGS = {"n s/m": 1.0, "ns/m": 1.0, "kg/s": 1.0}
+RATIO = {"": 1.0, "1": 1.0, "-": 1.0}
+SHARES = {"%": 0.01}
+"""Units, and what one of each is in SI units."""
+
+PERCENT = "deviation_share"
+"""A standard deviation as a share of the amplitude."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One kind of column.
+
+    Parameters
+    ----------
+    names : dict of dict
+        By what the column is called here, the units that mean it.
+    spellings : tuple of str
+        What a heading may say, in lower case, without its unit.
+    """
+
+    names: dict[str, dict[str, float]]
+    spellings: tuple[str, ...]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Every unit that the heading may state."""
+        return tuple(unit for units in self.names.values() for unit in units if unit not in RATIO)
+
+
+COLUMNS = (
+    Column({"frequency_hz": FREQUENCIES}, ("frequency", "excitation frequency", "f")),
+    Column({"frequency_ratio": RATIO}, ("frequency ratio", "r")),
+    Column({"amplitude_m": LENGTHS}, ("amplitude", "x")),
+    Column({"amplitude_ratio": RATIO}, ("amplitude ratio", "x/z", "transmissibility")),
+    Column({"deviation_m": LENGTHS, PERCENT: SHARES}, ("deviation", "standard deviation")),
+    Column({"deviation_ratio": RATIO}, ("deviation ratio",)),
+    Column({"base_amplitude_m": LENGTHS}, ("base amplitude", "z")),
+    Column({"clearance_m": LENGTHS}, ("clearance", "d")),
+    Column({"friction_force_n": FORCES}, ("friction force", "friction")),
+    Column({"particle_mass_kg": MASSES}, ("particle mass",)),
+    Column({"damping_n_s_per_m": DAMPINGS}, ("damping",)),
+    *(
+        Column({name: RATIO}, (name.replace("_", " "),))
+        for name in ("damping_ratio", "restitution", "mass_ratio", "clearance_ratio", "friction_ratio")
+    ),
+)
+"""Every column that is understood."""
+
+CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
+"""Columns that say what a row was measured at, where rows differ in more than their frequency."""
+
+_UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
+
+
+def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
+    """Read one heading, as in ``amplitude (mm)``, ``X/Z`` or ``amplitude_m``.
+
+    Parameters
+    ----------
+    text : str
+        The heading.
+    field : str
+        Where it stands, for the fault.
+
+    Returns
+    -------
+    (str, float) or Fault
+        What the column is called here, and the factor that turns its numbers into SI units.
+    """
+    written = text.strip().strip('"').strip()
+    for column in COLUMNS:
+        for name, units in column.names.items():
+            if written.lower() == name:
+                return name, 0.01 if units is SHARES else 1.0
+    stated = _UNIT.match(written)
+    said, unit = (stated[1], stated[2].strip().lower()) if stated else (written, "")
+    said = re.sub(r"[\s_]+", " ", said).strip().lower()
+    unit = re.sub(r"\s*\*\s*|·", " ", unit.replace("″", "in").replace("μ", "µ"))
+    for column in COLUMNS:
+        if said not in column.spellings:
+            continue
+        for name, units in column.names.items():
+            if unit in units:
+                return name, units[unit]
+        allowed = f"one of the units {listing(column.units)}" if column.units else "no unit: it is a ratio"
+        example = f"`{said} ({column.units[0]})`" if column.units else f"`{said}`"
+        found = f"the unit {printable(unit)}" if unit else "no unit"
+        told = f"The heading {printable(written)} has {found}; it may have {allowed}."
+        if not unit:
+            told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
+        return Fault(field, found, allowed, f"write the heading as {example}", told)
+    known = [spelling for column in COLUMNS for spelling in column.spellings]
+    near = nearest(said, known)
+    advice = f"did you mean `{near}`? Otherwise remove the column" if near else "remove the column"
+    allowed = f"one of {listing(column.spellings[0] for column in COLUMNS)}"
+    told = f"The heading {printable(written)} names no known column; allowed are {allowed.removeprefix('one of ')}."
+    return Fault(field, printable(written), allowed, advice, told)

@@ -1,0 +1,234 @@
+"""What a fit gives: parameters with intervals, what the data cannot tell apart, and how well the model agrees with them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.fit.chi_square import chi_square_probability
+from damperlab.studies.fit.columns import CONDITIONS
+from damperlab.studies.fit.question import RATIO_OF, FitQuestion
+from damperlab.studies.variables import ResponseClass
+from damperlab.studies.vocabulary import OF_PARTICLE
+
+UNDETERMINED = 0.8
+"""Share of the range from which an interval says nothing: without data it would cover the confidence's share of it."""
+AT_END = 0.05
+"""Share of the range within which an interval counts as reaching its end."""
+ALIKE = 0.95
+"""Correlation from which two parameters cannot be told apart."""
+DOUBTED = 0.01
+"""Probability of chi-square below which the model and the stated deviations do not agree."""
+OUTLIER = 0.01
+"""Chance that any of the rows is called an outlier though none is."""
+IRREGULAR = (int(ResponseClass.MODULATED), int(ResponseClass.CHAOTIC))
+"""Classes of responses that do not repeat."""
+CURVE_VALUES = 101
+"""Frequencies of the study that a fit is written as."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One estimated parameter.
+
+    Parameters
+    ----------
+    name : str
+        As in a study.
+    value : float
+        The best.
+    low, high : float
+        Its interval, every other parameter free.
+    spread : float
+        Standard deviation.
+    lowest, highest : float
+        The range in which it was looked for.
+    share_low, share_high : float
+        The interval as shares of that range, in its logarithm where that is how it was searched.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    spread: float
+    lowest: float
+    highest: float
+    share_low: float
+    share_high: float
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data say anything about it within its range."""
+        return self.share_high - self.share_low < UNDETERMINED
+
+    @property
+    def bounded_below(self) -> bool:
+        """Whether the data exclude the low end of the range."""
+        return self.share_low > AT_END
+
+    @property
+    def bounded_above(self) -> bool:
+        """Whether the data exclude the high end of the range."""
+        return self.share_high < 1.0 - AT_END
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The outcome of a fit; columns are of shape (rows,), in the measurement's units.
+
+    Parameters
+    ----------
+    question : FitQuestion
+        What was asked.
+    estimates : tuple of Estimate
+        In the question's order.
+    correlation : ndarray, shape (parameters, parameters)
+        Of the parameters.
+    model, model_error : ndarray
+        The response with the best parameters, and what is unknown of it: chaos, and jumps of the response within the
+        parameters' uncertainty. NaN where a response failed.
+    deviation : ndarray
+        Standard deviation of the measurement; as estimated, where none was given.
+    impacts_per_cycle, stick_fraction, response_class : ndarray
+        Of the best responses.
+    evaluations : int
+        Sets of parameters whose responses were computed.
+    widening : float
+        By how much the intervals are wider because the model agrees worse than the stated deviations allow; 1 where it
+        does not.
+    others : tuple of dict
+        Further sets of parameters, elsewhere in the ranges, that agree about as well.
+    """
+
+    question: FitQuestion
+    estimates: tuple[Estimate, ...]
+    correlation: NDArray[np.float64]
+    model: NDArray[np.float64]
+    model_error: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    impacts_per_cycle: NDArray[np.float64]
+    stick_fraction: NDArray[np.float64]
+    response_class: NDArray[np.int64]
+    evaluations: int
+    widening: float = 1.0
+    others: tuple[Mapping[str, float], ...] = field(default=())
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best parameters."""
+        return {each.name: each.value for each in self.estimates}
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Measured less computed, in standard deviations of both together; NaN where a response failed.
+
+        Where the deviations are shares of the amplitudes, the logarithms of the two are compared.
+        """
+        measured = self.question.measured.amplitude
+        if self.question.in_shares:
+            both = np.hypot(self.deviation / measured, self.model_error / self.model)
+            return np.asarray(np.log(measured / self.model) / both)
+        return np.asarray((measured - self.model) / np.hypot(self.deviation, self.model_error))
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom: rows that count, less parameters that the data determine."""
+        rows = int(np.isfinite(self.residual).sum())
+        return rows - sum(each.determined for each in self.estimates)
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of the squared residuals."""
+        return float(np.nansum(self.residual**2))
+
+    @property
+    def probability(self) -> float | None:
+        """Chance of a chi-square as large, if the model is right; None where the deviations were made to agree with it."""
+        if self.question.deviation is None or self.freedom < 1:
+            return None
+        return chi_square_probability(self.chi_square, self.freedom)
+
+    @property
+    def outliers(self) -> list[int]:
+        """Rows that lie further off than chance allows (Bonferroni), the farthest first."""
+        limit = outlier_limit(self.question.measured.rows)
+        off = np.nan_to_num(np.abs(self.residual))
+        return [int(row) for row in np.argsort(-off) if off[row] > limit]
+
+    @property
+    def alike(self) -> list[tuple[str, str, float]]:
+        """Pairs of parameters that the data cannot tell apart, with their correlation."""
+        found = []
+        for j, second in enumerate(self.estimates):
+            for i, first in enumerate(self.estimates[:j]):
+                both = first.determined and second.determined
+                if abs(self.correlation[i, j]) > ALIKE and (both or abs(self.correlation[i, j]) > 0.99):
+                    found.append((first.name, second.name, float(self.correlation[i, j])))
+        return found
+
+    @property
+    def irregular(self) -> int:
+        """Number of rows whose response does not repeat, so that the model knows it to an error."""
+        return int(np.isin(self.response_class, IRREGULAR).sum())
+
+    @property
+    def never_strikes(self) -> bool:
+        """Whether there is a particle and it strikes in none of the responses."""
+        particle = self.question.settings.get("particle", True) is not False
+        return particle and bool(np.nanmax(self.impacts_per_cycle, initial=0.0) == 0.0)
+
+    @property
+    def always_sticks(self) -> bool:
+        """Whether friction locks the structure in all of the responses."""
+        return bool(np.nanmin(self.stick_fraction, initial=1.0) > 1.0 - 1e-6)
+
+    def study(self) -> dict[str, Any]:
+        """Write the prototype as a study that can be run.
+
+        Returns
+        -------
+        dict
+            The definition with the estimated numbers, over the measured band; where rows were measured at several
+            conditions each of these is an axis, but for the base amplitude, which is the first row's.
+        """
+        measured = self.question.measured
+        every = [
+            self.question.given(self.values, conditions) for conditions, _ in self.question.configurations
+        ]
+        given: dict[str, Any] = dict(every[0])
+        for name in CONDITIONS:
+            several = sorted({one[name] for one in every if name in one})
+            if len(several) > 1 and name != "base_amplitude_m":
+                given[name] = several
+        ratios = [
+            self.question.ratios(one, rows)
+            for one, (_, rows) in zip(every, self.question.configurations, strict=True)
+        ]
+        low, high = min(float(r.min()) for r in ratios), max(float(r.max()) for r in ratios)
+        band: Any = {"start": low, "stop": high, "num": CURVE_VALUES} if low < high else low
+        document = self.question.document(given, band)
+        document["name"] = f"{measured.name}, fitted"
+        return document
+
+    @property
+    def of_no_effect(self) -> list[str]:
+        """Estimated parameters on which no response depends: those of a particle that never strikes."""
+        if not self.never_strikes:
+            return []
+        names = (each.name for each in self.estimates)
+        return [name for name in names if RATIO_OF.get(name, name) in OF_PARTICLE]
+
+
+def outlier_limit(rows: int) -> float:
+    """Residual, in standard deviations, that one of so many rows exceeds with a chance of `OUTLIER`."""
+    low, high = 0.0, 20.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if chi_square_probability(middle**2, 1.0) * rows > OUTLIER:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,234 @@
+"""A measured frequency response, read from a table of text; every fault names its line."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
+from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading
+from damperlab.studies.quantity import FREQUENCY_RATIO
+
+MOST_BYTES = 4 * 1024 * 1024
+MOST_ROWS = 2_000
+"""Each row is a response that is computed some hundred times."""
+LARGEST = 1e12
+"""Bound on every number: beyond it the unit is wrong."""
+
+Columns = dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A measured frequency response of steady amplitudes.
+
+    Parameters
+    ----------
+    name : str
+        What people call it.
+    columns : mapping of ndarray, shape (rows,)
+        In SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or `amplitude_ratio`; and what
+        each row was measured at (`CONDITIONS`), NaN where a cell is empty.
+    deviation : ndarray, shape (rows,), optional
+        Standard deviation of each amplitude in the amplitude's own unit; None where the table has none.
+    """
+
+    name: str
+    columns: Mapping[str, NDArray[np.float64]] = field(repr=False)
+    deviation: NDArray[np.float64] | None = field(default=None, repr=False)
+
+    @property
+    def in_metres(self) -> bool:
+        """Whether the amplitudes are lengths; else they are over the base amplitude."""
+        return "amplitude_m" in self.columns
+
+    @property
+    def in_hertz(self) -> bool:
+        """Whether the frequencies are in Hz; else they are over the natural frequency."""
+        return "frequency_hz" in self.columns
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """The measured amplitudes [m, or 1]."""
+        return self.columns["amplitude_m" if self.in_metres else "amplitude_ratio"]
+
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """The excitation frequencies [Hz, or 1]."""
+        return self.columns["frequency_hz" if self.in_hertz else "frequency_ratio"]
+
+    @property
+    def rows(self) -> int:
+        """Number of amplitudes."""
+        return self.amplitude.size
+
+
+def read_measurement(path: Path) -> Measurement:
+    """Read a measured response from a file; raises as `parse_measurement`, and where the file cannot be read."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
+        told = f"The file {printable(str(path))} cannot be read: {reason}."
+        found = f"{describe(str(path))} ({reason})"
+        raise StudyFaults([Fault("measured", found, "a readable file", "check the path", told)]) from None
+    return parse_measurement(text, path.stem)
+
+
+def parse_measurement(text: bytes | str, name: str = "measurement") -> Measurement:
+    """Read a measured response.
+
+    Parameters
+    ----------
+    text : bytes or str
+        A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``, apart by
+        comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are left out. Frequency as such or over the
+        natural frequency (`frequency ratio`), amplitude as such or over the base amplitude (`X/Z`), one standard
+        deviation where it is known (`deviation (mm)`, `deviation (%)`, `deviation ratio`), and columns for whatever
+        differs from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell there is
+        what holds elsewhere.
+    name : str
+        What to call it.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the table.
+    """
+    if len(text) > MOST_BYTES:
+        found = f"{len(text):,} bytes"
+        raise StudyFaults(
+            [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
+        )
+    whole = _decoded(text).replace("\r\n", "\n").replace("\r", "\n")
+    lines = [
+        (number, line)
+        for number, line in enumerate(whole.split("\n"), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
+        advice = "write a heading such as `frequency (Hz), amplitude (mm)` and one row for each frequency"
+        raise StudyFaults(
+            [Fault("measured", "nothing", "a table", advice, "The file holds no table of measured values.")]
+        )
+    separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), ",")
+    names, factors = _headings(lines[0], separator)
+    columns = _columns(lines[1:], separator, names, factors)
+    deviation = columns.pop("deviation_m", columns.pop("deviation_ratio", None))
+    share = columns.pop(PERCENT, None)
+    if share is not None:
+        deviation = share * columns["amplitude_m" if "amplitude_m" in columns else "amplitude_ratio"]
+    return Measurement(name, columns, deviation)
+
+
+def _decoded(text: bytes | str) -> str:
+    if isinstance(text, str):
+        return text
+    try:
+        return text.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return text.decode("latin-1")
+
+
+def _headings(line: tuple[int, str], separator: str) -> tuple[list[str], list[float]]:
+    number, text = line
+    read = [read_heading(cell, f"line {number}") for cell in text.split(separator)]
+    faults = [each for each in read if isinstance(each, Fault)]
+    names = [each[0] for each in read if not isinstance(each, Fault)]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        told = f"Line {number} names the column {name} twice."
+        faults.append(
+            Fault(f"line {number}", f"{name} twice", "each column once", "remove one of them", told)
+        )
+    if not faults:
+        faults = _faults_between(names, number)
+    if faults:
+        raise StudyFaults(faults)
+    return names, [each[1] for each in read if not isinstance(each, Fault)]
+
+
+def _faults_between(names: list[str], number: int) -> list[Fault]:
+    faults = []
+    for needed, example in ((("frequency_hz", "frequency_ratio"), "frequency (Hz)"),
+                            (("amplitude_m", "amplitude_ratio"), "amplitude (mm)")):  # fmt: skip
+        there = [name for name in needed if name in names]
+        kind = needed[0].split("_")[0]
+        if len(there) != 1:
+            found = "both" if there else "neither"
+            allowed = f"one column of {needed[0]} or {needed[1]}"
+            told = f"The table has {'two columns' if there else 'no column'} of {kind}; it must have one."
+            advice = f"add a column such as `{example}`" if not there else "remove one of the two"
+            faults.append(Fault(f"line {number}", found, allowed, advice, told))
+    deviations = [name for name in names if name.startswith("deviation")]
+    wrong = {"deviation_m": "amplitude_ratio", "deviation_ratio": "amplitude_m"}
+    if len(deviations) > 1:
+        told = "The table has two columns of standard deviations; it may have one."
+        faults.append(Fault(f"line {number}", "two deviations", "one of them", "remove one of the two", told))
+    elif deviations and wrong.get(deviations[0]) in names:
+        told = "The standard deviation and the amplitude must both be lengths or both be ratios."
+        advice = "write `deviation (%)`, or give both in the same way"
+        faults.append(Fault(f"line {number}", deviations[0], "the kind of the amplitude", advice, told))
+    pairs = (("clearance_m", "clearance_ratio"), ("friction_force_n", "friction_ratio"),
+             ("particle_mass_kg", "mass_ratio"), ("damping_n_s_per_m", "damping_ratio"))  # fmt: skip
+    for pair in pairs:
+        if set(pair) <= set(names):
+            told = f"The table has both {pair[0]} and {pair[1]}, which say the same."
+            faults.append(Fault(f"line {number}", "both", "one of the two", "remove one of them", told))
+    return faults
+
+
+def _columns(lines: list[tuple[int, str]], separator: str, names: list[str], factors: list[float]) -> Columns:
+    faults: list[Fault] = []
+    if not lines:
+        told = "The table has headings and no rows."
+        faults.append(Fault("measured", "no rows", "at least one row", "add the measured values", told))
+    if len(lines) > MOST_ROWS:
+        found = counted(len(lines), "row")
+        told = f"The table has {found}; at most {MOST_ROWS:,} are allowed."
+        faults.append(Fault("measured", found, f"at most {MOST_ROWS:,} rows", "leave some out", told))
+        lines = lines[:MOST_ROWS]
+    rows: list[list[float]] = []
+    for number, line in lines:
+        cells = [cell.strip() for cell in line.split(separator)]
+        if len(cells) != len(names):
+            told = f"Line {number} has {counted(len(cells), 'cell')}, but the heading names {counted(len(names), 'column')}."
+            found = counted(len(cells), "cell")
+            faults.append(
+                Fault(f"line {number}", found, f"{len(names)} cells", "correct the line, or remove it", told)
+            )
+            continue
+        row = []
+        for name, factor, cell in zip(names, factors, cells, strict=True):
+            value = _cell(name, factor, cell)
+            if isinstance(value, Fault):
+                faults.append(value.under(f"line {number}"))
+                value = np.nan
+            row.append(value)
+        rows.append(row)
+    if faults:
+        raise StudyFaults(faults)
+    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def _cell(name: str, factor: float, cell: str) -> float | Fault:
+    """Read one number and turn it into SI units; NaN for an empty cell of a condition."""
+    if not cell and name in CONDITIONS:
+        return np.nan
+    lowest = 0.0 if name in CONDITIONS else np.nextafter(0.0, 1.0)
+    allowed = f"a number {'of at least' if lowest == 0.0 else 'above'} 0"
+    advice = "correct the cell, or remove the line"
+    try:
+        value = float(cell) if re.fullmatch(r"[-+.\deE]+", cell) else np.nan
+    except ValueError:
+        value = np.nan
+    if not lowest <= value <= LARGEST:
+        found = printable(cell) if cell else "an empty cell"
+        told = f"{{field}} must be {allowed}, not {found}."
+        return Fault(name, found, allowed, advice, told)
+    if name == "frequency_ratio" and not FREQUENCY_RATIO.admits(value):
+        return Fault(name, printable(cell), FREQUENCY_RATIO.allowed, FREQUENCY_RATIO.advice)
+    return value * factor

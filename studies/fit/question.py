@@ -1,0 +1,182 @@
+"""What is asked of a measurement: what is known of the prototype, and which of its parameters are estimated."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.fit.columns import CONDITIONS
+from damperlab.studies.fit.measured import Measurement
+from damperlab.studies.physical import DERIVATIONS, QUANTITIES
+from damperlab.studies.quantity import RATIOS, Quantity
+from damperlab.studies.vocabulary import OF_PARTICLE
+
+RATIO_OF = {each.source: each.ratio for each in DERIVATIONS.values()}
+"""The ratio that a quantity in units makes."""
+NAMED: dict[str, Quantity] = {name: each for name, each in RATIOS.items() if name != "frequency_ratio"} | {
+    each.name: each for each in QUANTITIES if each.name != "excitation_frequency_hz"
+}
+"""Everything that may be known of a prototype, by name."""
+FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
+"""What may be estimated; mass and base amplitude are what the other quantities are measured with."""
+METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
+"""What is computed of each measured row."""
+
+WIDE = 10.0
+"""Largest over smallest value from which a range is searched in its logarithm."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter that is estimated.
+
+    Parameters
+    ----------
+    name : str
+        As in a study: a ratio, or a quantity in SI units.
+    low, high : float
+        Where it is looked for.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the range is searched in its logarithm."""
+        return self.low > 0.0 and self.high >= WIDE * self.low
+
+    def values(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Turn shares of the range, 0 at its low end and 1 at its high end, into values."""
+        if self.logarithmic:
+            return np.asarray(self.low * (self.high / self.low) ** shares)
+        return np.asarray(self.low + (self.high - self.low) * shares)
+
+
+@dataclass(frozen=True)
+class FitQuestion:
+    """A measurement, and what is asked of it.
+
+    Parameters
+    ----------
+    measured : Measurement
+        The response.
+    known : mapping of float
+        What is known of the prototype, by the names of a study (`NAMED`).
+    free : tuple of Free
+        What is estimated.
+    settings : mapping
+        `name`, `particle`, `contact`, `start`, `steady` of the study that computes a response.
+    share : float, optional
+        Standard deviation of the amplitudes as a share of each, where the measurement has none; None where it is to be
+        estimated from the scatter.
+    confidence : float
+        Of the intervals.
+    seed : int
+        Of whatever is drawn.
+    """
+
+    measured: Measurement
+    known: Mapping[str, float]
+    free: tuple[Free, ...]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    share: float | None = None
+    confidence: float = 0.95
+    seed: int = 0
+
+    @property
+    def in_shares(self) -> bool:
+        """Whether deviations are shares of the amplitudes, so that differences are, too."""
+        return self.measured.deviation is None
+
+    @property
+    def deviation(self) -> NDArray[np.float64] | None:
+        """Standard deviation of each amplitude in its own unit; None where it is estimated from the scatter."""
+        if self.measured.deviation is not None:
+            return self.measured.deviation
+        return None if self.share is None else self.share * self.measured.amplitude
+
+    @cached_property
+    def configurations(self) -> tuple[tuple[dict[str, float], NDArray[np.intp]], ...]:
+        """What rows were measured at, and which rows these are; one where the rows differ in their frequency alone."""
+        columns = {name: self.measured.columns[name] for name in CONDITIONS if name in self.measured.columns}
+        found: dict[tuple[float | None, ...], list[int]] = {}
+        for row in range(self.measured.rows):
+            cells = (float(column[row]) for column in columns.values())
+            key = tuple(None if math.isnan(cell) else cell for cell in cells)
+            found.setdefault(key, []).append(row)
+        return tuple(
+            (
+                {name: value for name, value in zip(columns, key, strict=True) if value is not None},
+                np.array(rows),
+            )
+            for key, rows in found.items()
+        )
+
+    def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
+        """Give the parameters at a place of their ranges, each from 0 to 1."""
+        return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
+
+    def given(self, values: Mapping[str, float], conditions: Mapping[str, float]) -> dict[str, float]:
+        """Put together what holds for some rows: what each row says counts most, then what is estimated, then what is known."""
+        found = dict(self.known)
+        for more in (values, conditions):
+            for name, value in more.items():
+                drop(found, name)
+                found[name] = value
+        return found
+
+    def study(self, given: Mapping[str, float], frequencies: list[float]) -> Study:
+        """Make the study of one configuration.
+
+        Parameters
+        ----------
+        given : mapping of float
+            Of `given`.
+        frequencies : list of float
+            Frequency ratios.
+
+        Raises
+        ------
+        StudyFaults
+            With every fault of the definition.
+        """
+        return parse_harmonic(self.document(given, frequencies) | {"metrics": list(METRICS)})
+
+    def document(self, given: Mapping[str, float], frequencies: Any) -> dict[str, Any]:
+        """Write the study of one configuration; `given` may hold axes in place of numbers."""
+        particle = self.settings.get("particle", True)
+        axes = {name: value for name, value in given.items() if name in RATIOS and name != "damping_ratio"}
+        physical = {name: value for name, value in given.items() if name not in RATIOS}
+        if not particle:
+            for part in (axes, physical):
+                for name in [name for name in part if RATIO_OF.get(name, name) in OF_PARTICLE]:
+                    del part[name]
+        document: dict[str, Any] = {**self.settings, "axes": {**axes, "frequency_ratio": frequencies}}
+        if "damping_ratio" in given:
+            document["damping_ratio"] = given["damping_ratio"]
+        if physical:
+            document["physical"] = physical
+        return document
+
+    def ratios(self, given: Mapping[str, float], rows: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Frequency ratios of some rows."""
+        frequency = self.measured.frequency[rows]
+        return frequency / given["natural_frequency_hz"] if self.measured.in_hertz else frequency
+
+    def scale(self, given: Mapping[str, float]) -> float:
+        """What an amplitude ratio is multiplied with to be compared with the measured amplitude."""
+        return given["base_amplitude_m"] if self.measured.in_metres else 1.0
+
+
+def drop(numbers: dict[str, Any], name: str) -> None:
+    """Leave out what says the same as `name`: it, or the ratio that it makes, or what makes that."""
+    ratio = RATIO_OF.get(name, name)
+    for other in [other for other in numbers if RATIO_OF.get(other, other) == ratio]:
+        del numbers[other]

@@ -1,0 +1,165 @@
+"""What a fit is worth, in sentences."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from damperlab.studies.faults import counted, listing
+from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
+
+TOO_GOOD = 0.999
+"""Probability above which they agree better than chance allows."""
+POOR = 0.2
+"""Scatter about a fit, as a share of the amplitudes, that no measurement of a steady amplitude has."""
+NAMED_ROWS = 5
+"""Most rows that are named."""
+
+
+def verdict(fitted: Fitted) -> list[str]:
+    """Say what a fit is worth: whether the model agrees, what the data do not determine, which rows lie off, and why."""
+    return [
+        *_agreement(fitted),
+        *_undetermined(fitted),
+        *_one_sided(fitted),
+        *_alike(fitted),
+        *_regimes(fitted),
+        *_irregular(fitted),
+        *_others(fitted),
+        *_rows(fitted),
+    ]
+
+
+def told(fitted: Fitted, each: Estimate) -> str:
+    """Write one estimate as a sentence."""
+    share = f"{100 * fitted.question.confidence:g} %"
+    return f"{each.name} = {each.value:.4g} ({share} interval {each.low:.4g} to {each.high:.4g})."
+
+
+def _agreement(fitted: Fitted) -> Iterator[str]:
+    probability = fitted.probability
+    if fitted.question.deviation is None:
+        share = float(np.median(fitted.deviation / fitted.question.measured.amplitude))
+        yield (
+            f"No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
+            f"about the fit by {100 * share:.2g} %, and the intervals follow from that."
+        )
+        if share > POOR:
+            yield (
+                "That is more than a measurement scatters: the model, or what is held known, does not describe this "
+                "prototype, and the parameters are those that come nearest, not those that it has."
+            )
+        return
+    if probability is None:
+        yield "There are no more rows than parameters, so the data cannot say whether the model is right."
+        return
+    found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
+    if probability < DOUBTED:
+        yield (
+            f"The model does not agree with the measurement within the stated deviations: {found}, and chance alone exceeds "
+            f"that with a probability of {probability:.2g}. Either the deviations are too small or the model lacks something; "
+            "the intervals hold only if it is the deviations"
+            + (f", and are {fitted.widening:.2g} times as wide for it." if fitted.widening > 1.0 else ".")
+        )
+    elif probability > TOO_GOOD:
+        yield (
+            f"The model agrees with the measurement better than chance allows: {found}, which chance exceeds with a "
+            f"probability of {probability:.4g}. The stated deviations are too large, and so are the intervals."
+        )
+    else:
+        yield (
+            f"The model agrees with the measurement: {found}, and chance exceeds that with a probability of "
+            f"{probability:.2g}."
+        )
+
+
+def _undetermined(fitted: Fitted) -> Iterator[str]:
+    names = [each.name for each in fitted.estimates if not each.determined]
+    if names:
+        one = len(names) == 1
+        yield (
+            f"The data say nothing about {listing(names)} within {'its range' if one else 'their ranges'}: "
+            "almost any value agrees as well. Measure it in another way, or at frequencies and amplitudes where it matters."
+        )
+
+
+def _one_sided(fitted: Fitted) -> Iterator[str]:
+    for each in fitted.estimates:
+        if each.determined and not (each.bounded_below and each.bounded_above):
+            end, value = ("low", each.lowest) if not each.bounded_below else ("high", each.highest)
+            bound = f"at most {each.high:.4g}" if end == "low" else f"at least {each.low:.4g}"
+            yield (
+                f"The interval of {each.name} reaches the {end} end of its range, {value:g}: the data bound it on one side "
+                f"only ({bound}). Widen the range if the end is not a physical limit."
+            )
+
+
+def _alike(fitted: Fitted) -> Iterator[str]:
+    for first, second, correlation in fitted.alike:
+        way = "rise" if correlation > 0 else "fall"
+        yield (
+            f"The data cannot tell {first} and {second} apart: when one rises, the other may {way} with it and the response "
+            f"stays the same (correlation {correlation:.3f}). Measure one of them on its own."
+        )
+
+
+def _regimes(fitted: Fitted) -> Iterator[str]:
+    if fitted.always_sticks:
+        yield (
+            "Friction locks the structure to its base in every row: the data bound it from below, and say hardly more. "
+            "Measure at a larger base amplitude or nearer to resonance."
+        )
+    elif fitted.never_strikes:
+        without = listing(fitted.of_no_effect)
+        yield (
+            "The particle strikes its cavity in none of the rows"
+            + (f", so no row depends on {without}" if without else "")
+            + ". Measure at a larger base amplitude or nearer to resonance."
+        )
+
+
+def _irregular(fitted: Fitted) -> Iterator[str]:
+    if fitted.irregular:
+        yield (
+            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model knows its mean "
+            "to an error, which counts as one of the measurement's."
+        )
+
+
+def _others(fitted: Fitted) -> Iterator[str]:
+    for other in fitted.others:
+        values = listing(f"{name} = {value:.4g}" for name, value in other.items())
+        yield f"Another set of parameters agrees about as well: {values}. The intervals are those around the best one."
+
+
+def _rows(fitted: Fitted) -> Iterator[str]:
+    if fitted.outliers:
+        rows = fitted.outliers[:NAMED_ROWS]
+        more = len(fitted.outliers) - len(rows)
+        yield (
+            f"Further off than chance allows: {listing(_row(fitted, row) for row in rows)}"
+            + (f", and {counted(more, 'more row')}" if more else "")
+            + ". They count less than the other rows; check them."
+        )
+    failed = int(np.isnan(fitted.model).sum())
+    if failed:
+        yield f"The model has no response at {counted(failed, 'row')}, which count for nothing."
+    with np.errstate(invalid="ignore"):
+        unsure = np.flatnonzero(fitted.model_error > fitted.deviation)
+    if unsure.size:
+        worst = unsure[np.argsort(-fitted.model_error[unsure] / fitted.deviation[unsure])][:NAMED_ROWS]
+        frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in sorted(worst))
+        unit = " Hz" if fitted.question.measured.in_hertz else ""
+        yield (
+            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement, since the response is "
+            f"chaotic or jumps within the intervals; {'it counts' if unsure.size == 1 else 'they count'} less for it "
+            f"(frequencies {frequencies}{unit})."
+        )
+
+
+def _row(fitted: Fitted, row: int) -> str:
+    measured = fitted.question.measured
+    unit, length = (" Hz" if measured.in_hertz else ""), (" m" if measured.in_metres else "")
+    return (
+        f"row {row + 1} at {measured.frequency[row]:.5g}{unit}, {measured.amplitude[row]:.4g}{length} against "
+        f"{fitted.model[row]:.4g}{length} ({fitted.residual[row]:+.1f} standard deviations)"
+    )

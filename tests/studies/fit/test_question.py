@@ -1,0 +1,114 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damperlab.studies.definition import parse_harmonic
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.asking import make_question
+from damperlab.studies.fit.measured import parse_measurement
+from damperlab.studies.fit.question import FitQuestion
+
+PROTOTYPE: dict[str, Any] = {
+    "damping_ratio": 0.0038,
+    "axes": {"restitution": 0.47},
+    "physical": {
+        "mass_kg": 1.605,
+        "natural_frequency_hz": 2.5,
+        "base_amplitude_m": 0.0015,
+        "particle_mass_kg": 0.1605,
+        "clearance_m": 0.015,
+        "friction_force_n": 0.2,
+    },
+}
+TABLE = "frequency (Hz), amplitude (mm), base amplitude (mm)\n2.4, 9, \n2.5, 12,\n2.6, 8, 3\n"
+
+
+def asked(structure: dict[str, Any] = PROTOTYPE, table: str = TABLE, **fit: Any) -> FitQuestion:
+    return make_question(parse_measurement(table), structure, fit)
+
+
+def test_a_row_has_its_own_conditions_then_what_is_estimated_then_what_is_known() -> None:
+    question = asked(friction_force_n=(0.0, 1.0), natural_frequency_hz=None)
+    assert [free.name for free in question.free] == ["friction_force_n", "natural_frequency_hz"]
+    assert (question.free[1].low, question.free[1].high) == (2.0, 3.125)
+    conditions = [given for given, _ in question.configurations]
+    assert conditions == [{}, {"base_amplitude_m": 0.003}]
+    values = question.values(np.array([0.5, 0.5]))
+    given = question.given(values, conditions[1])
+    study = question.study(given, [1.0])
+    # A real damper keeps its force and its length: at twice the base amplitude both ratios are half.
+    stiffness = 1.605 * (2 * np.pi * 2.5625) ** 2
+    assert study.coordinates["clearance_ratio"] == pytest.approx([0.015 / 0.003], rel=1e-12)
+    assert study.coordinates["friction_ratio"] == pytest.approx([0.5 / (stiffness * 0.003)], rel=1e-12)
+    assert question.ratios(given, np.array([2])) == pytest.approx([2.6 / 2.5625], rel=1e-15)
+    assert question.scale(given) == 0.003
+
+
+def test_a_ratio_of_a_row_replaces_the_quantity_that_makes_it() -> None:
+    question = asked(table="r, X/Z, clearance ratio\n1, 9, 5\n1, 12,\n", friction_force_n=(0.0, 1.0))
+    given = question.given({"friction_force_n": 0.3}, question.configurations[0][0])
+    assert "clearance_m" not in given
+    assert given["clearance_ratio"] == 5.0
+
+
+def test_an_axis_of_the_structure_is_a_range_to_estimate_within_and_a_number_replaces_it() -> None:
+    structure = {**PROTOTYPE, "axes": {"restitution": {"start": 0.2, "stop": 0.8, "num": 5}}}
+    (free,) = asked(structure).free
+    assert (free.name, free.low, free.high) == ("restitution", 0.2, 0.8)
+    question = make_question(
+        parse_measurement(TABLE), structure, {"damping_ratio": None}, known={"restitution": 0.5}
+    )
+    assert [free.name for free in question.free] == ["damping_ratio"]
+    assert question.known["restitution"] == 0.5
+
+
+def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
+    (free,) = asked(clearance_m=(0.001, 0.1)).free
+    assert free.values(np.array([0.0, 0.5, 1.0])) == pytest.approx([0.001, 0.01, 0.1], rel=1e-12)
+    (free,) = asked(clearance_m=(0.01, 0.02)).free
+    assert free.values(np.array([0.5])) == pytest.approx([0.015], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("structure", "fit", "said"),
+    [
+        (PROTOTYPE, {}, "Nothing is to be estimated."),
+        (PROTOTYPE, {"restitutoin": None}, "Did you mean `restitution`?"),
+        (PROTOTYPE, {"mass_kg": (1.0, 2.0)}, "mass_kg cannot be estimated"),
+        (PROTOTYPE, {"restitution": (0.5, 2.0)}, "`fit.restitution` must be a number from 0 to 1, not 2.0."),
+        (PROTOTYPE, {"restitution": (0.5, 0.5)}, "a lowest value below the highest"),
+        (PROTOTYPE, {"damping_n_s_per_m": None}, "`fit.damping_n_s_per_m` needs a range to look in"),
+        (PROTOTYPE, {"clearance_m": None, "clearance_ratio": (1, 9)}, "are the same parameter"),
+        (PROTOTYPE, dict.fromkeys(("restitution", "damping_ratio", "clearance_m")),
+         "3 measured amplitudes cannot determine 3 parameters."),
+        ({"axes": {"restitution": 0.5}}, {"damping_ratio": None},
+         "`friction_ratio` is neither given nor estimated nor a column of the table"),
+        ({**PROTOTYPE, "axes": {"restitution": 3}}, {"damping_ratio": None}, "`restitution` must be"),
+        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not known of a prototype"),
+        ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
+        ({**PROTOTYPE, "solver": {"method": "rk4"}}, {"damping_ratio": None}, "A fit needs the event solver"),
+        ({**PROTOTYPE, "particle": False}, {"restitution": None}, "in a scene without a particle"),
+        ({**PROTOTYPE, "physical": {}}, {"damping_ratio": None}, "the amplitudes are measured in metres"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_asked_is_refused_in_a_sentence(
+    structure: dict[str, Any], fit: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        asked(structure, **fit)
+    assert said in str(caught.value)
+
+
+def test_confidence_and_deviation_have_bounds() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        make_question(parse_measurement(TABLE), PROTOTYPE, {"restitution": None}, share=0.0, confidence=95.0)
+    assert [fault.field for fault in caught.value.faults] == ["confidence", "deviation"]
+
+
+def test_the_study_of_a_question_is_one_that_parses() -> None:
+    question = asked(restitution=None)
+    document = question.document(
+        question.given({"restitution": 0.3}, {}), {"start": 0.9, "stop": 1.1, "num": 5}
+    )
+    assert parse_harmonic(document).points == 5

@@ -1,0 +1,184 @@
+"""Fits of measurements whose truth is known."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.synthetic import NOISE, RANGES, made
+
+from damperlab.studies.fit.asking import make_question
+from damperlab.studies.fit.fitted import Fitted
+from damperlab.studies.fit.measured import Measurement
+from damperlab.studies.fit.verdict import verdict
+from damperlab.studies.tmd.transfer import without_absorber
+from damperlab.worker.fit.estimate import fit_response
+from damperlab.worker.fit.model import responses_at
+
+SETS = 8
+
+
+def hold(fitted: Fitted, truth: dict[str, float]) -> list[bool]:
+    return [each.low <= truth[each.name] <= each.high for each in fitted.estimates]
+
+
+def refitted(
+    structure: dict[str, Any],
+    fit: dict[str, Any],
+    truth: dict[str, float],
+    columns: dict[str, Any],
+    seed: int = 0,
+    share: float | None = 0.02,
+) -> Fitted:
+    """Compute what a prototype of a truth would show, add 2 % of noise, and fit it."""
+    name = "amplitude_m" if "base_amplitude_m" in columns else "amplitude_ratio"
+    blank = make_question(
+        Measurement("", columns | {name: np.ones(len(next(iter(columns.values()))))}), structure, fit
+    )
+    true = responses_at(blank, truth).amplitude
+    noise = np.random.default_rng(seed).standard_normal(true.size)
+    measured = Measurement("made", columns | {name: true * np.exp(0.02 * noise)})
+    return fit_response(make_question(measured, structure, fit, share=share))
+
+
+def test_intervals_of_friction_and_damping_hold_the_truth_as_often_as_they_say() -> None:
+    held = []
+    for seed in range(SETS):
+        one = made("friction", seed)
+        held += hold(fit_response(one.question), one.truth)
+    # Of 16 intervals of 95 % fewer than 12 hold with a probability of 7e-4.
+    assert sum(held) >= 12
+
+
+@pytest.mark.parametrize("kind", ["particle", "hybrid"])
+def test_parameters_of_a_particle_come_back_though_its_response_jumps(kind: str) -> None:
+    one = made(kind, 1)
+    fitted = fit_response(one.question)
+    for each in fitted.estimates:
+        # Four times the half interval is eight standard deviations.
+        middle, half = 0.5 * (each.low + each.high), 0.5 * (each.high - each.low)
+        assert abs(one.truth[each.name] - middle) < 4 * half
+        assert 2 * half < 0.5 * RANGES[kind][each.name][1]
+    assert fitted.probability is not None
+    assert fitted.probability > 1e-4
+
+
+def test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squares() -> None:
+    r = np.linspace(0.9, 1.1, 21)
+    zeta = 0.05
+    exact = np.array([float(without_absorber(one, zeta)) for one in r])
+    measured = Measurement("linear", {"frequency_ratio": r, "amplitude_ratio": exact}, 0.01 * exact)
+    structure = {"particle": False, "axes": {"friction_ratio": 0.0}}
+    fitted = fit_response(make_question(measured, structure, {"damping_ratio": (0.01, 0.2)}))
+    (found,) = fitted.estimates
+    step = 1e-6
+    slope = np.array([float(without_absorber(one, zeta + step)) for one in r])
+    slope = (slope - np.array([float(without_absorber(one, zeta - step)) for one in r])) / (2 * step)
+    expected = 1 / np.sqrt(((slope / (0.01 * exact)) ** 2).sum())
+    assert found.value == pytest.approx(zeta, abs=expected)
+    # The interval is that of ±1.96 standard errors; its ends are known to 48·600/30 draws, some 5 %.
+    assert (found.high - found.low) / (2 * 1.96 * expected) == pytest.approx(1.0, rel=0.25)
+    assert found.low < zeta < found.high
+
+
+def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
+    one, other = (fit_response(made("friction", 3).question) for _ in range(2))
+    assert one.values == other.values
+    assert [(each.low, each.high) for each in one.estimates] == [
+        (each.low, each.high) for each in other.estimates
+    ]
+    assert np.array_equal(one.model, other.model)
+
+
+def test_without_deviations_the_scatter_is_estimated_and_nothing_is_said_of_chi_square() -> None:
+    one = made("friction", 2)
+    measured = Measurement("bare", one.question.measured.columns)
+    structure = {"particle": False}
+    fitted = fit_response(make_question(measured, structure, dict(RANGES["friction"])))
+    share = float(np.median(fitted.deviation / measured.amplitude))
+    # The root of chi-square over its 23 degrees of freedom is within 1 ± 4/√46.
+    assert share == pytest.approx(NOISE, rel=4 / np.sqrt(46))
+    assert fitted.probability is None
+    assert "No standard deviation was given" in verdict(fitted)[0]
+
+
+def test_a_wrong_row_is_named_and_decides_nothing() -> None:
+    one = made("friction", 4)
+    columns = dict(one.question.measured.columns)
+    columns["amplitude_ratio"] = columns["amplitude_ratio"].copy()
+    columns["amplitude_ratio"][5] *= 1.5
+    measured = Measurement("wrong", columns, one.question.measured.deviation)
+    fitted = fit_response(make_question(measured, {"particle": False}, dict(RANGES["friction"])))
+    assert fitted.outliers == [5]
+    assert any("row 6 at 0.92292" in sentence for sentence in verdict(fitted))
+    for each in fitted.estimates:
+        middle, half = 0.5 * (each.low + each.high), 0.5 * (each.high - each.low)
+        assert abs(one.truth[each.name] - middle) < 3 * half
+
+
+def test_a_particle_that_never_strikes_tells_nothing_about_itself() -> None:
+    r = np.linspace(0.5, 0.7, 9)
+    structure = {"axes": {"mass_ratio": 0.1, "clearance_ratio": 20.0, "friction_ratio": 0.1}}
+    truth = {"restitution": 0.5, "damping_ratio": 0.3}
+    fit = {"restitution": None, "damping_ratio": (0.1, 0.9)}
+    fitted = refitted(structure, fit, truth, {"frequency_ratio": r})
+    restitution, damping = fitted.estimates
+    assert fitted.never_strikes
+    assert not restitution.determined
+    assert damping.determined
+    words = " ".join(verdict(fitted))
+    assert "The data say nothing about restitution within its range" in words
+    assert "strikes its cavity in none of the rows, so no row depends on restitution" in words
+
+
+def test_friction_that_locks_the_structure_is_known_from_below_only() -> None:
+    # The first slip from rest leaves an offset that falls with the friction, here from 6 % of Z on: less than the deviation.
+    r = np.linspace(0.5, 0.8, 9)
+    structure = {"particle": False, "damping_ratio": 0.01}
+    fit, truth = {"friction_ratio": (0.0, 2.0)}, {"friction_ratio": 1.5}
+    fitted = refitted(structure, fit, truth, {"frequency_ratio": r}, share=0.3)
+    (friction,) = fitted.estimates
+    assert fitted.always_sticks
+    assert not friction.bounded_above
+    assert friction.low > 0.1
+    assert "Friction locks the structure to its base in every row" in " ".join(verdict(fitted))
+
+
+def test_parameters_that_only_act_together_are_named_as_a_pair() -> None:
+    # With e = 0 and hardly any clearance the particle rides on its wall: the structure has the mass 1 + β, and below
+    # resonance nothing but its natural frequency f_n/√(1 + β) shows.
+    f = np.linspace(1.6, 2.2, 15)
+    structure = {"damping_ratio": 0.01, "axes": {"restitution": 0.0, "clearance_ratio": 0.01, "friction_ratio": 0.0},
+                 "physical": {"natural_frequency_hz": 2.5}}  # fmt: skip
+    truth = {"mass_ratio": 0.15, "natural_frequency_hz": 2.5}
+    fit = {"mass_ratio": (0.1, 0.2), "natural_frequency_hz": (2.4, 2.6)}
+    fitted = refitted(structure, fit, truth, {"frequency_hz": f})
+    ((first, second, correlation),) = fitted.alike
+    assert (first, second) == ("mass_ratio", "natural_frequency_hz")
+    assert correlation > 0.95
+    assert "cannot tell mass_ratio and natural_frequency_hz apart" in " ".join(verdict(fitted))
+
+
+def test_two_base_amplitudes_give_force_and_length_of_a_real_damper() -> None:
+    f = np.tile(np.linspace(2.2, 2.9, 12), 2)
+    base = np.repeat([0.001, 0.003], 12)
+    structure = {"damping_ratio": 0.01, "axes": {"restitution": 0.5, "mass_ratio": 0.1},
+                 "physical": {"mass_kg": 1.605, "natural_frequency_hz": 2.5}}  # fmt: skip
+    truth = {"friction_force_n": 0.2, "clearance_m": 0.012}
+    fit = {"friction_force_n": (0.0, 0.4), "clearance_m": (0.004, 0.03)}
+    fitted = refitted(structure, fit, truth, {"frequency_hz": f, "base_amplitude_m": base})
+    for each in fitted.estimates:
+        middle, half = 0.5 * (each.low + each.high), 0.5 * (each.high - each.low)
+        assert abs(truth[each.name] - middle) < 4 * half
+        assert half < 0.1 * truth[each.name]
+
+
+def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() -> None:
+    one = made("friction", 6)
+    measured = one.question.measured
+    assert measured.deviation is not None
+    strict = Measurement("strict", measured.columns, 0.2 * measured.deviation)
+    fitted = fit_response(make_question(strict, {"particle": False}, dict(RANGES["friction"])))
+    assert fitted.probability is not None
+    assert fitted.probability < 1e-6
+    assert fitted.widening > 2
+    assert "does not agree with the measurement within the stated deviations" in verdict(fitted)[0]

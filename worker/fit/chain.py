@@ -1,0 +1,55 @@
+"""Draws from a distribution that is known up to a factor."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Matrix = NDArray[np.float64]
+STRETCH = 2.0
+"""Largest factor of a move, as its inventors chose it."""
+
+
+def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, seed: int) -> Matrix:
+    """Draw by the affine-invariant stretch move of Goodman and Weare (2010).
+
+    Strongly correlated parameters cost no more than independent ones.
+
+    Parameters
+    ----------
+    log_density : callable
+        From places, shape (n, parameters), to the logarithm of their density, -inf where there is none.
+    walkers : ndarray, shape (even number, parameters)
+        Where the walkers begin, each at a place of some density.
+    steps : int
+        Moves of each walker; the first half is thrown away.
+    seed : int
+        Of the random numbers.
+
+    Returns
+    -------
+    ndarray, shape (draws, parameters)
+    """
+    generator = np.random.default_rng(seed)
+    walkers = walkers.copy()
+    count, dimensions = walkers.shape
+    half = count // 2
+    density = log_density(walkers)
+    kept = []
+    for step in range(steps):
+        for moved, others in ((slice(0, half), slice(half, count)), (slice(half, count), slice(0, half))):
+            here = walkers[moved]
+            partner = walkers[others][generator.integers(0, half, len(here))]
+            root = 1.0 / np.sqrt(STRETCH) + generator.random(len(here)) * (
+                np.sqrt(STRETCH) - 1.0 / np.sqrt(STRETCH)
+            )
+            factor = root**2
+            there = partner + factor[:, None] * (here - partner)
+            new = log_density(there)
+            chance = (dimensions - 1) * np.log(factor) + new - density[moved]
+            taken = np.log(generator.random(len(here))) < chance
+            walkers[moved] = np.where(taken[:, None], there, here)
+            density[moved] = np.where(taken, new, density[moved])
+        if step >= steps // 2:
+            kept.append(walkers.copy())
+    return np.concatenate(kept)

@@ -1,0 +1,72 @@
+"""The responses of a prototype at the rows of a measurement, for any parameters."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.fit.question import FitQuestion
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import DIMENSIONS, Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.warm import Scene, scenes
+
+Column = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What was computed at the rows of a measurement, each column of shape (rows,).
+
+    Attributes
+    ----------
+    amplitude, error : ndarray
+        In the unit of the measurement; NaN where a response failed or knows no bound.
+    impacts_per_cycle, stick_fraction : ndarray
+        Whether the particle strikes, and how much of the time the structure sticks.
+    response_class : ndarray
+        As in `damperlab.studies.variables.ResponseClass`.
+    """
+
+    amplitude: Column
+    error: Column
+    impacts_per_cycle: Column
+    stick_fraction: Column
+    response_class: Column
+
+
+def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Responses:
+    """Compute the steady response at every measured row.
+
+    Parameters
+    ----------
+    question : FitQuestion
+        What is known, and the rows.
+    values : mapping of float
+        The parameters that are estimated.
+    """
+    found = {name: np.full(question.measured.rows, np.nan) for name in Responses.__dataclass_fields__}
+    for conditions, rows in question.configurations:
+        given = question.given(values, conditions)
+        ratios, place = np.unique(question.ratios(given, rows), return_inverse=True)
+        study = question.study(given, ratios.tolist())
+        block = solve_block(study, Block(0, (0,) * len(DIMENSIONS), study.shape))
+        solved = {name: column.reshape(-1)[place] for name, column in block.items()}
+        good = np.isfinite(solved["amplitude_ratio"]) & (solved["status"] <= Status.MAX_CYCLES)
+        scale = question.scale(given)
+        found["amplitude"][rows] = np.where(good, solved["amplitude_ratio"] * scale, np.nan)
+        found["error"][rows] = np.where(good, np.nan_to_num(solved["amplitude_error"]) * scale, np.nan)
+        for name in ("impacts_per_cycle", "stick_fraction", "response_class"):
+            found[name][rows] = solved[name]
+    return Responses(**found)
+
+
+def scenes_of(question: FitQuestion) -> list[Scene]:
+    """Scenes that a fit may need: at both ends of all ranges."""
+    found = set()
+    for conditions, rows in question.configurations:
+        for share in (0.0, 1.0):
+            given = question.given(question.values(np.full(len(question.free), share)), conditions)
+            found.update(scenes(question.study(given, [float(question.ratios(given, rows)[0])])))
+    return sorted(found)
