@@ -1,9 +1,8 @@
 """The command fit: parameters of a prototype from its measured frequency response."""
 
 import json
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -11,7 +10,6 @@ from damperlab.service.cli.asked import Values, names_a_design
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
-    ContactModel,
     ContactTime,
     check_file,
     contact_document,
@@ -30,13 +28,8 @@ PAGES = (".html", ".htm")
 STUDIES = (".yaml", ".yml", ".json")
 
 
-class Sweep(StrEnum):
-    """Where each response starts."""
-
-    rest = "rest"
-    up = "up"
-    down = "down"
-
+Sweep = Literal["rest", "up", "down"]
+"""Where each response starts."""
 
 MEANINGS = {
     **{name: meaning for name, meaning in DIMENSION_LONG_NAMES.items() if name != "frequency_ratio"},
@@ -80,7 +73,7 @@ def fit(
     no_particle: Annotated[
         bool, typer.Option("--no-particle", help="Identify a structure that has no particle.")
     ] = False,
-    contact: Contact = ContactModel.instant,
+    contact: Contact = "instant",
     contact_time: ContactTime = None,
     start: Annotated[
         Sweep | None,
@@ -136,8 +129,8 @@ def fit(
         if no_particle:
             known["particle"] = False
         if start is not None:
-            swept = {"kind": "continuation", "direction": start.value}
-            known["start"] = "rest" if start is Sweep.rest else swept
+            swept = {"kind": "continuation", "direction": start}
+            known["start"] = "rest" if start == "rest" else swept
         question = make_question(
             read_measurement(measured),
             known,

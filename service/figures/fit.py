@@ -1,17 +1,30 @@
 """The figure of a fit: what was measured, and the response with the estimated parameters."""
 
+from collections.abc import Mapping
+
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled, ticks_1_2_5
+from damperlab.service.figures.style import (
+    BLUE,
+    COLOURS,
+    GREY,
+    LOG_FROM,
+    STYLE,
+    SYMBOLS,
+    VERMILION,
+    styled,
+    ticks_1_2_5,
+)
 from damperlab.studies.fit.fitted import Fitted
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.worker.fit.curve import Curve
 
 MILLIMETRES = 1e3
-MOST_CURVES = 8
-"""Of rows measured at more conditions than these, the first are drawn with a curve."""
-LOG_FROM = 10.0
+MOST_NAMED = 8
+"""Of rows measured at more conditions than these, the first are named."""
+TONES = colormaps[COLOURS].resampled(256)
 
 
 def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
@@ -28,21 +41,30 @@ def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
     measured = question.measured
     scale, unit = (MILLIMETRES, " [mm]") if measured.in_metres else (1.0, "")
     with styled():
-        figure = Figure(figsize=(6.6, 5.2), layout="constrained")
+        figure = Figure(figsize=(6.6, 5.6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        shown = curves[:MOST_CURVES]
-        tones = np.linspace(1.0, 0.35, len(shown))
-        for tone, curve in zip(tones, shown, strict=True):
-            label = _condition(curve) if len(curves) > 1 else "fitted response"
-            above.plot(curve.frequency, curve.amplitude * scale, color=BLUE, alpha=tone, lw=1.0, label=label)
-        whisker = {"fmt": "o", "ms": 3.2, "color": "black", "ecolor": GREY, "capsize": 1.5, "lw": 0.8}
-        above.errorbar(
-            measured.frequency,
-            measured.amplitude * scale,
-            yerr=fitted.deviation * scale,
-            label="measured, ± one standard deviation",
-            **whisker,
-        )
+        several = len(curves) > 1
+        for index, (curve, (conditions, rows)) in enumerate(
+            zip(curves, question.configurations, strict=True)
+        ):
+            colour = TONES(0.9 * index / (len(curves) - 1)) if several else BLUE
+            label = _condition(conditions) if index < MOST_NAMED else None
+            above.plot(curve.frequency, curve.amplitude * scale, color=colour, lw=0.9, label=label)
+            for axes, heights, deviation in (
+                (above, measured.amplitude[rows] * scale, fitted.deviation[rows] * scale),
+                (below, fitted.residual[rows], None),
+            ):
+                axes.errorbar(
+                    measured.frequency[rows],
+                    heights,
+                    yerr=deviation,
+                    fmt="o",
+                    ms=3.2,
+                    color=colour if several else "black",
+                    ecolor=GREY,
+                    capsize=1.5,
+                    lw=0.8,
+                )
         off = fitted.outliers
         if off:
             above.plot(
@@ -55,13 +77,13 @@ def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
                 color=VERMILION,
                 label="outlier",
             )
-        if measured.amplitude.max() >= LOG_FROM * measured.amplitude.min():
+        drawn = np.concatenate([measured.amplitude, *(curve.amplitude for curve in curves)])
+        if np.nanmax(drawn) >= LOG_FROM * np.nanmin(drawn):
             above.set_yscale("log")
             ticks_1_2_5(above.yaxis)
         above.set_ylabel(f"Amplitude{unit}" if measured.in_metres else "Amplitude ratio $X/Z$")
-        above.legend()
+        figure.legend(loc="outside lower center", ncols=2 if several else 3)
         below.axhspan(-2, 2, color=GREY, alpha=0.2, lw=0)
-        below.plot(measured.frequency, fitted.residual, ls="none", marker="o", ms=3.2, color="black")
         below.set_ylabel("Residual [σ]")
         below.set_xlabel("Frequency [Hz]" if measured.in_hertz else "Frequency ratio $r$ = ω/$ω_n$")
         for axes in (above, below):
@@ -81,7 +103,10 @@ def caption_of(question: FitQuestion) -> str:
     )
 
 
-def _condition(curve: Curve) -> str:
-    if not curve.conditions:
-        return "fitted response"
-    return ", ".join(f"{name} = {value:.4g}" for name, value in curve.conditions.items())
+def _condition(conditions: Mapping[str, float]) -> str:
+    if not conditions:
+        return "fitted response; measured: dots, ± one standard deviation"
+    return ", ".join(
+        f"{SYMBOLS[name]} = {value:.4g}" if name in SYMBOLS else f"{name} = {value:.4g}"
+        for name, value in conditions.items()
+    )

@@ -1,6 +1,5 @@
 """The fitted response between the measured frequencies."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,19 +21,16 @@ class Curve:
 
     Attributes
     ----------
-    conditions : mapping of float
-        What its rows were measured at, where rows differ in more than their frequency.
     frequency, amplitude : ndarray, shape (values,)
         In the measurement's units; NaN where a response failed.
     """
 
-    conditions: Mapping[str, float]
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
 
 
 def curves_of(fitted: Fitted) -> list[Curve]:
-    """Compute the fitted response of each condition over the measured band."""
+    """Compute the fitted response of each of the question's configurations over the measured band."""
     question = fitted.question
     frequency = question.measured.frequency
     low, high = float(frequency.min()), float(frequency.max())
@@ -47,5 +43,5 @@ def curves_of(fitted: Fitted) -> list[Curve]:
         ratios = band / given["natural_frequency_hz"] if question.measured.in_hertz else band
         study = question.study(given, ratios.tolist())
         block = solve_block(study, Block(0, (0,) * len(DIMENSIONS), study.shape))
-        found.append(Curve(conditions, band, block["amplitude_ratio"].reshape(-1) * question.scale(given)))
+        found.append(Curve(band, block["amplitude_ratio"].reshape(-1) * question.scale(given)))
     return found
