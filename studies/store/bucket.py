@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf, ShelfAway
+from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf, ShelfAway, removed_last
 
 CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20
@@ -146,11 +146,15 @@ class Bucket(Shelf):
             self._client.delete(self._full(key))
 
     def clear(self) -> None:
-        """Remove every object; the ones that describe the others go last, so that a cube never looks half."""
-        keys = sorted((self._full(entry.key) for entry in self.entries()), key=lambda k: k.endswith(".json"))
+        """Remove every object, and what says what they were at last."""
+        steps: dict[tuple[bool, bool], list[str]] = {}
+        for entry in self.entries():
+            steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
         with _told(self, ""):
-            for start in range(0, len(keys), 1000):
-                self._client.delete(keys[start : start + 1000])
+            for step in sorted(steps):
+                # a server removes those of one request in any order
+                for start in range(0, len(steps[step]), 1000):
+                    self._client.delete(steps[step][start : start + 1000])
 
     def _full(self, key: str) -> str:
         return f"{self._prefix}/{key}" if self._prefix else key

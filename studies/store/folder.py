@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from damperlab.studies.store.durable import sync_path
-from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf
+from damperlab.studies.store.shelf import AT_ONCE, Entry, Shelf, removed_last
 
 
 class Folder(Shelf):
@@ -151,6 +151,12 @@ class Folder(Shelf):
         (self._path / key).unlink(missing_ok=True)
 
     def clear(self) -> None:
-        """Remove the folder."""
+        """Remove the folder, and what says what it was at last."""
         with suppress(FileNotFoundError):
-            shutil.rmtree(self._path)
+            if not self._path.is_symlink():
+                for file in sorted(self._path.iterdir(), key=lambda file: removed_last(file.name)):
+                    if file.is_dir() and not file.is_symlink():
+                        shutil.rmtree(file)
+                    else:
+                        file.unlink()
+            shutil.rmtree(self._path)  # which refuses a link

@@ -15,14 +15,11 @@ from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.description import DESCRIPTION, as_complete
 from damperlab.studies.store.rows import study_row
 from damperlab.studies.store.sealed import PLACEHOLDER, require_seal, seal
-from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.shelf import TOMBSTONE, Shelf
 from damperlab.studies.store.tables import done_blocks, studies
 
 MARKS = "marks.json"
 """The key of the marks."""
-
-TOMBSTONE = "deleted.json"
-"""The key of the piece that says that a cube's study was deleted: a lost catalogue does not bring it back."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
 """What of a study's row is in its description, or means nothing to another catalogue."""

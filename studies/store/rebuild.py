@@ -190,12 +190,19 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
 
 
 def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: Rebuilt) -> None:
-    described = describe_cube(shelf.get(DESCRIPTION))
+    deleted = read_tombstone(shelf)
+    try:
+        described = describe_cube(shelf.get(DESCRIPTION))
+    except FileNotFoundError:
+        if deleted is None:
+            raise
+        shelf.clear()  # whose removal was cut short
+        found.deleted += 1
+        return
     study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
     digits, _, version = study_id.partition("-")
     if study.digest[:12] != digits:
         raise ValueError(f"its description is that of study {study.digest[:12]}")
-    deleted = read_tombstone(shelf)
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
     provenance = json.loads(str(described.attributes["provenance"]))

@@ -13,6 +13,10 @@ AT_ONCE = 16
 """Pieces that are put or read side by side: each waits for a disk or a server, and hardly computes."""
 
 
+TOMBSTONE = "deleted.json"
+"""The key of the piece that says that a cube's study was deleted: a lost catalogue does not bring it back."""
+
+
 class ShelfAway(OSError):
     """An object store does not answer, or says that it cannot now: it may pass by itself."""
 
@@ -34,6 +38,14 @@ class Entry:
     key: str
     size: int
     changed: float
+
+
+def removed_last(key: str) -> tuple[bool, bool]:
+    """Give the order in which a shelf loses its pieces, so that a cube is never taken for whole or its study for alive.
+
+    What describes the others goes after them, and what says that the study was deleted after that.
+    """
+    return key.endswith(".json"), key.endswith(TOMBSTONE)
 
 
 class Shelf(ABC):

@@ -1,5 +1,7 @@
 """The catalogue made again from the cubes: the same studies, the same bits, from a folder and from a bucket."""
 
+import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -152,6 +154,46 @@ def test_a_deleted_study_stays_deleted_when_its_catalogue_is_lost_before_its_fil
     again.close()
 
 
+def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_path, monkeypatch):
+    gone = filled.find("study 0").id
+    filled.delete(gone)
+    before = told(filled)
+    filled.close()
+    unlink, left = os.unlink, [0]
+
+    def killed_after_some(*arguments, **more):
+        if left[0] == 0:
+            raise KeyboardInterrupt
+        left[0] -= 1
+        return unlink(*arguments, **more)
+
+    number = sum(
+        1 for file in next((filled.data_dir / "cubes").glob(f"{gone}-*")).rglob("*") if file.is_file()
+    )
+    for removed in range(number + 1):
+        data = tmp_path / f"after {removed}"
+        shutil.copytree(filled.data_dir, data)
+        store = Store.open(data)
+        cube = next((data / "cubes").glob(f"{gone}-*"))
+        left[0] = removed
+        with monkeypatch.context() as patched, suppress(KeyboardInterrupt):
+            patched.setattr(os, "unlink", killed_after_some)
+            store.bury()
+        assert sum(1 for file in cube.rglob("*") if file.is_file()) == number - removed
+        store.close()
+        for file in data.glob("catalogue.sqlite*"):
+            file.unlink()
+        for _ in range(2):
+            assert rebuild(data).trouble == []
+            again = Store.open(data)
+            assert told(again) == before
+            again.close()
+        again = Store.open(data)
+        again.bury()
+        again.close()
+        assert not cube.exists()
+
+
 def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(
     filled, make_study, make_plan_of, values_of
 ):
@@ -254,5 +296,5 @@ def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path, make
     other.close()
     filled.close()
     (tmp_path / "other" / "catalogue.sqlite").replace(filled.data_dir / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="other cubes"):
+    with pytest.raises(StoreFault, match="whose cubes are not those"):
         rebuild(filled.data_dir)
