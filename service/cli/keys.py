@@ -2,7 +2,7 @@
 
 import getpass
 import os
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,9 @@ from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, print_table, say
 from damperlab.service.cli.store import open_store
 from damperlab.studies.vocabulary import Scope
+
+if TYPE_CHECKING:
+    from damperlab.studies.store.access_keys import AccessKey
 
 keys = typer.Typer(
     help="Create, list and revoke the keys that give access to a service.", no_args_is_help=True, name="keys"
@@ -72,10 +75,10 @@ def list_(data_dir: DataDir = None, as_json: AsJson = False) -> None:
         (
             key.id,
             key.owner,
-            key.scopes[-1],
+            key.scopes[-1] if key.scopes else "—",
             "—" if key.created is None else f"{key.created:%Y-%m-%d %H:%M}",
             "never" if key.expires is None else f"{key.expires:%Y-%m-%d %H:%M}",
-            "valid" if key.valid else "revoked" if key.revoked else "expired",
+            _state(key),
         )
         for key in found
     ]
@@ -102,3 +105,9 @@ def revoke(
         print_json(key.document())
     else:
         note(f"Key {key.id} of {key.owner} is revoked and no longer gives access.")
+
+
+def _state(key: "AccessKey") -> str:
+    if not key.sound:
+        return "damaged"
+    return "valid" if key.valid else "revoked" if key.revoked else "expired"

@@ -15,6 +15,7 @@ from damperlab.studies.faults import NOTHING, Fault, describe, listing, printabl
 from damperlab.studies.store.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import utc
+from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.tables import access_keys
 from damperlab.studies.vocabulary import SCOPES, Scope
 
@@ -42,6 +43,8 @@ class AccessKey:
         In UTC; None for what does not happen or has not.
     hash : str
         SHA-256 of the secret, 64 hex digits: what a session is bound to.
+    sound : bool
+        Whether it is what was written; one that is not opens nothing.
     """
 
     id: str
@@ -51,11 +54,13 @@ class AccessKey:
     expires: datetime | None
     revoked: datetime | None
     hash: str
+    sound: bool = True
 
     @property
     def valid(self) -> bool:
         """Whether it opens anything now."""
-        return self.revoked is None and (self.expires is None or self.expires.timestamp() > time.time())
+        lasts = self.expires is None or self.expires.timestamp() > time.time()
+        return self.sound and self.revoked is None and lasts
 
     def document(self) -> dict[str, Any]:
         """Give what may be shown, as JSON-able values."""
@@ -189,6 +194,9 @@ def _hashed(secret: str) -> str:
 
 
 def _key(row: Row[Any]) -> AccessKey:
+    if not is_sound(access_keys, row):
+        # nothing of it is believed: a time may be none, and an owner another
+        return AccessKey(row.id, "damaged", (), None, None, None, "0" * 64, sound=False)
     return AccessKey(
         row.id,
         row.owner,

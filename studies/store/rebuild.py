@@ -40,7 +40,7 @@ from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.rows import advance_counters
 from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Shelf
-from damperlab.studies.store.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.tables import access_keys, done_blocks, events, keys, studies
 from damperlab.studies.store.unpacked import marks_of_files
 
 _AT_ONCE = 1000  # rows in one statement
@@ -275,9 +275,9 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove what no cube can say again and nothing needs: keys of submissions and events that are not what was written."""
+    """Remove what no cube can say again: events and keys, of submissions and of access, that are not what was written."""
     with catalogue.writing() as connection:
-        for table in (keys, events):
+        for table in (keys, events, access_keys):
             own = next(iter(table.primary_key.columns))
             for row in connection.execute(select(table)).all():
                 if not is_sound(table, row):

@@ -27,9 +27,9 @@ from sqlalchemy import (
 )
 
 from damperlab.studies.store.faults import CatalogueDamaged, catalogue_damaged
-from damperlab.studies.store.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.tables import access_keys, done_blocks, events, keys, studies
 
-SUMMED = (studies, done_blocks, keys, events)
+SUMMED = (studies, done_blocks, keys, events, access_keys)
 """The tables whose rows have a checksum."""
 
 _LEFT_OUT = {
@@ -38,6 +38,7 @@ _LEFT_OUT = {
     "done_blocks": {"crc"},
     "keys": {"crc"},
     "events": {"crc"},
+    "access_keys": {"crc"},
 }
 _TOUCHED = "damperlab touched"
 _SEALS = {"seals": True}

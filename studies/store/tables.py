@@ -149,8 +149,9 @@ access_keys = Table(
     Column("created", Float, nullable=False),
     Column("expires", Float),
     Column("revoked", Float),
+    Column("crc", BigInteger),
 )
 
-for _table in (studies, done_blocks, keys, events):
+for _table in (studies, done_blocks, keys, events, access_keys):
     _lacking = _table.c.crc.is_(None)
     Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_lacking, postgresql_where=_lacking)

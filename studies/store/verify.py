@@ -33,7 +33,7 @@ from damperlab.studies.store.rows import study_row
 from damperlab.studies.store.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.shelf import Shelf, ShelfAway
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks, studies
+from damperlab.studies.store.tables import access_keys, done_blocks, studies
 
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 _ENDED = ("done", "cancelled", "failed")
@@ -141,8 +141,11 @@ def check_catalogue(store: Store) -> Iterator[str]:
         for table in SUMMED:
             for row in connection.execute(select(table)):
                 if not is_sound(table, row):
-                    fault = damaged_row(table, str(row._mapping.get("id", row[0]))).fault
-                    yield f"{store.catalogue.name}: {fault.found}; {fault.advice}"
+                    name = str(row._mapping.get("id", row[0]))
+                    fault = damaged_row(table, name).fault
+                    key = "remove the key with `damperlab rebuild`, and make another with `damperlab keys create`"
+                    advice = key if table is access_keys else fault.advice
+                    yield f"{store.catalogue.name}: {name}: {fault.found}; {advice}"
     for _, damaged_record in Records(store.data_dir).damaged():
         yield damaged_record
     known = {cube_name(row.id, row.number) for row in rows}

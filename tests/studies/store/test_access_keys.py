@@ -1,0 +1,64 @@
+"""Keys in a damaged catalogue: what is not as it was written opens nothing."""
+
+import sqlite3
+from contextlib import closing
+
+import pytest
+
+from damperlab.studies.store.access_keys import AccessKeys
+from damperlab.studies.store.catalogue import SQLITE_FILE
+from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import check_catalogue
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "owner = 'bob'",
+        "scopes = 'read,submit,admin'",
+        "expires = 1e300",
+        "revoked = NULL",
+        "hash = hash || '0'",
+    ],
+)
+def test_a_key_whose_row_is_damaged_opens_nothing(store, damage):
+    keys = AccessKeys(store.catalogue)
+    good, secret = keys.create("alice", ("read",), lasts_seconds=3600.0)
+    bad, damaged = keys.create("rob", ("read",), lasts_seconds=60.0)
+    if damage.startswith("revoked"):
+        bad = keys.revoke(bad.id)
+    with closing(sqlite3.connect(store.data_dir / SQLITE_FILE)) as raw, raw:
+        raw.execute(f"UPDATE access_keys SET {damage} WHERE id = ?", (bad.id,))
+    assert keys.recognise(damaged) is None
+    assert keys.recognise(secret) == good
+    assert {key.id: (key.sound, key.valid) for key in keys.all()} == {
+        good.id: (True, True),
+        bad.id: (False, False),
+    }
+    for key in keys.all():
+        assert key.document()["valid"] == (key.id == good.id)
+    (told,) = check_catalogue(store)
+    assert bad.id in told
+    rebuild(store.data_dir)
+    assert keys.all() == [good]
+    assert list(check_catalogue(store)) == []
+
+
+def test_keys_of_an_older_catalogue_get_their_checksums(tmp_path):
+    store = Store.open(tmp_path)
+    key, secret = AccessKeys(store.catalogue).create("alice", ("submit",))
+    with store.catalogue.writing() as connection:
+        for statement in (
+            "DROP INDEX unsealed_access_keys",
+            "ALTER TABLE access_keys DROP COLUMN crc",
+            "UPDATE alembic_version SET version_num = '0008'",
+        ):
+            connection.exec_driver_sql(statement)
+    store.close()
+    again = Store.open(tmp_path)
+    assert AccessKeys(again.catalogue).recognise(secret) == key
+    with closing(sqlite3.connect(tmp_path / SQLITE_FILE)) as raw:
+        ((checksum,),) = raw.execute("SELECT crc FROM access_keys").fetchall()
+    assert checksum is not None
+    again.close()
