@@ -171,7 +171,7 @@ def _range(
     if span is None:
         span = _usual(name, known, measured)
     if span is None:
-        told = f"{{field}} needs a range to look in: nothing here says where {name} may lie."
+        told = f"{{field}} needs a range to look in, since {name} has no usual one."
         advice = f"write the lowest and the highest value, as in --fit {name}=LOW,HIGH"
         return Fault(field, NOTHING, "a range", advice, told)
     quantity = NAMED[name]
