@@ -14,29 +14,21 @@ from numpy.typing import NDArray
 from damperlab.studies.fit.chi_square import chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
+from damperlab.worker.fit.archive import Archive, Progress
 from damperlab.worker.fit.chain import draw
-from damperlab.worker.fit.model import Responses, responses_at, scenes_of
+from damperlab.worker.fit.model import scenes_of
+from damperlab.worker.fit.region import EDGE, RADIUS, Region
 from damperlab.worker.fit.spread import halton
 from damperlab.worker.fit.surface import Surface, fit_surface, terms
 from damperlab.worker.warm import warm
 
 Matrix = NDArray[np.float64]
-Progress = Callable[[int], None]
-
 START = {1: 64, 2: 160, 3: 320, 4: 480, 5: 640}
 """Points of the coarse set, by the number of parameters."""
 FOLLOWED = 3
 """Best of these that are followed."""
-COARSE = 0.1
-"""Relative difference of amplitudes below which a coarse point counts as near; a difference counts as its logarithm."""
 CLOSER_ROUNDS, CLOSER = 3, 0.6
 """Rounds in which a region narrows about its best point, and by how much each."""
-RADIUS, EDGE = 2.5, 1.2
-"""Of a region, in standard deviations of the parameters; and how much further its polynomials are believed."""
-FULL, WIDER = 0.85, 2.0
-"""Share of the spread of an even density from which a region is too small, and by how much it is then made wider."""
-EVEN, WHOLE = 2000, 0.6
-"""Even draws that this is judged by; and the size, over the range, at which a region covers all of it."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
 """In which the region of the polynomials is settled: it moves by less than that in standard deviations, and is resized by
 less than that in its logarithm."""
@@ -49,8 +41,6 @@ AS_GOOD = 6.0
 WALKERS, STEPS, LAST_STEPS = 48, 240, 1200
 TRIED = 8
 """Sets of parameters from the end of the chain whose responses are computed, for the best to be one that agrees."""
-NARROWEST = 1e-4
-"""Least variance of draws in a region, over its own: a region shrinks a hundredfold at most in one round."""
 
 
 def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fitted:
@@ -70,17 +60,11 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
     """
     for scene in scenes_of(question):
         warm(scene)
-    archive = _Archive(question, progress)
+    archive = Archive(question, progress)
     regions = [_closer(archive, region) for region in _begin(archive)]
     ends = [_settled(archive, region) for region in _best_regions(archive, regions)]
     ends.sort(key=lambda end: end.misfit)
     return _fitted(archive, ends)
-
-
-@dataclass(frozen=True)
-class _Region:
-    centre: Matrix
-    frame: Matrix
 
 
 @dataclass(frozen=True)
@@ -96,57 +80,7 @@ class _End:
     misfit: float  # -2 ln L
 
 
-class _Archive:
-    """All places that have been computed, and their responses."""
-
-    def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
-        self.question = question
-        # where deviations are shares of the amplitudes, so are differences: then logarithms are compared
-        self.logarithmic = question.in_shares
-        self.measured = self._compared(question.measured.amplitude)
-        self.count = len(question.free)
-        self.places = np.empty((0, self.count))
-        self.amplitude, self.error = (np.empty((0, self.measured.size)) for _ in range(2))
-        self.responses: list[Responses] = []
-        self.generator = np.random.default_rng(question.seed)
-        self._progress = progress
-
-    def add(self, places: Matrix) -> None:
-        """Compute the responses at places of shape (n, parameters)."""
-        found = []
-        for place in places:
-            found.append(responses_at(self.question, self.question.values(place)))
-            if self._progress is not None:
-                self._progress(len(self.places) + len(found))
-        self.places = np.concatenate((self.places, places))
-        self.amplitude = np.concatenate((self.amplitude, [self._compared(one.amplitude) for one in found]))
-        error = [one.error / one.amplitude if self.logarithmic else one.error for one in found]
-        self.error = np.concatenate((self.error, error))
-        self.responses += found
-
-    def _compared(self, amplitude: Matrix) -> Matrix:
-        return np.asarray(np.log(amplitude) if self.logarithmic else amplitude)
-
-    def draw_in(self, region: _Region, number: int) -> Matrix:
-        """Draw places evenly in a region, folded back into the ranges at their ends."""
-        direction = self.generator.standard_normal((number, self.count))
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        length = RADIUS * self.generator.random((number, 1)) ** (1.0 / self.count)
-        places = np.mod(region.centre + (direction * length) @ region.frame.T, 2.0)
-        return np.asarray(np.minimum(places, 2.0 - places))
-
-    def coarse_misfit(self) -> Matrix:
-        """How far each place is from the measurement: rows that are far off count little (Cauchy)."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = self.amplitude - self.measured
-            if not self.logarithmic:
-                off = np.log(self.amplitude / self.measured)
-            off = off / COARSE
-        missed = np.log1p(np.where(np.isfinite(off), off, 100.0) ** 2)
-        return np.asarray(missed.sum(axis=1))
-
-
-def _begin(archive: _Archive) -> list[_Region]:
+def _begin(archive: Archive) -> list[Region]:
     """Fill the ranges, and choose the best places that are apart."""
     number = START[archive.count]
     archive.add(halton(number, archive.count))
@@ -158,22 +92,22 @@ def _begin(archive: _Archive) -> list[_Region]:
             chosen.append(place)
         if len(chosen) == FOLLOWED:
             break
-    return [_Region(place, 0.6 * spacing * np.eye(archive.count)) for place in chosen]
+    return [Region(place, 0.6 * spacing * np.eye(archive.count)) for place in chosen]
 
 
-def _closer(archive: _Archive, region: _Region) -> _Region:
+def _closer(archive: Archive, region: Region) -> Region:
     """Go to the best place nearby, in steps that become smaller."""
     for _ in range(CLOSER_ROUNDS):
         before = len(archive.places)
-        archive.add(archive.draw_in(region, 8 * (archive.count + 1)))
-        near = np.linalg.norm(_local(region, archive.places), axis=1) <= RADIUS
+        archive.add(region.draw(8 * (archive.count + 1), archive.generator))
+        near = region.holds(archive.places)
         near[before:] = True
         misfit = np.where(near, archive.coarse_misfit(), np.inf)
-        region = _Region(archive.places[int(np.argmin(misfit))], CLOSER * region.frame)
+        region = Region(archive.places[int(np.argmin(misfit))], CLOSER * region.frame)
     return region
 
 
-def _best_regions(archive: _Archive, regions: list[_Region]) -> list[_Region]:
+def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
     """Keep the best region, and a second one where it is about as good."""
     misfit = archive.coarse_misfit()
     at = [misfit[int(np.argmin(np.abs(archive.places - one.centre).max(axis=1)))] for one in regions]
@@ -186,23 +120,18 @@ def _best_regions(archive: _Archive, regions: list[_Region]) -> list[_Region]:
     return kept
 
 
-def _local(region: _Region, places: Matrix) -> Matrix:
-    return np.asarray(np.linalg.solve(region.frame, (places - region.centre).T).T)
-
-
-def _settled(archive: _Archive, region: _Region) -> _End:
+def _settled(archive: Archive, region: Region) -> _End:
     """Fit polynomials within a region, and move and resize it until it is that of the parameters' uncertainty."""
     batch = max(20, 3 * terms(archive.count))
     for round_ in range(MOST_ROUNDS):
-        archive.add(archive.draw_in(region, batch))
+        archive.add(region.draw(batch, archive.generator))
         surface, variance, share = _laid(archive, region, batch)
         draws = _drawn(archive, region, surface, variance, STEPS)
-        moved = float(np.linalg.norm(_local(region, draws.mean(axis=0))))
-        sizes, frame = _resized(archive, region, draws)
-        region = _Region(draws.mean(axis=0), frame)
+        moved = float(np.linalg.norm(region.local(draws.mean(axis=0)[None, :])))
+        sizes, region = region.resized(draws, archive.generator)
         if round_ + 1 >= LEAST_ROUNDS and moved < SETTLED and np.abs(np.log(sizes)).max() < SETTLED:
             break
-    archive.add(archive.draw_in(region, 2 * batch))
+    archive.add(region.draw(2 * batch, archive.generator))
     surface, variance, share = _laid(archive, region, 2 * batch)
     draws = _drawn(archive, region, surface, variance, LAST_STEPS)
     density = _log_density(archive, region, surface, variance)
@@ -216,34 +145,9 @@ def _settled(archive: _Archive, region: _Region) -> _End:
     return _End(surface, draws, archive.places[row], row, variance, share, total)
 
 
-def _resized(archive: _Archive, region: _Region, draws: Matrix) -> tuple[Matrix, Matrix]:
-    """Give a region the size of the draws along each of their principal directions; where they fill it, a larger one.
-
-    Returns
-    -------
-    sizes : ndarray, shape (parameters,)
-        Over those of the region.
-    frame : ndarray, shape (parameters, parameters)
-        Of the new region.
-    """
-    variances, directions = np.linalg.eigh(_covariance(_local(region, draws)))
-    sizes = np.sqrt(np.maximum(variances, NARROWEST))
-    even = archive.draw_in(_Region(region.centre, EDGE * region.frame), EVEN)
-    even = even[np.linalg.norm(_local(region, even), axis=1) <= EDGE * RADIUS]
-    spread = np.sqrt(np.einsum("ji,jk,ki->i", directions, _covariance(_local(region, even)), directions))
-    largest = WHOLE / np.linalg.norm(region.frame @ directions, axis=0)
-    sizes = np.where(sizes > FULL * spread, WIDER, sizes)
-    sizes = np.minimum(sizes, np.maximum(largest, NARROWEST))
-    return sizes, region.frame @ directions * sizes
-
-
-def _covariance(places: Matrix) -> Matrix:
-    return np.atleast_2d(np.cov(places.T))
-
-
-def _laid(archive: _Archive, region: _Region, newest: int) -> tuple[Surface, Matrix, float]:
+def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matrix, float]:
     """Lay polynomials through all responses of a region; and the variance of measurement and model together."""
-    near = np.linalg.norm(_local(region, archive.places), axis=1) <= RADIUS
+    near = region.holds(archive.places)
     near[-newest:] = True
     surface = fit_surface(region.centre, region.frame, archive.places[near], archive.amplitude[near])
     error = np.sqrt(np.nan_to_num(np.nanmean(np.where(near[:, None], archive.error, 0.0) ** 2, axis=0)))
@@ -256,7 +160,7 @@ def _laid(archive: _Archive, region: _Region, newest: int) -> tuple[Surface, Mat
     return surface, (share if given is None else given) ** 2 + scatter**2 + least**2, share
 
 
-def _share(archive: _Archive, amplitude: Matrix, scatter: Matrix) -> float:
+def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
     """Find the relative deviation with which the residuals are as large as they should be."""
     off = (archive.measured - amplitude)[np.isfinite(scatter)]
     scatter = scatter[np.isfinite(scatter)]
@@ -280,28 +184,28 @@ def _weighed(off: Matrix, variance: Matrix) -> Matrix:
 
 
 def _log_density(
-    archive: _Archive, region: _Region, surface: Surface, variance: Matrix
+    archive: Archive, region: Region, surface: Surface, variance: Matrix
 ) -> Callable[[Matrix], Matrix]:
     """Density that the measurement leaves within the region and the ranges, where it is even."""
 
     def density(places: Matrix) -> Matrix:
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1)
-        inside &= np.linalg.norm(_local(region, places), axis=1) <= EDGE * RADIUS
+        inside &= region.holds(places, EDGE * RADIUS)
         off = archive.measured - surface.at(places)
         return np.where(inside, -0.5 * _weighed(off, variance), -np.inf)
 
     return density
 
 
-def _drawn(archive: _Archive, region: _Region, surface: Surface, variance: Matrix, steps: int) -> Matrix:
+def _drawn(archive: Archive, region: Region, surface: Surface, variance: Matrix, steps: int) -> Matrix:
     density = _log_density(archive, region, surface, variance)
-    tried = archive.draw_in(region, 20 * WALKERS)
+    tried = region.draw(20 * WALKERS, archive.generator)
     found = density(tried)
     walkers = tried[np.argsort(-found, kind="stable")[:WALKERS]]
     return draw(density, walkers, steps, archive.question.seed)
 
 
-def _fitted(archive: _Archive, ends: list[_End]) -> Fitted:
+def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     """Put the best end into the question's names and units."""
     question, end = archive.question, ends[0]
     tail = 0.5 * (1.0 - question.confidence)
@@ -352,7 +256,7 @@ def _is_other(one: _End, best: _End) -> bool:
     return one.misfit < best.misfit + AS_GOOD and bool(place > RADIUS)
 
 
-def _widening(archive: _Archive, end: _End) -> float:
+def _widening(archive: Archive, end: _End) -> float:
     """By how much intervals are wider because the model agrees worse than stated deviations allow (Birge 1932)."""
     off = archive.measured - archive.amplitude[end.row]
     squares = (off**2 / end.variance)[np.isfinite(off) & np.isfinite(end.variance)]

@@ -1,0 +1,74 @@
+"""All sets of parameters that a fit has computed, and their responses."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.fit.question import FitQuestion
+from damperlab.worker.fit.model import Responses, responses_at
+
+Matrix = NDArray[np.float64]
+Progress = Callable[[int], None]
+
+COARSE = 0.1
+"""Relative difference of amplitudes below which a coarse point counts as near; a difference counts as its logarithm."""
+
+
+class Archive:
+    """Places in shares of the ranges, and what is compared with the measurement at each.
+
+    Parameters
+    ----------
+    question : FitQuestion
+        What is fitted.
+    progress : callable, optional
+        Told how many places have been computed.
+
+    Attributes
+    ----------
+    places : ndarray, shape (n, parameters)
+    amplitude, error : ndarray, shape (n, rows)
+        Or their logarithm, and the error of that, where deviations are shares.
+    measured : ndarray, shape (rows,)
+        The same of the measurement.
+    responses : list of Responses
+    """
+
+    def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
+        self.question = question
+        # where deviations are shares of the amplitudes, so are differences: then logarithms are compared
+        self.logarithmic = question.in_shares
+        self.measured = self._compared(question.measured.amplitude)
+        self.count = len(question.free)
+        self.places = np.empty((0, self.count))
+        self.amplitude, self.error = (np.empty((0, self.measured.size)) for _ in range(2))
+        self.responses: list[Responses] = []
+        self.generator = np.random.default_rng(question.seed)
+        self._progress = progress
+
+    def add(self, places: Matrix) -> None:
+        """Compute the responses at places of shape (n, parameters)."""
+        found = []
+        for place in places:
+            found.append(responses_at(self.question, self.question.values(place)))
+            if self._progress is not None:
+                self._progress(len(self.places) + len(found))
+        self.places = np.concatenate((self.places, places))
+        self.amplitude = np.concatenate((self.amplitude, [self._compared(one.amplitude) for one in found]))
+        error = [one.error / one.amplitude if self.logarithmic else one.error for one in found]
+        self.error = np.concatenate((self.error, error))
+        self.responses += found
+
+    def _compared(self, amplitude: Matrix) -> Matrix:
+        return np.asarray(np.log(amplitude) if self.logarithmic else amplitude)
+
+    def coarse_misfit(self) -> Matrix:
+        """How far each place is from the measurement: rows that are far off count little (Cauchy)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = self.amplitude - self.measured
+            if not self.logarithmic:
+                off = np.log(self.amplitude / self.measured)
+            off = off / COARSE
+        missed = np.log1p(np.where(np.isfinite(off), off, 100.0) ** 2)
+        return np.asarray(missed.sum(axis=1))
