@@ -314,6 +314,12 @@ def answer_schemas() -> dict[str, Schema]:
             ),
             wall=_by_name(NUMBER),
         ),
+        "Promise": _object(
+            state=_enum(("computing",)),
+            seconds={"type": "number", "minimum": 0, "description": "Since it was asked for."},
+            answer=TEXT | {"description": "Path of the answer."},
+        ),
+        "PromisedAnswer": {"anyOf": [of("Simulated"), of("Readiness"), of("Compared")]},
         "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
         "GroundMotion": _object(**_GROUND_MOTION),
         "GroundMotions": _object(records=_list(of("GroundMotion"))),
@@ -344,3 +350,9 @@ def answer_schemas() -> dict[str, Schema]:
         ),
         "Session": _object(needed=FLAG, signed_in=FLAG, owner=TEXT, scopes=_list(_enum(SCOPES))),
     }
+
+
+PROMISED = gives(
+    "Promise", "It is computed, and will be found where this says.", Location="Where it will be."
+)
+"""What a request is answered that prefers a promise to waiting (RFC 7240)."""

@@ -32,6 +32,7 @@ from damperlab.service.kernels import Kernels
 from damperlab.service.logs import start_logging
 from damperlab.service.routes import (
     accuracy,
+    answers,
     axes,
     catalog,
     earthquakes,
@@ -55,7 +56,9 @@ from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
 from damperlab.service.work.kept import Kept
+from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
+from damperlab.service.work.promises import Promises
 from damperlab.service.work.questions import Apart
 from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
@@ -124,6 +127,7 @@ def create_app(settings: Settings) -> FastAPI:
         export,
         zarr,
         simulate,
+        answers,
         earthquakes,
         accuracy,
         health,
@@ -132,6 +136,8 @@ def create_app(settings: Settings) -> FastAPI:
     ):
         app.include_router(route.router)
     app.add_middleware(Apart, points=settings.question_points_apart)
+    app.state.promises = Promises()
+    app.add_middleware(Later, promises=app.state.promises)
     app.add_middleware(Tagged)
     app.add_middleware(
         GZipMiddleware,

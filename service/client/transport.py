@@ -4,7 +4,7 @@ import json
 import logging
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from typing import Any
 
@@ -25,6 +25,10 @@ PATIENCE_SECONDS = 60.0
 FIRST_SECONDS = 4.0
 """How long one that has never answered may: somebody may have mistyped the address."""
 LONGEST_PAUSE_SECONDS = 5.0
+PREFERRED = "respond-async, wait=20"
+"""An answer that takes longer is promised and fetched, so that no proxy on the way ends the connection for its silence."""
+PROMISED_AT = "/api/v1/answers/"
+PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
 """Bytes of a refusal that are read."""
 
@@ -56,7 +60,7 @@ class Transport:
         self.headers = {"Authorization": f"Bearer {api_key}"} if api_key else {}
         self._http = httpx.Client(
             base_url=f"{self.url}/api/v1",
-            headers={"User-Agent": "damperlab-client", **self.headers},
+            headers={"User-Agent": "damperlab-client", "Prefer": PREFERRED, **self.headers},
             timeout=httpx.Timeout(timeout_seconds, connect=min(10.0, timeout_seconds)),
         )
         self._timeout_seconds = timeout_seconds
@@ -104,6 +108,30 @@ class Transport:
                 if method == "DELETE" and response.status_code == 404 and attempt.num > 1:
                     return None
                 _check(response)
+                if response.headers.get("Location", "").startswith(PROMISED_AT):
+                    response = self._fetched(response)
+        return response
+
+    def _fetched(self, promise: httpx.Response) -> httpx.Response:
+        """Wait for an answer that was promised; whoever stops waiting has it given up."""
+        give_up = time.monotonic() + self._timeout_seconds
+        where = f"{self.url}{promise.headers['Location']}"
+        response = promise
+        try:
+            while response.status_code == 202:
+                if time.monotonic() > give_up:
+                    raise httpx.ReadTimeout(f"{where} was not there in time")
+                time.sleep(PROMISE_PAUSE_SECONDS)
+                response = self._http.get(where)
+        except BaseException:
+            with suppress(httpx.HTTPError):
+                self._http.delete(where)
+            raise
+        if response.status_code == 404:
+            # the service was restarted: what it had promised is computed again
+            detail = "The service no longer has the answer that it promised."
+            raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
+        _check(response)
         return response
 
     @contextmanager

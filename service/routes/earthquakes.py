@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_schemas import PROMISED, gives
 from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
@@ -157,7 +157,7 @@ def remove_record(
 @router.post(
     "/earthquake-comparisons",
     response_class=Document,
-    responses={200: gives("ComparedOrReadiness"), **documented(413, 415, 422, 429, 503)},
+    responses={200: gives("ComparedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": COMPARISON_BODY},
     summary="Dampers under a record",
 )

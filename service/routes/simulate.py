@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_schemas import PROMISED, gives
 from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
@@ -25,7 +25,7 @@ router = APIRouter(prefix="/api/v1", tags=["simulate"])
 @router.post(
     "/simulate",
     response_class=Document,
-    responses={200: gives("SimulatedOrReadiness"), **documented(413, 415, 422, 429, 503)},
+    responses={200: gives("SimulatedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": SIMULATE_BODY},
     summary="Compute one design point now",
 )

@@ -1,0 +1,69 @@
+"""Answers that were promised, at the place where they are fetched."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Path
+from starlette.requests import Request
+from starlette.responses import Response
+
+from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.documents import Document
+from damperlab.service.problems import documented
+from damperlab.service.security.caller import TheCaller
+from damperlab.service.work.later import promised
+from damperlab.service.work.promises import Promise, Promises
+
+router = APIRouter(prefix="/api/v1/answers", tags=["answers"])
+
+
+def _promises(request: Request) -> Promises:
+    promises = request.app.state.promises
+    assert isinstance(promises, Promises)
+    return promises
+
+
+def _promise(
+    promises: Annotated[Promises, Depends(_promises)],
+    caller: TheCaller,
+    answer_id: Annotated[str, Path(description="As the promise names it.")],
+) -> Promise:
+    return promises.find(answer_id, caller.name)
+
+
+ThePromise = Annotated[Promise, Depends(_promise)]
+
+
+@router.get(
+    "/{answer_id}",
+    response_class=Document,
+    responses={
+        200: gives("PromisedAnswer"),
+        202: PROMISED,
+        **documented(404, 413, 415, 422, 429, 503),
+    },
+    summary="Fetch an answer that was promised",
+)
+async def fetch(promise: ThePromise) -> Response:
+    """Give what the request would have been answered, whatever its status; 202 while it is computed.
+
+    A request gets a promise where it prefers one (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
+    answer is kept for ten minutes after it is there, for who asked for it.
+    """
+    if promise.ended is None:
+        return promised(promise)
+    answer = Response(promise.body, promise.status)
+    answer.raw_headers = [*promise.headers]
+    return answer
+
+
+@router.delete(
+    "/{answer_id}",
+    status_code=204,
+    response_class=Response,
+    responses=documented(404),
+    summary="Give up an answer that was promised",
+)
+async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
+    """Stop computing it, or forget it where it is there."""
+    promises.give_up(promise)
+    return Response(status_code=204)

@@ -1,0 +1,145 @@
+"""Answers that take long are promised at once where the client prefers that (RFC 7240, ``Prefer: respond-async``)."""
+
+import asyncio
+import logging
+import time
+
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from damperlab.service.documents import Document
+from damperlab.service.problems import defect
+from damperlab.service.work.promises import Promise, Promises
+
+PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons")
+"""What computes for a request."""
+WAIT_SECONDS = 5.0
+"""How long an answer is waited for where the client does not say."""
+LONGEST_WAIT_SECONDS = 60.0
+ASK_AGAIN_SECONDS = 1
+
+_log = logging.getLogger("damperlab.work")
+
+
+class Later:
+    """ASGI middleware: sends an answer that takes longer than its client waits to a place where it is fetched.
+
+    A client that leaves before it has a promise is computed for no longer, as without the preference.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Answers.
+    promises : Promises
+        Where answers are kept.
+    """
+
+    def __init__(self, app: ASGIApp, promises: Promises) -> None:
+        self.app = app
+        self.promises = promises
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        concerned = scope["type"] == "http" and scope["method"] == "POST" and scope["path"] in PATHS
+        wait = wait_seconds(Headers(scope=scope)) if concerned else None
+        if wait is None:
+            await self.app(scope, receive, send)
+            return
+        promise = Promise(scope["caller"].name)
+        sent = asyncio.Event()  # the whole body has come
+        promise.task = asyncio.create_task(self._answer(promise, sent, scope, receive))
+        leaving = asyncio.create_task(_left(sent, receive))
+        try:
+            await asyncio.wait((promise.task, leaving), timeout=wait, return_when=asyncio.FIRST_COMPLETED)
+            if (
+                not promise.task.done()
+                and not leaving.done()
+                and sent.is_set()
+                and self.promises.keep(promise)
+            ):
+                await promised(promise)(scope, receive, send)
+                return
+            if not promise.task.done():
+                # it has left, or there are too many promises to make one more
+                await asyncio.wait((promise.task, leaving), return_when=asyncio.FIRST_COMPLETED)
+            leaving.cancel()
+            if promise.task.done():
+                await _send(promise, send)
+            else:
+                promise.given_up.set()
+                await promise.task
+        finally:
+            leaving.cancel()
+
+    async def _answer(self, promise: Promise, sent: asyncio.Event, scope: Scope, receive: Receive) -> None:
+        """Have the request answered, and note the answer."""
+
+        async def receive_body() -> Message:
+            if not sent.is_set():
+                message = await receive()
+                if message["type"] == "http.disconnect" or not message.get("more_body", False):
+                    sent.set()
+                return message
+            await promise.given_up.wait()
+            return {"type": "http.disconnect"}
+
+        body = bytearray()
+
+        async def note(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                promise.status, promise.headers = message["status"], [*message["headers"]]
+            else:
+                body.extend(message.get("body", b""))
+
+        try:
+            await self.app(scope, receive_body, note)
+        except Exception:
+            _log.exception("request [%s] met a defect", scope.get("request_id"))
+            body.clear()
+            await defect(Request(scope))(scope, receive_body, note)
+        finally:
+            sent.set()
+            promise.body, promise.ended = bytes(body), time.monotonic()
+
+
+async def _left(sent: asyncio.Event, receive: Receive) -> None:
+    """Wait until the client has left; what it sends is for `Later` to read before."""
+    await sent.wait()
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+def promised(promise: Promise) -> Document:
+    """Say where the answer will be."""
+    seconds = time.monotonic() - promise.began
+    return Document(
+        {"state": "computing", "seconds": seconds, "answer": promise.address},
+        202,
+        {
+            "Location": promise.address,
+            "Retry-After": str(ASK_AGAIN_SECONDS),
+            "Preference-Applied": "respond-async",
+        },
+    )
+
+
+async def _send(promise: Promise, send: Send) -> None:
+    await send({"type": "http.response.start", "status": promise.status, "headers": promise.headers})
+    await send({"type": "http.response.body", "body": promise.body})
+
+
+def wait_seconds(headers: Headers) -> float | None:
+    """Read how long a client waits before it takes a promise; None where it wants none.
+
+    What is malformed counts as not said: a preference is never refused (RFC 7240, section 2).
+    """
+    wait, later = WAIT_SECONDS, False
+    for token in ",".join(headers.getlist("prefer")).split(","):
+        name, _, value = token.partition(";")[0].strip().lower().partition("=")
+        value = value.strip('" ')
+        if name.strip() == "respond-async":
+            later = True
+        elif name.strip() == "wait" and value.isascii() and value.isdigit() and len(value) < 6:
+            wait = min(float(value), LONGEST_WAIT_SECONDS)
+    return wait if later else None

@@ -1,0 +1,99 @@
+"""Answers that were promised: computed on after their request has ended, and kept until they are fetched."""
+
+import asyncio
+import time
+import uuid
+from dataclasses import dataclass, field
+
+from damperlab.service.problems import Problem
+from damperlab.studies.faults import Fault, printable
+
+KEPT_SECONDS = 600.0
+"""How long an answer is kept once it is there."""
+KEPT = 256
+"""Most promises, kept and under way."""
+KEPT_BYTES = 256 << 20
+"""Most bytes of all kept answers."""
+
+
+@dataclass
+class Promise:
+    """One answer that is computed, or kept.
+
+    Parameters
+    ----------
+    owner : str
+        Under whose name it was asked for.
+    """
+
+    owner: str
+    id: str = field(default_factory=lambda: uuid.uuid4().hex)
+    began: float = field(default_factory=time.monotonic)
+    ended: float | None = None
+    given_up: asyncio.Event = field(default_factory=asyncio.Event)
+    task: "asyncio.Task[None] | None" = None
+    status: int = 0
+    headers: list[tuple[bytes, bytes]] = field(default_factory=list)
+    body: bytes = b""
+
+    @property
+    def address(self) -> str:
+        """Where the answer is fetched."""
+        return f"/api/v1/answers/{self.id}"
+
+
+class Promises:
+    """The promises of one service; for one event loop."""
+
+    def __init__(self) -> None:
+        self._promises: dict[str, Promise] = {}
+
+    def keep(self, promise: Promise) -> bool:
+        """Keep a promise; False where there are as many under way as may be."""
+        self._forget_old()
+        if len(self._promises) >= KEPT:
+            return False
+        self._promises[promise.id] = promise
+        return True
+
+    def find(self, promise_id: str, owner: str) -> Promise:
+        """Give a promise to whom it was made.
+
+        Raises
+        ------
+        Problem
+            404 where there is none of this id for this caller.
+        """
+        self._forget_old()
+        promise = self._promises.get(promise_id)
+        if promise is None or promise.owner != owner:
+            fault = Fault(
+                "answer",
+                printable(promise_id),
+                f"an answer that was promised to you, for {KEPT_SECONDS / 60:g} minutes after it is there",
+                "send the request again",
+                "There is no such answer for you: it was given up or fetched too late, or the service was restarted.",
+            )
+            raise Problem(404, "no-such-answer", "There is no such answer.", (fault,))
+        return promise
+
+    def give_up(self, promise: Promise) -> None:
+        """Compute no longer, and forget."""
+        promise.given_up.set()
+        self._promises.pop(promise.id, None)
+
+    def _forget_old(self) -> None:
+        now = time.monotonic()
+        there = sorted((each for each in self._promises.values() if each.ended is not None), key=_ended)
+        held = sum(len(each.body) for each in there)
+        for promise in there:
+            old = now - _ended(promise) > KEPT_SECONDS
+            if not old and len(self._promises) < KEPT and held <= KEPT_BYTES:
+                break
+            held -= len(promise.body)
+            del self._promises[promise.id]
+
+
+def _ended(promise: Promise) -> float:
+    assert promise.ended is not None
+    return promise.ended

@@ -1,0 +1,130 @@
+"""Answers that are promised and fetched later: RFC 7240, ``Prefer: respond-async``."""
+
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+from starlette.datastructures import Headers
+
+from damperlab.service.client.client import Client
+from damperlab.service.client.faults import Unreachable
+from damperlab.service.work.later import LONGEST_WAIT_SECONDS, WAIT_SECONDS, wait_seconds
+
+SIMULATE = "/api/v1/simulate"
+AT_ONCE = {"Prefer": "respond-async, wait=0"}
+QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
+ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
+"""Some 5·10⁹ impacts: many minutes on any machine."""
+
+
+@pytest.mark.parametrize(
+    ("said", "seconds"),
+    [
+        ([], None),
+        (["wait=3"], None),
+        (["respond-async"], WAIT_SECONDS),
+        (["respond-async, wait=3"], 3.0),
+        (["wait=0", "Respond-Async;x=1"], 0.0),
+        (['respond-async, wait="7"'], 7.0),
+        (["respond-async, wait=99999"], LONGEST_WAIT_SECONDS),
+        (["respond-async, wait=-1"], WAIT_SECONDS),
+        (["respond-async, wait=" + "9" * 5000], WAIT_SECONDS),
+        (["respond-async, wait=²"], WAIT_SECONDS),
+        ([",;=,respond-async=,handling=lenient"], WAIT_SECONDS),
+    ],
+)
+def test_preference_is_read_and_what_is_malformed_counts_as_not_said(
+    said: list[str], seconds: float | None
+) -> None:
+    headers = Headers(raw=[(b"prefer", each.encode("utf-8")) for each in said])
+    assert wait_seconds(headers) == seconds
+
+
+def _fetched(client: httpx.Client, helpers: Any, promise: httpx.Response) -> httpx.Response:
+    assert promise.status_code == 202
+    assert promise.headers["preference-applied"] == "respond-async"
+    assert promise.json()["answer"] == promise.headers["location"]
+    answers: list[httpx.Response] = []
+
+    def there() -> bool:
+        answers.append(client.get(promise.headers["location"]))
+        return answers[-1].status_code != 202
+
+    helpers.wait_until(there)
+    return answers[-1]
+
+
+def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpers: Any) -> None:
+    straight = client.post(SIMULATE, json=QUICK)
+    promised = _fetched(client, helpers, client.post(SIMULATE, json=QUICK, headers=AT_ONCE))
+    assert (promised.status_code, promised.headers["content-type"]) == (200, "application/json")
+    assert promised.json()["state"] == straight.json()["state"]
+    assert promised.json()["metrics"].keys() == straight.json()["metrics"].keys()
+    # whoever waits long enough is answered at once
+    patient = client.post(SIMULATE, json=QUICK, headers={"Prefer": "respond-async, wait=60"})
+    assert (patient.status_code, patient.json()["state"]) == (200, straight.json()["state"])
+    # a refusal is an answer too
+    refused = client.post(SIMULATE, json=QUICK | {"frequency_ratio": -1}, headers=AT_ONCE)
+    refused = _fetched(client, helpers, refused) if refused.status_code == 202 else refused
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "frequency_ratio"
+    # from Python it is as if there were no promise
+    with Client(service.url) as python:
+        python._transport._http.headers.update(AT_ONCE)
+        found = python.simulate(frequency_ratio=1.0, clearance_ratio=5, friction_ratio=0, cycles=3)
+        assert found.state == straight.json()["state"]
+
+
+def _computing(running: Any) -> set[int]:
+    children = psutil.Process(running.process.pid).children(recursive=True)
+    return {each.pid for each in children if "anyio.to_process" in each.cmdline()}
+
+
+def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any], helpers: Any) -> None:
+    limit = 20
+    running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
+    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+        # with kernels there, what is waited for is the point alone
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        before = _computing(running)
+        promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
+        assert promise.status_code == 202
+        assert client.get(promise.headers["location"]).status_code == 202
+        assert client.delete(promise.headers["location"]).status_code == 204
+        helpers.wait_until(lambda: not before & _computing(running))
+        gone = client.get(promise.headers["location"])
+        assert (gone.status_code, gone.json()["type"]) == (404, "urn:damperlab:problem:no-such-answer")
+        # a client that leaves before it is promised anything leaves nothing behind
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        before = _computing(running)
+        with pytest.raises(httpx.ReadTimeout):
+            httpx.post(
+                f"{running.url}{SIMULATE}",
+                json=ENDLESS,
+                headers={"Prefer": "respond-async, wait=60"},
+                timeout=2,
+            )
+        helpers.wait_until(lambda: not before & _computing(running))
+        # the client of Python gives up what it no longer waits for
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        before = _computing(running)
+        with Client(running.url, timeout=4) as python:
+            python._transport._http.headers.update(AT_ONCE)
+            with pytest.raises(Unreachable, match="took longer than 4 s"):
+                python.simulate(**ENDLESS)  # type: ignore[arg-type]
+        helpers.wait_until(lambda: not before & _computing(running))
+        # the limit of one request holds for what is promised
+        ended = _fetched(client, helpers, client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE))
+        assert (ended.status_code, ended.json()["type"]) == (422, "urn:damperlab:problem:work-limit")
+
+
+def test_an_answer_is_for_who_asked(guarded: Any, helpers: Any) -> None:
+    with guarded.client("ann") as mine, guarded.client("bob") as theirs, guarded.client(None) as nobody:
+        promise = mine.post(SIMULATE, json=QUICK, headers=AT_ONCE)
+        where = promise.headers["location"]
+        assert theirs.get(where).status_code == 404
+        assert theirs.delete(where).status_code == 404
+        assert nobody.get(where).status_code == 401
+        assert _fetched(mine, helpers, promise).status_code == 200
