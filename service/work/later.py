@@ -51,13 +51,9 @@ class Later:
         promise.task = asyncio.create_task(self._answer(promise, sent, scope, receive))
         leaving = asyncio.create_task(_left(sent, receive))
         try:
+            await sent.wait()
             await asyncio.wait((promise.task, leaving), timeout=wait, return_when=asyncio.FIRST_COMPLETED)
-            if (
-                not promise.task.done()
-                and not leaving.done()
-                and sent.is_set()
-                and self.promises.keep(promise)
-            ):
+            if not promise.task.done() and not leaving.done() and self.promises.keep(promise):
                 await promised(promise)(scope, receive, send)
                 return
             if not promise.task.done():
