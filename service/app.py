@@ -21,6 +21,7 @@ from damperlab.service import problems
 from damperlab.service.access import AccessLog
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
+from damperlab.service.documentation import PLACE, Documentation
 from damperlab.service.edge.conditional import Head, Tagged
 from damperlab.service.edge.connection import Connection
 from damperlab.service.edge.drain import Drain
@@ -135,6 +136,8 @@ def create_app(settings: Settings) -> FastAPI:
         session,
     ):
         app.include_router(route.router)
+    if settings.docs_dir is not None:
+        app.mount(PLACE, Documentation(settings.docs_dir))
     app.add_middleware(Apart, points=settings.question_points_apart)
     app.state.promises = Promises()
     app.add_middleware(Later, promises=app.state.promises)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from damperlab.service.documentation import FIRST, built
 from damperlab.studies.store.opening import default_data_dir
 from damperlab.studies.vocabulary import Scope
 
@@ -82,6 +83,11 @@ class Settings(BaseSettings):
         description="Header in which a trusted proxy names the user that it has let in, as in X-Forwarded-User.",
     )
     proxy_scope: Scope = Field("submit", description="What such a user may do.")
+    docs_dir: Path | None = Field(
+        default_factory=built,
+        description="Folder of the documentation site, which the page links to; where `make docs` builds it by default. "
+        "none for no links.",
+    )
     tls_certificate: Path | None = Field(
         None, description="File of the certificate chain, in PEM; serves TLS."
     )
@@ -147,6 +153,15 @@ class Settings(BaseSettings):
     def _networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for each in value:
             ip_network(each, strict=False)
+        return value
+
+    @field_validator("docs_dir")
+    @classmethod
+    def _a_site(cls, value: Path | None) -> Path | None:
+        if value is not None and not (value / FIRST).is_file():
+            raise ValueError(
+                f"found {value}, which has no {FIRST}; allowed: the folder that `make docs` builds"
+            )
         return value
 
     @model_validator(mode="after")

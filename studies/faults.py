@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from damperlab.studies.user_error import UserError
+
 MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
 
@@ -74,7 +76,7 @@ class Fault:
         return replace(self, field=join(parent, self.field))
 
 
-class StudyFaults(ValueError):
+class StudyFaults(UserError, ValueError):
     """Every fault of a refused study.
 
     Parameters

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from damperlab.studies.faults import PARTS, Fault
+from damperlab.studies.user_error import UserError
 
 
-class ClientFault(Exception):
+class ClientFault(UserError):
     """Anything that keeps a client from its answer."""
 
 
@@ -36,6 +37,7 @@ class Problem(ClientFault):
         HTTP status.
     type, title, detail : str
         What kind of problem it is, ``urn:damperlab:problem:<kind>``; the status in words; what happened.
+        Where nothing was sent, the status has no words.
     faults : tuple of Fault
         What is wrong with the request: `field`, `found`, `allowed`, `advice` and `message` of each.
     request_id : str, optional
@@ -56,7 +58,8 @@ class Problem(ClientFault):
 
     def __str__(self) -> str:
         """Say what happened, and every fault in a line of its own."""
-        lines = [f"{self.detail or self.title} ({self.status} {self.title})"]
+        answered = f" ({self.status} {self.title})" if self.title else ""
+        lines = [f"{self.detail}{answered}".lstrip()]
         return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -105,7 +108,7 @@ def refused(faults: tuple[Fault, ...]) -> Refused:
     return Refused(
         {
             "type": "urn:damperlab:problem:invalid",
-            "title": "Unprocessable Content",
+            "title": "",
             "status": 422,
             "detail": what,
             "errors": entries,

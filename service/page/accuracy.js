@@ -3,6 +3,7 @@
 import { ask, Refusal } from "./api.js";
 import { el, fill } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
+import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
 
 /** Errors at the level of rounding are drawn here: a logarithmic axis has no zero. */
@@ -22,7 +23,7 @@ export async function accuracyView(root) {
   const charts = report.diagrams.map((/** @type {any} */ diagram) => ({ diagram, chart: chartOf(diagram) }));
   fill(
     root,
-    el("h1", {}, "Accuracy"),
+    el("div", { class: "row spread" }, el("h1", {}, "Accuracy"), help("accuracy/", "accuracy and speed")),
     el(
       "p",
       {},

@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
+import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
@@ -71,6 +72,7 @@ export function comparisonTab(session, place) {
       el(
         "section",
         { class: "box" },
+        help("notebooks/tuned-mass-damper/", "comparing with a tuned mass damper"),
         el("h2", {}, "Tuned mass damper"),
         picker("Tuned by", TUNINGS, asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
         meaning,

@@ -7,6 +7,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
+import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 
@@ -111,6 +112,7 @@ export function designs(session, onFound) {
   return el(
     "section",
     { class: "box designs" },
+    help("how-to/best-design/", "finding the best design"),
     el("h2", {}, "Designs"),
     el(
       "div",

@@ -3,6 +3,7 @@
 import { faultText, Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose, say } from "./dom.js";
 import { CURVES, figure } from "./figure.js";
+import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { STRUCTURE, unitFactor } from "./quantities.js";
@@ -91,6 +92,7 @@ export function earthquakeTab(session, place) {
       el(
         "section",
         { class: "box point" },
+        help("how-to/earthquakes/", "dampers under earthquakes"),
         el("h2", {}, "Record and sizes"),
         recordPicker(asked.record, (id) => ((asked.record = id), look())),
         fields,

@@ -76,14 +76,14 @@ def page_file(name: str) -> PageFile | None:
 
 
 @cache
-def first_page() -> PageFile:
-    """The page that everything starts from, with the addresses of its files in it."""
+def first_page(docs: str) -> PageFile:
+    """Give the page that everything starts from, with the addresses of its files and of the documentation in it."""
     modules = [name for name in page_names() if name.endswith(".js")]
     links = "\n".join(f'<link rel="modulepreload" href="page/{page_version()}/{name}">' for name in modules)
     text = _read("index.html").decode()
-    return PageFile.of(
-        text.replace("{version}", page_version()).replace("{modules}", links).encode(), ".html"
-    )
+    for name, what in (("{version}", page_version()), ("{modules}", links), ("{docs}", docs)):
+        text = text.replace(name, what)
+    return PageFile.of(text.encode(), ".html")
 
 
 def _read(name: str) -> bytes:

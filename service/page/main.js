@@ -8,6 +8,7 @@
 import { KEY_NEEDED, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
+import { documentationLink } from "./help.js";
 import { showSession, signInForm } from "./sign_in.js";
 import { studiesView } from "./studies.js";
 import { studyForm } from "./study_form.js";
@@ -84,6 +85,7 @@ function signIn() {
   fill(/** @type {HTMLElement} */ (document.getElementById("main")), root);
 }
 
+document.querySelector("nav")?.append(documentationLink() || "");
 window.addEventListener("hashchange", show);
 window.addEventListener(KEY_NEEDED, signIn);
 showSession();

@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
+import { help } from "./help.js";
 import { motionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
@@ -70,7 +71,7 @@ export function pointPanel(session, best) {
   const soon = debounced(PATIENCE_MILLISECONDS, look);
   selection.addEventListener("chosen", soon);
   if (selection.chosen) look();
-  return el("section", { class: "box point", "aria-labelledby": "point" }, heading, about, curves, moving.element);
+  return el("section", { class: "box point", "aria-labelledby": "point" }, help("response-classes/", "classes of response"), heading, about, curves, moving.element);
 }
 
 /** What a design says about the dimensions that vary. @param {any} design @param {import("./selection.js").Selection} selection */

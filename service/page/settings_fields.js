@@ -1,6 +1,7 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
 
 import { el, picker } from "./dom.js";
+import { help } from "./help.js";
 import { WORDS } from "./words.js";
 
 /** What is put in where a kind of start that has settings is chosen. @type {Record<string, any>} */
@@ -39,6 +40,7 @@ export function contactField(study, change, redraw) {
     ),
     contact.model !== "instant" &&
       numberField("Contact time × ω_n", "contact.contact_time", contact.contact_time, (time) => change("contact.contact_time", time)),
+    help("contact/", "contact models"),
     el("span", { class: "faults" }),
   );
 }

@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker } from "./dom.js";
 import { colour, figure } from "./figure.js";
+import { help } from "./help.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { DIMENSIONS } from "./vocabulary.js";
@@ -66,6 +67,7 @@ export function slicesPanel(session) {
   const element = el(
     "section",
     { class: "box wide" },
+    help("page/#explore", "these four views"),
     el("h2", {}, "Slices through the point"),
     el("p", { class: "quiet" }, "Each figure varies one parameter and holds the others at the point; click to move the point. ", selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown."),
     el("div", { class: "row controls" }, picker("Result", options, metric, (now) => ((metric = now), kept.keep({ slice: now === USUAL ? null : now }), look()))),

@@ -6,6 +6,7 @@ import { earthquakeTab } from "./earthquake.js";
 import { el, fill, prose, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
 import { leading } from "./headline.js";
+import { help } from "./help.js";
 import { Kept, plainly } from "./kept.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
@@ -177,6 +178,7 @@ function dataTab(session, place) {
       el(
         "section",
         { class: "box" },
+        help("reference/client/", "results in Python"),
         el("h2", {}, "Download the data"),
         el("ul", {}, Object.entries(WORDS.export_formats).map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
         el("p", { class: "quiet" }, "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),

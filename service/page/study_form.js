@@ -3,6 +3,7 @@
 import { ask, refusalBox, Refusal, send, faultText, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
 import { checkbox, debounced, el, fill, picker, prose, say } from "./dom.js";
+import { help } from "./help.js";
 import { count, counted, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
 import { contactField, startField, steadyField } from "./settings_fields.js";
@@ -123,7 +124,7 @@ export async function studyForm(root, { query }) {
 
   fill(
     root,
-    el("h1", {}, "New study"),
+    el("div", { class: "row spread" }, el("h1", {}, "New study"), help("tutorial/#2-a-study", "studies")),
     el("div", { class: "row" }, picker("Start from", options, scene.name, choose)),
     about,
     el(

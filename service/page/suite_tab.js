@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
+import { help } from "./help.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
 import { short } from "./numbers.js";
 import { RECORD } from "./selection.js";
@@ -108,7 +109,7 @@ export function suiteTab(session, place) {
       "div",
       { class: "study" },
       el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, session.shown)),
-      el("section", { class: "box designs" }, el("h2", {}, "Best dampers"), table),
+      el("section", { class: "box designs" }, help("how-to/earthquakes/", "ground-motion suites"), el("h2", {}, "Best dampers"), table),
     ),
   );
   look();

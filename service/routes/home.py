@@ -5,6 +5,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from damperlab.service.documentation import PLACE
 from damperlab.service.page.files import PageFile, first_page, page_file, page_version
 
 router = APIRouter(include_in_schema=False)
@@ -22,7 +23,8 @@ YEAR_SECONDS = 31_536_000
 @router.get("/")
 def home(request: Request) -> Response:
     """Send the page; a browser asks each time whether it has changed."""
-    answer = _answer(request, first_page(), "no-cache")
+    documented = request.app.state.settings.docs_dir is not None
+    answer = _answer(request, first_page(PLACE.lstrip("/") if documented else ""), "no-cache")
     answer.headers["Content-Security-Policy"] = POLICY
     answer.headers["Referrer-Policy"] = "no-referrer"
     return answer

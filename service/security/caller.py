@@ -14,8 +14,8 @@ from damperlab.studies.vocabulary import SCOPES
 
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
 """Methods that change nothing."""
-PUBLIC = ("/health/", "/page/", "/api/v1/session")
-"""Addresses that need no key: what a probe asks, the page's own files, and the sign-in."""
+PUBLIC = ("/health/", "/page/", "/docs/", "/api/v1/session")
+"""Addresses that need no key: what a probe asks, the page's own files, the documentation, and the sign-in."""
 PUBLIC_FILES = ("/", "/openapi.json")
 
 

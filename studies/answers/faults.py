@@ -3,11 +3,12 @@
 import numpy as np
 
 from damperlab.studies.faults import Fault, counted
+from damperlab.studies.user_error import UserError
 
 NONE_QUALIFIES = "No design of the study qualifies, so there is none to start from."
 
 
-class QueryFault(ValueError):
+class QueryFault(UserError, ValueError):
     """What is wrong with the question, and what may be asked instead.
 
     Parameters

@@ -2,9 +2,10 @@
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.user_error import UserError
 
 
-class StoreFault(Exception):
+class StoreFault(UserError):
     """Something that the user can put right; the text says how.
 
     Parameters

@@ -1,7 +1,11 @@
 """What a notebook shows: objects as escaped tables, and a refusal as its own last line."""
 
+import os
+import subprocess
+import sys
 import traceback
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -56,6 +60,36 @@ def test_a_refusal_ends_with_its_message_and_shows_no_frame_of_the_retries(servi
     assert not [line for line in lines if "stamina" in line or "tenacity" in line or "contextlib" in line]
     assert "axes.frequency_ratio" in lines[-1]
     assert refused.value.__cause__ is None
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "said"),
+    [
+        ("Study(axes={'clearance_ratio': [-1]})", "StudyFaults", "clearance_ratio[0]"),
+        ("Client('http://127.0.0.1:9', timeout=1).study('x')", "Unreachable", "127.0.0.1:9"),
+        ("Client('htp:/x')", "Refused", "http://HOST:PORT"),
+        ("open_store('.').find('nobody')", "StudyNotFound", "nobody"),
+    ],
+)
+def test_a_notebook_shows_the_users_own_lines_and_the_message(
+    line: str, name: str, said: str, tmp_path: Path
+) -> None:
+    script = (
+        "from IPython.core.interactiveshell import InteractiveShell\n"
+        "shell = InteractiveShell(colors='nocolor')\n"
+        "shell.run_cell('from damperlab import Client, Study, open_store')\n"
+        f"shell.run_cell({f'def mine():{chr(10)}    return {line}{chr(10)}mine()'!r})\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, env=os.environ | {"HOME": str(tmp_path)},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert f"{name}: " in ended.stdout
+    assert said in ended.stdout
+    places = [one for one in ended.stdout.splitlines() if one.startswith('  File "')]
+    assert len(places) == 2
+    assert all("ipython-input" in place for place in places)
+    assert "mine()" in ended.stdout
 
 
 def test_an_address_without_a_service_does_so_too() -> None:

@@ -1,0 +1,26 @@
+"""Errors that a user can put right: a notebook shows the user's own lines and the message, and nothing of what lies between."""
+
+import traceback
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+class UserError(Exception):
+    """An error whose message says all that its reader needs.
+
+    In a script Python prints the usual traceback, with the same message as its last lines.
+    """
+
+    def _render_traceback_(self) -> list[str]:
+        """Give the lines that IPython prints in place of its own, as it asks an exception for them under this name."""
+        frames = [
+            frame for frame in traceback.extract_tb(self.__traceback__) if _of_user(Path(frame.filename))
+        ]
+        lines = "".join(traceback.format_list(frames)).splitlines()
+        return [*lines, f"{type(self).__name__}: {self}"]
+
+
+def _of_user(file: Path) -> bool:
+    """Tell whether a frame is neither of this package nor of one that is installed."""
+    return _PACKAGE not in file.parents and "site-packages" not in file.parts
