@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import Build, Place
@@ -172,8 +173,7 @@ class Book:
         """Take over the points of studies that are done."""
         self._curves.clear()
         for cube in cubes:
-            names = ("damping_ratio", "restitution", "mass_ratio", "clearance_ratio", "friction_ratio")
-            axes = [cube[name].values.tolist() for name in names]
+            axes = [cube[name].values.tolist() for name in DESIGN]
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in VARIABLES], axis=-1)
             status = cube["status"].values
