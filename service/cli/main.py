@@ -12,13 +12,12 @@ from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
 from damperlab.service.cli.failures import DONE, FAILED, report
 from damperlab.service.cli.fit import fit
-from damperlab.service.cli.importance import importance
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
-from damperlab.service.cli.queries import map_, optimum, response
+from damperlab.service.cli.queries import importance, map_, optimum, response
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run

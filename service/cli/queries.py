@@ -1,4 +1,4 @@
-"""Commands that ask a stored study: map, response, optimum. A table, a JSON document, or a file."""
+"""Commands that ask a stored study: map, response, optimum, importance. A table, a JSON document, or a file."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -7,7 +7,7 @@ import typer
 
 from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
-from damperlab.service.cli.output import make_parent, note, print_json, print_table, say, working
+from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
     columns_left_out,
@@ -18,7 +18,7 @@ from damperlab.service.cli.words import (
     slice_sentence,
     words_of,
 )
-from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection
+from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Varied
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -144,6 +144,42 @@ def optimum(
             print_table(*rows_table(answer.drop_vars(["lowest", "highest"], errors="ignore")))
 
     hand_out(record, answer, output, as_json, draw, lambda: ranking_document(answer), tell)
+
+
+@asks
+def importance(
+    study: StudyId,
+    varied: Varied,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say which parameter matters: the share of a result's variance over the grid that each explains alone."""
+    check_file(output)
+    record, cube = ask(study, data_dir)
+    from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.importance import importance as shared_out
+
+    with working("Reading the cube"):
+        answer = shared_out(cube, varied)
+
+    def draw() -> "Figure":
+        from damperlab.service.figures.importance import draw_importance
+
+        return draw_importance(answer)
+
+    def tell() -> None:
+        say(words_of(answer)["note"])
+        units = answer["effect"].attrs["units"]
+        head = ("parameter", "share", "effect" if units == "1" else f"effect [{units}]", "values")
+        columns = (answer[name].values.tolist() for name in ("dimension", "share", "effect", "number"))
+        rows = (
+            (name, number(share, 4), number(effect), str(size))
+            for name, share, effect, size in zip(*columns, strict=True)
+        )
+        print_table(head, rows)
+
+    hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 
 
 def ask(study: str, data_dir: Path | None, harmonic: str = "") -> "tuple[Record, xr.Dataset]":

@@ -5,7 +5,6 @@ On a machine where others compute, CPU time tells more than wall time.
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -13,8 +12,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
+from tests.benchmarks._service import cpu_seconds, serving
 from tests.benchmarks.slice import LARGE, build
 
 from damperlab.studies.definition import parse_study
@@ -86,31 +85,12 @@ def reading(folder: Path) -> dict[str, float]:
     stored = sum(entry.size for entry in store.shelf.entries())
     store.close()
     figures = {"points": float(np.prod(list(LARGE.values()))), "stored over raw size": stored / raw}
-    environment = {**os.environ, "DAMPERLAB_DATA_DIR": str(folder), "DAMPERLAB_WORKERS": "1"}
-    with httpx.Client() as client, (folder / "log").open("wb") as log:
-        port = _free_port()
-        command = [str(Path(sys.executable).with_name("damperlab")), "serve", "--port", str(port)]
-        server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
-        try:
-            url = f"http://127.0.0.1:{port}"
-            give_up = time.monotonic() + 120
-            while True:
-                try:
-                    client.get(f"{url}/health/ready", timeout=30).raise_for_status()
-                    break
-                except httpx.HTTPError:
-                    if time.monotonic() > give_up:
-                        raise
-                    time.sleep(0.2)
-            before = _cpu_seconds(server.pid)
-            child = [sys.executable, "-m", "tests.benchmarks.storing"]
-            child += [f"{url}/api/v1/studies/{study_id}/zarr"]
-            told = subprocess.run(child, capture_output=True, text=True, check=True, timeout=300)
-            figures |= json.loads(told.stdout)
-            figures["all of it: server, CPU [ms]"] = 1e3 * (_cpu_seconds(server.pid) - before)
-        finally:
-            server.terminate()
-            server.wait(60)
+    with serving(folder, None) as (url, pid):
+        before = cpu_seconds(pid)
+        child = [sys.executable, "-m", "tests.benchmarks.storing", f"{url}/api/v1/studies/{study_id}/zarr"]
+        told = subprocess.run(child, capture_output=True, text=True, check=True, timeout=300)
+        figures |= json.loads(told.stdout)
+        figures["all of it: server, CPU [ms]"] = 1e3 * (cpu_seconds(pid) - before)
     return figures
 
 
@@ -142,19 +122,6 @@ def read(url: str) -> dict[str, float]:
     plane.isel(clearance_ratio=7).load()
     lap("frequency x friction")
     return figures
-
-
-def _cpu_seconds(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def _free_port() -> int:
-    import socket
-
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
 
 
 def run() -> dict[str, Any]:

@@ -9,20 +9,15 @@ Files are counted once all are stored. At last a service of one worker computes 
 import argparse
 import json
 import os
-import socket
-import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import httpx
 from distributed import LocalCluster
+from tests.benchmarks._service import cpu_seconds, serving
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import ClientFault
@@ -46,34 +41,6 @@ def study(number: int) -> dict[str, Any]:
         "frequency_ratio": 1.0,
     }
     return {"name": f"point {number}", "damping_ratio": 0.0038, "axes": at, "steady": {"max_cycles": 100}}
-
-
-@contextmanager
-def serving(folder: Path, scheduler: str | None, workers: int = 1) -> Iterator[tuple[str, int]]:
-    """Start a service; its address and process."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    environment = {**os.environ, "DAMPERLAB_DATA_DIR": str(folder), "DAMPERLAB_WARM": "false"}
-    command = [str(Path(sys.executable).with_name("damperlab")), "serve", "--port", str(port)]
-    command += ["--scheduler", scheduler] if scheduler else ["--workers", str(workers)]
-    with (folder / "log").open("ab") as log:
-        server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
-    try:
-        url = f"http://127.0.0.1:{port}"
-        give_up = time.monotonic() + 120
-        while True:
-            try:
-                httpx.get(f"{url}/health/live", timeout=30).raise_for_status()
-                break
-            except httpx.HTTPError:
-                if time.monotonic() > give_up or server.poll() is not None:
-                    raise
-                time.sleep(0.2)
-        yield url, server.pid
-    finally:
-        server.terminate()
-        server.wait(120)
 
 
 def submit(url: str, first: int, last: int, clients: int, a_list: int) -> tuple[Counter[str], float]:
@@ -149,12 +116,6 @@ def computing(folder: Path, number: int) -> dict[str, Any]:
 def most_files(folder: Path) -> int:
     """Count the files of the study that has most."""
     return max(sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr"))
-
-
-def cpu_seconds(pid: int) -> float:
-    """Give the CPU time of one process, user and system, without its children."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def run() -> dict[str, Any]:

@@ -24,7 +24,7 @@ from typing import Any
 
 import aiohttp
 import numpy as np
-from tests.benchmarks.submissions import cpu_seconds, serving
+from tests.benchmarks._service import cpu_seconds, serving
 
 from damperlab.service.client.client import Client
 
