@@ -1,13 +1,15 @@
 """The documentation site, where `make docs` has built it: its files, and a policy that lets each page run its own scripts."""
 
+import os
 import re
 from base64 import b64encode
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 
-from starlette.responses import FileResponse, Response
-from starlette.staticfiles import StaticFiles
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+from starlette.staticfiles import PathLike, StaticFiles
 from starlette.types import Scope
 
 PLACE = "/docs/"
@@ -41,16 +43,26 @@ class Documentation(StaticFiles):
         super().__init__(directory=folder, html=True)
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Send a file; a page of HTML with the policy that fits it."""
+        """Send what there is at a path; of what is not there a problem document tells, as everywhere."""
         response = await super().get_response(path, scope)
+        if response.status_code == 404:
+            raise HTTPException(404)
+        return response
+
+    def file_response(
+        self, full_path: PathLike, stat_result: os.stat_result, scope: Scope, status_code: int = 200
+    ) -> Response:
+        """Send a file; a page of HTML with the policy that fits it, also where it is only said not to have changed."""
+        response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers["Cache-Control"] = "no-cache"
-        if isinstance(response, FileResponse) and str(response.path).endswith(".html"):
-            response.headers["Content-Security-Policy"] = policy_of(Path(response.path).read_bytes())
+        if str(full_path).endswith(".html"):
+            response.headers["Content-Security-Policy"] = policy_of(str(full_path), stat_result.st_mtime_ns)
         return response
 
 
 @lru_cache(maxsize=64)
-def policy_of(page: bytes) -> str:
+def policy_of(path: str, changed_ns: int) -> str:
     """Give the policy of a page: the scripts that it holds are named by their SHA-256, and no other may be put into it."""
-    hashes = sorted({b64encode(sha256(script).digest()).decode() for script in _SCRIPT.findall(page)})
+    scripts = _SCRIPT.findall(Path(path).read_bytes())
+    hashes = sorted({b64encode(sha256(script).digest()).decode() for script in scripts})
     return _POLICY.format(scripts="".join(f" 'sha256-{each}'" for each in hashes))
