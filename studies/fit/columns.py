@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.faults import Fault, listing, nearest, printable
 
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6, "in": 0.0254}
@@ -52,10 +53,7 @@ COLUMNS = (
     Column({"friction_force_n": FORCES}, ("friction force", "friction")),
     Column({"particle_mass_kg": MASSES}, ("particle mass",)),
     Column({"damping_n_s_per_m": DAMPINGS}, ("damping",)),
-    *(
-        Column({name: RATIO}, (name.replace("_", " "),))
-        for name in ("damping_ratio", "restitution", "mass_ratio", "clearance_ratio", "friction_ratio")
-    ),
+    *(Column({name: RATIO}, (name.replace("_", " "),)) for name in DESIGN),
 )
 """Every column that is understood."""
 

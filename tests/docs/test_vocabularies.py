@@ -50,6 +50,8 @@ HOMES = {
     "studies/ground/quantities.py": "the quantities of a comparison",
     "studies/physical.py": "those of a physical block",
 }
+CLOSED = ("states", "objectives", "criteria", "cases", "dimensions", "response classes", "statuses")
+"""Vocabularies of which a table without one word has forgotten it; tables by quantities may leave some out."""
 ORDERS = {
     ("studies/kinds.py", "dimensions"): "the order in which a map shows them",
     ("studies/kinds.py", "dimensions of a particle"): "part of the same",
@@ -161,7 +163,7 @@ def test_a_table_by_the_words_of_a_vocabulary_holds_all_of_them() -> None:
         for place, source in sources()
         for line, keys in tables(place, source)
         for name, words in VOCABULARIES.items()
-        if len(words) > 3 and len(set(keys)) == len(words) - 1 and set(keys) < set(words)
+        if name in CLOSED and len(words) > 3 and len(set(keys)) == len(words) - 1 and set(keys) < set(words)
     ]
     assert lacking == []
 
