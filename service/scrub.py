@@ -51,7 +51,7 @@ class Scrub:
 
     def look(self) -> None:
         """Make one round."""
-        self._tell("catalogue", list(check_catalogue(self._store)))
+        self._tell("catalogue", list(check_catalogue(self._store, self._pause)))
         cursor = None
         while True:
             page = self._store.page(limit=100, cursor=cursor)

@@ -3,7 +3,7 @@
 import io
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -90,9 +90,16 @@ class Shelf:
         kept.pop("crc32c", None)
         return kept
 
-    def damaged(self) -> Iterator[tuple[str, str]]:
-        """Read every uploaded record; give the id of each that is not what was written, and a sentence."""
+    def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
+        """Read every uploaded record; give the id of each that is not what was written, and a sentence.
+
+        Parameters
+        ----------
+        pause : callable
+            Called before each record.
+        """
         for record_id in self._uploaded():
+            pause()
             try:
                 self._motion(record_id)
             except RecordDamaged as error:

@@ -122,8 +122,20 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
             yield Damage(mark.block, trouble)
 
 
-def check_catalogue(store: Store) -> Iterator[str]:
+def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
     """Compare the catalogue with itself and with the cubes that are there, and read the uploaded records: what is found.
+
+    Parameters
+    ----------
+    store : Store
+        What is read.
+    pause : callable
+        Called before each record, by who is in no hurry.
+
+    Yields
+    ------
+    str
+        One sentence for each finding.
 
     Raises
     ------
@@ -146,7 +158,7 @@ def check_catalogue(store: Store) -> Iterator[str]:
                     key = "remove the key with `damperlab rebuild`, and make another with `damperlab keys create`"
                     advice = key if table is access_keys else fault.advice
                     yield f"{store.catalogue.name}: {name}: {fault.found}; {advice}"
-    for _, damaged_record in Records(store.data_dir).damaged():
+    for _, damaged_record in Records(store.data_dir).damaged(pause):
         yield damaged_record
     known = {cube_name(row.id, row.number) for row in rows}
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}

@@ -170,3 +170,22 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
         assert_kept(before, run_times(store, study))
         assert list(verify(store, store.find(study))) == []
         store.close()
+
+
+def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
+    own_service: Callable[..., Any], tmp_path: Path
+) -> None:
+    running = own_service()
+    recipe = {"kanai_tajimi": {"seed": 1}}
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        made = client.post("/api/v1/records", json=recipe)
+        assert made.status_code == 201
+        summary = tmp_path / "data" / "records" / f"{made.json()['id']}.json"
+        summary.write_bytes(summary.read_bytes()[:-40])
+        listed = client.get("/api/v1/records")
+        assert listed.status_code == 503
+        assert listed.json()["type"] == "urn:damperlab:problem:record-damaged"
+        assert made.json()["id"] in listed.text
+        assert client.post("/api/v1/records", json=recipe).status_code == 201
+        assert client.get("/api/v1/records").json()["records"][-1] == made.json()
+    assert running.stop() == 0
