@@ -50,3 +50,17 @@ def chi_square_probability(value: float, freedom: float) -> float:
         if abs(factor - 1.0) < _PRECISION:
             break
     return front * fraction
+
+
+def chi_square_limit(probability: float, freedom: float) -> float:
+    """Value that chi-square exceeds with a probability: found by bisection, to rounding."""
+    low, high = 0.0, freedom + 40.0 + 40.0 * freedom**0.5
+    while chi_square_probability(high, freedom) > probability:
+        high *= 2.0
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if chi_square_probability(middle, freedom) > probability:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.fit.chi_square import chi_square_probability
+from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
 from damperlab.studies.variables import ResponseClass
@@ -224,11 +224,4 @@ class Fitted:
 
 def outlier_limit(rows: int) -> float:
     """Residual, in standard deviations, that one of so many rows exceeds with a chance of `OUTLIER`."""
-    low, high = 0.0, 20.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if chi_square_probability(middle**2, 1.0) * rows > OUTLIER:
-            low = middle
-        else:
-            high = middle
-    return high
+    return chi_square_limit(OUTLIER / rows, 1.0) ** 0.5

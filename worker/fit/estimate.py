@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.fit.chi_square import chi_square_probability
+from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.worker.fit.archive import Archive, Progress
@@ -213,8 +213,9 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     middle = end.draws.mean(axis=0)
     draws = np.clip(middle + widening * (end.draws - middle), 0.0, 1.0)
     low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
-    # the best is one of the draws, but may be an extreme one
-    low, high = np.minimum(low, end.best), np.maximum(high, end.best)
+    # the best is one of the draws, but may be an extreme one; and jumps may leave others as good beyond the draws
+    good = archive.places[_as_good(archive, end, widening)]
+    low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
         Estimate(
             name=each.name,
@@ -254,6 +255,12 @@ def _is_other(one: _End, best: _End) -> bool:
     """Whether a region ended elsewhere than the best one, and agrees about as well."""
     place = np.linalg.norm(best.surface.local(one.best[None, :]))
     return one.misfit < best.misfit + AS_GOOD and bool(place > RADIUS)
+
+
+def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
+    """Tell which computed sets agree so well that a likelihood ratio does not exclude them; the best is one."""
+    misfit = _weighed(archive.measured - archive.amplitude, widening**2 * end.variance)
+    return np.asarray(misfit <= misfit[end.row] + chi_square_limit(1.0 - archive.question.confidence, 1.0))
 
 
 def _widening(archive: Archive, end: _End) -> float:
