@@ -1,6 +1,6 @@
 """The chi-square distribution, as far as a goodness of fit needs it."""
 
-from math import exp, inf, lgamma, log
+from math import exp, inf, lgamma, log, sqrt
 
 _PRECISION = 1e-15
 _TINY = 1e-300
@@ -54,7 +54,7 @@ def chi_square_probability(value: float, freedom: float) -> float:
 
 def chi_square_limit(probability: float, freedom: float) -> float:
     """Value that chi-square exceeds with a probability: found by bisection, to rounding."""
-    low, high = 0.0, freedom + 40.0 + 40.0 * freedom**0.5
+    low, high = 0.0, freedom + 40.0 + 40.0 * sqrt(freedom)
     while chi_square_probability(high, freedom) > probability:
         high *= 2.0
     for _ in range(80):

@@ -1,5 +1,6 @@
 """What a fit gives: parameters with intervals, what the data cannot tell apart, and how well the model agrees with them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -224,4 +225,4 @@ class Fitted:
 
 def outlier_limit(rows: int) -> float:
     """Residual, in standard deviations, that one of so many rows exceeds with a chance of `OUTLIER`."""
-    return chi_square_limit(OUTLIER / rows, 1.0) ** 0.5
+    return math.sqrt(chi_square_limit(OUTLIER / rows, 1.0))
