@@ -28,8 +28,10 @@ FAR = 0.2
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
 """Factor either way within which a study takes what is expected, by the cost model alone and after one of its family: so in 31
 and 32 of 32 drawn at random (560 points of any hybrid scene, the earlier one of 180)."""
-MOST_KNOWN = 512
+FEWEST_KNOWN, MOST_KNOWN = 64, 512
 """Known blocks that are looked at, taken evenly from all: what they tell is how cost varies over the grid."""
+COMPARISONS = 5_000_000
+"""Of blocks with known ones in making a forecast: a tenth of a second, in which nothing is sent to workers."""
 GROWTH = 1.2
 """A forecast is made anew once so many times more blocks have ended: seldom where they are many and each says little."""
 _AT_ONCE = 4096
@@ -59,6 +61,7 @@ class Forecast:
             places = self._places_of(centres)
             there = np.isfinite(places).all(axis=1)
             self._elsewhere = places[there], np.log(ratios[there])
+        self._most = int(np.clip(COMPARISONS // plan.count, FEWEST_KNOWN, MOST_KNOWN))
         self._ended: dict[int, float] = {}
         self._next = 1.0
         self.seconds = plan.block_seconds.copy()
@@ -106,17 +109,13 @@ class Forecast:
 
     def _correct(self) -> None:
         places, ratios = self._elsewhere
-        if self._ended:
-            # what was measured on this grid, by these workers, stands before what was measured elsewhere
-            room = max(0, MOST_KNOWN - len(self._ended))
-            there, here = _evenly(len(ratios), room), _evenly(len(self._ended), MOST_KNOWN)
-            indices = np.fromiter(self._ended, np.int64)[here]
-            own = np.fromiter(self._ended.values(), np.float64)[here]
-            places = np.concatenate([places[there], self._places[indices]])
-            ratios = np.concatenate([ratios[there], own])
-        else:
-            chosen = _evenly(len(ratios), MOST_KNOWN)
-            places, ratios = places[chosen], ratios[chosen]
+        # what was measured on this grid, by these workers, stands before what was measured elsewhere
+        there = _evenly(len(ratios), max(0, self._most - len(self._ended)))
+        here = _evenly(len(self._ended), self._most)
+        indices = np.fromiter(self._ended, np.int64)[here]
+        own = np.fromiter(self._ended.values(), np.float64)[here]
+        places = np.concatenate([places[there], self._places[indices]])
+        ratios = np.concatenate([ratios[there], own])
         mean, scatter = np.empty(self._plan.count), np.empty(self._plan.count)
         for first in range(0, self._plan.count, _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
