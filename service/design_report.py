@@ -30,13 +30,16 @@ def design_report(found: Found) -> str:
             draw_alternatives(found),
             "Response over the band under the largest base amplitude, each damper as drawn, at every frequency computed.",
         ),
-        "<h2>Under other base amplitudes</h2>",
-        drawing(
-            draw_amplitudes(found),
-            "The drawn damper from half the least to twice the largest base amplitude; its force and clearance stay. Dots "
-            "mark the peaks at the frequencies that were computed.",
-        ),
     ]  # fmt: skip
+    if found.shown:
+        parts += [
+            "<h2>Under other base amplitudes</h2>",
+            drawing(
+                draw_amplitudes(found),
+                "The drawn damper from half the least to twice the largest base amplitude; its force and clearance stay. "
+                "Dots mark the peaks at the frequencies that were computed.",
+            ),
+        ]
     if found.front:
         front = (
             (quantity(asked, "particle_mass_kg", mass), response(asked, each.value))

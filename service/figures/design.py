@@ -35,7 +35,8 @@ def draw_alternatives(found: Found) -> Figure:
             ("friction_alone", GREEN, "friction alone"),
             ("particle_alone", "#cc79a7", "particle alone"),
         ):
-            _line(axes, asked, *_known(found, found.alternatives[name].build), colour, called)
+            if name in found.alternatives:
+                _line(axes, asked, *_known(found, found.alternatives[name].build), colour, called)
         _line(axes, asked, *_known(found, found.build), BLUE, "recommended damper", marker="o", ms=2.2)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)

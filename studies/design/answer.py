@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.design.build import design_document
-from damperlab.studies.design.design import Alternative, Found
+from damperlab.studies.design.design import OF_DAMPER, Found
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.words import at_ends, material_of, words_of
 
@@ -36,8 +36,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "starts": None if found.starts is None else asdict(found.starts),
         "at_range_end": at_ends(found),
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
-        "friction_alone": _alternative(found, found.alternatives["friction_alone"]),
-        "particle_alone": _alternative(found, found.alternatives["particle_alone"]),
+        **{name: _alternative(found, name) for name in OF_DAMPER},
         "tuned_mass_damper": _absorber(found),
         "compared": _worst(found, found.compared),
         "pareto": [
@@ -50,6 +49,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         ],
         "as_good": found.as_good,
         "stopped": found.stopped,
+        "left_out": list(found.left_out),
         "confidence": asked.confidence,
         "points": found.book.spent,
         "budget_points": found.book.budget,
@@ -104,7 +104,10 @@ def _limits(found: Found) -> list[dict[str, Any]]:
     return rows
 
 
-def _alternative(found: Found, other: Alternative) -> dict[str, Any]:
+def _alternative(found: Found, name: str) -> dict[str, Any] | None:
+    other = found.alternatives.get(name)
+    if other is None:
+        return None
     return {
         "design": design_document(other.build, found.asked),
         "worst": _worst(found, other.score),

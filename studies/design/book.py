@@ -31,6 +31,10 @@ MOST_MERGED = 40
 """Sets of designs that are looked at for being computed together."""
 
 
+class BudgetSpent(Exception):
+    """What is wanted next would take more points than there are; what is known stays as it is."""
+
+
 @dataclass(frozen=True)
 class Wanted:
     """A build under one base amplitude at some frequencies, over its own natural frequency."""
@@ -78,7 +82,7 @@ class Book:
         self.spent = 0
         self.stage = ""
         """What goes on, for whoever waits; nothing depends on it."""
-        self.starts = xr.Dataset()
+        self.from_many_starts = xr.Dataset()
         """The recommended damper from several starts, once it is known."""
         self._known: dict[Place, dict[float, tuple[float, ...]]] = {}
         self._curves: dict[tuple[Build, float], Curve] = {}
@@ -173,6 +177,10 @@ class Book:
         """Take over the points of studies that are done."""
         self._curves.clear()
         for cube in cubes:
+            if "attractors" in cube:
+                self.from_many_starts = cube
+                self.spent += cube["status"].size
+                continue
             axes = [cube[name].values.tolist() for name in DESIGN]
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in VARIABLES], axis=-1)

@@ -2,21 +2,25 @@
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import Beside, tuned_beside
-from damperlab.studies.design.book import Book, Wanted
+from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.search import CLOSE, CLOSEST, Effort, Search, amplitudes_of
-from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.faults import Fault, StudyFaults, counted
 from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Choice, Specification
 
-SMALL = Effort(kept=4, finalists=3, rounds=1, reserve=0.0)
+SMALL = {
+    "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4),
+    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.2),
+}
 """Of the searches for what the answer is compared with."""
 AMPLITUDES = 7
 """Base amplitudes under which the recommended damper is looked at."""
@@ -30,7 +34,7 @@ SEED = 20
 """Of builds and starts drawn: the same ones in every run."""
 STARTS = 12
 """Starts of the damper as drawn, one of them rest."""
-FOR_BUILDS = 0.7
+FOR_BUILDS = 0.5
 """Share of what is left of the budget that builds may take."""
 WORST = 5
 """Builds drawn whose peaks are bracketed: those that may be the worst."""
@@ -104,7 +108,7 @@ class Starts:
     frequency_ratio : float
         Where that is.
     beyond : int
-        Frequencies at which some start leads to more than rest does anywhere in the band.
+        Frequencies at which some start leads to more than the stated worst case is at most.
     """
 
     count: int
@@ -141,13 +145,16 @@ class Found:
     shown : tuple of float
         Base amplitudes under which the damper as drawn is known at every frequency of the survey, also beyond the range.
     starts : Starts or None
-        What other starts than rest lead to; None where something else than the displacement is measured.
+        What other starts than rest lead to; None where something else than the displacement is measured,
+        or where the budget did not allow it.
     as_good : int
         Further dampers judged that may be as good within the errors.
     stopped : str
         "complete" or "budget".
     step : float
         The last step, as a share of the ranges.
+    left_out : tuple of str
+        What the budget did not allow.
     """
 
     asked: Specification
@@ -166,6 +173,12 @@ class Found:
     as_good: int
     stopped: str
     step: float
+    left_out: tuple[str, ...]
+
+
+T = TypeVar("T")
+Step = Generator[list[Wanted] | Study, None, T]
+"""A part of a search: yields what must be known next."""
 
 
 @dataclass(frozen=True)
@@ -212,19 +225,20 @@ def designing(asked: Specification, budget: int) -> Rounds:
     """
     book = Book(asked, budget)
     steps = _steps(asked, book)
-    while True:
-        try:
+    try:
+        wanted = next(steps)
+        while True:
+            studies = (wanted,) if isinstance(wanted, Study) else book.studies(wanted)
+            if sum(study.points for study in studies) > book.left:
+                wanted = steps.throw(BudgetSpent())
+                continue
+            if studies:
+                cubes = yield Ask(studies, book.stage, book.spent, budget)
+                book.add(cubes)
             wanted = next(steps)
-        except StopIteration as end:
-            found: Found = end.value
-            return found
-        if isinstance(wanted, Study):
-            (book.starts,) = yield Ask((wanted,), book.stage, book.spent, budget)
-            book.spent += wanted.points
-            continue
-        studies = book.studies(wanted)
-        if studies:
-            book.add((yield Ask(studies, book.stage, book.spent, budget)))
+    except StopIteration as end:
+        found: Found = end.value
+        return found
 
 
 def next_round(asked: Specification, budget: int, cubes: Mapping[str, xr.Dataset]) -> Ask | Found:
@@ -253,16 +267,17 @@ def next_round(asked: Specification, budget: int, cubes: Mapping[str, xr.Dataset
     return ask
 
 
-def _steps(asked: Specification, book: Book) -> Generator[list[Wanted] | Study, None, Found]:
+def _steps(asked: Specification, book: Book) -> Step[Found]:
     search = Search(asked, book)
     _require(search)
     best = yield from search.run()
     build = search.lattice.build(best)
     compared = search.robust[best]
     judged = [compared]
+    left: list[str] = []
     scan = amplitudes_of(asked, AMPLITUDES)
-    book.stage = f"{len(scan)} base amplitudes of the recommended damper"
-    yield from search.known([build], CLOSE + 1, scan)
+    book.stage = f"{counted(len(scan), 'base amplitude')} of the recommended damper"
+    yield from _within(search.known([build], CLOSE + 1, scan), left, "further base amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
     as_good = sum(
@@ -270,28 +285,29 @@ def _steps(asked: Specification, book: Book) -> Generator[list[Wanted] | Study, 
         for candidate, other in search.robust.items()
         if candidate != best
     )
-    alternatives: dict[str, Alternative] = {}
-    for name, parts in OF_DAMPER.items():
-        book.stage = f"the best of {CALLED[name]}"
-        found = yield from _alternative(without(asked, parts), book)
-        alternatives[name] = found
-    front: tuple[tuple[float, Score], ...] = ()
-    if "particle_mass_kg" in search.lattice.names:
-        book.stage = "response against mass"
-        front = yield from _front(search)
-    shown = tuple(float(each) for each in np.geomspace(*beyond_of(asked), SHOWN))
-    book.stage = "the recommended damper beyond its base amplitudes"
-    yield from search.known([build], CLOSE, shown)
-    book.stage = f"the recommended damper from {STARTS} starts"
-    coarse = search.survey.sample(build.place(asked.structure, asked.excitation.highest_m)[2], 0.0, False)
-    at = (*coarse, nominal.frequency_ratio)
-    yield book.from_starts(build, asked.excitation.highest_m, at, STARTS, SEED)
-    book.stage = "each quantity moved alone"
-    margins = yield from _margins(search, build, worst(judged))
     drawn: list[Build] = []
     if asked.tolerances and asked.builds:
         book.stage = "builds drawn within the tolerances"
-        drawn = yield from _drawn(search, build, scan)
+        drawn = (yield from _within(_drawn(search, build), left, "builds within the tolerances")) or []
+    alternatives: dict[str, Alternative] = {}
+    for name, parts in OF_DAMPER.items():
+        book.stage = f"the best of {CALLED[name]}"
+        found = yield from _within(
+            _alternative(without(asked, parts), book, SMALL[name]), left, f"the best of {CALLED[name]}"
+        )
+        if found is not None:
+            alternatives[name] = found
+    book.stage = "each quantity moved alone"
+    margins = yield from _within(_margins(search, build, worst(judged)), left, "each quantity moved alone")
+    front: tuple[tuple[float, Score], ...] | None = ()
+    if "particle_mass_kg" in search.lattice.names:
+        book.stage = "response against mass"
+        front = yield from _within(_front(search), left, "response against mass")
+    book.stage = f"the recommended damper from {STARTS} starts"
+    yield from _within(_started(search, build, nominal), left, "other starts than rest")
+    shown = tuple(float(each) for each in np.geomspace(*beyond_of(asked), SHOWN))
+    book.stage = "the recommended damper beyond its base amplitudes"
+    yield from _within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
     scores = [search.score(each) for each in drawn]
     stated = worst([*judged, *scores])
     return Found(
@@ -302,15 +318,16 @@ def _steps(asked: Specification, book: Book) -> Generator[list[Wanted] | Study, 
         compared=compared,
         stated=stated,
         builds=_counted(asked, scores, worst(judged).most) if scores else None,
-        margins=margins,
+        margins=margins or {},
         alternatives=alternatives,
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
-        front=front,
-        shown=shown,
-        starts=_starts(asked, book.starts, nominal.most),
+        front=front or (),
+        shown=tuple(each for each in shown if book.curve(build, each).r.size),
+        starts=_starts(asked, book.from_many_starts, stated.most),
         as_good=as_good,
         stopped=search.stopped or "complete",
         step=search.step,
+        left_out=tuple(left),
     )
 
 
@@ -319,10 +336,30 @@ def beyond_of(asked: Specification) -> tuple[float, float]:
     return asked.excitation.lowest_m / 2.0, asked.excitation.highest_m * 2.0
 
 
+def _within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
+    """Take a step that is no part of the search; where the budget does not allow it, note that and give None."""
+    try:
+        return (yield from step)
+    except BudgetSpent:
+        left_out.append(what)
+        return None
+
+
+def _started(search: Search, build: Build, nominal: Score) -> Step[None]:
+    """Compute the damper as drawn from several starts."""
+    asked, book = search.asked, search.book
+    mass = build.place(asked.structure, asked.excitation.highest_m)[2]
+    at = (*search.survey.sample(mass, 0.0, False), build.own(nominal.frequency_ratio))
+    study = book.from_starts(build, asked.excitation.highest_m, at, STARTS, SEED)
+    yield study
+
+
 def _starts(asked: Specification, cube: xr.Dataset, bound: float) -> Starts | None:
     """Sum up what starts lead to, where the displacement is what is measured."""
+    if asked.measure.variable != "amplitude_ratio" or "amplitude_ratio_worst" not in cube:
+        return None
     worst_of = cube["amplitude_ratio_worst"].values.ravel() * asked.excitation.highest_m
-    if asked.measure.variable != "amplitude_ratio" or not np.isfinite(worst_of).any():
+    if not np.isfinite(worst_of).any():
         return None
     place = int(np.nanargmax(worst_of))
     return Starts(
@@ -356,13 +393,13 @@ def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
     return replace(asked, choices={**asked.choices, **gone}, tolerances=kept)
 
 
-def _alternative(asked: Specification, book: Book) -> Generator[list[Wanted], None, Alternative]:
-    search = Search(asked, book, SMALL, told=False)
+def _alternative(asked: Specification, book: Book, effort: Effort) -> Step[Alternative]:
+    search = Search(asked, book, effort, told=False)
     best = yield from search.run()
     return Alternative(search.lattice.build(best), search.robust[best])
 
 
-def _front(search: Search) -> Generator[list[Wanted], None, tuple[tuple[float, Score], ...]]:
+def _front(search: Search) -> Step[tuple[tuple[float, Score], ...]]:
     """Know the best candidate of every mass that was looked at closely, and keep those that no lighter one reaches."""
     place = search.lattice.names.index("particle_mass_kg")
     found: list[tuple[float, Score]] = []
@@ -424,9 +461,7 @@ def _limited(asked: Specification) -> bool:
     return any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
 
 
-def _drawn(
-    search: Search, build: Build, scan: tuple[float, ...]
-) -> Generator[list[Wanted], None, list[Build]]:
+def _drawn(search: Search, build: Build) -> Step[list[Build]]:
     """Draw builds within the tolerances, and know them at every frequency at which the drawn damper is known."""
     asked, book = search.asked, search.book
     names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
@@ -440,9 +475,12 @@ def _drawn(
         if cost > room:
             break
         count += 1
+    if count == 0:
+        raise BudgetSpent
     yield [each for one in wanted[:count] for each in one]
     drawn = every[:count]
-    yield from search.known(sorted(drawn, key=lambda each: search.score(each).most)[-WORST:], CLOSE + 1)
+    likely = sorted(drawn, key=lambda each: search.score(each).most)[-WORST:]
+    yield from _within(search.known(likely, CLOSE + 1), [], "")
     return drawn
 
 

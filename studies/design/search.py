@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from math import isinf
 
-from damperlab.studies.design.book import Book, Wanted
+from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import Survey, brackets
 from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
@@ -55,7 +55,7 @@ class Effort:
     rounds : int
         Steps of the search around the best of them.
     reserve : float
-        Share of the budget that is left for what comes after.
+        Share of the budget that the search leaves for what comes after.
     """
 
     kept: int = 6
@@ -95,50 +95,83 @@ class Search:
         self.survey = Survey.of(self.asked)
         self.amplitudes = amplitudes_of(self.asked, 3)
         self.corners = corners_of(self.asked)
+        self.cap = self.book.budget
         self._level: dict[Build, int] = {}
 
     def run(self) -> Generator[list[Wanted], None, Candidate]:
-        """Search, and give the best."""
+        """Search, and give the best of what the budget allowed.
+
+        Raises
+        ------
+        BudgetSpent
+            If it did not allow the first look.
+        """
+        self.cap = int((1.0 - self.effort.reserve) * self.book.budget)
+        try:
+            yield from self._explore()
+        except BudgetSpent:
+            self.stopped = "budget"
+        self.cap = self.book.budget
+        if not self.pool:
+            raise BudgetSpent
+        if not self.robust:
+            # nothing was judged with its tolerances: the best as drawn, with what is known of its corners
+            (best,) = self._top(1)
+            self.robust[best] = self.score(self.lattice.build(best))
+        try:
+            yield from self._polish()
+        except BudgetSpent:
+            self.stopped = "budget"
+        return self.best()
+
+    def _explore(self) -> Asks:
+        """Look at the lattice, ever finer around the best, and judge the best with their tolerances."""
         self.step = FIRST.get(len(self.lattice.names), 0.5)
-        self._tell(f"a first look at {len(self.lattice.first())} dampers")
-        yield from self._add(self.lattice.first())
-        yield from self._settle(self.effort.kept, CLOSE)
-        while self.lattice.names and not self.lattice.fine(self.step):
-            self.step /= 2
-            self._tell(
-                f"around the best {self.effort.kept}, with steps of 1/{round(1 / self.step)} of the ranges"
-            )
-            known = set(self.pool)
-            new = [
-                each
-                for each in self.lattice.around(self._top(self.effort.kept), self.step)
-                if each not in known
-            ]
-            if not self._affords(self._samples(new, 0)):
-                self.stopped = "budget"
-                break
-            yield from self._add(new)
-            yield from self._settle(self.effort.kept, CLOSE)
+        first = self.lattice.first()
+        self._tell(f"a first look at {len(first)} dampers")
+        yield from self._add(first)
+        try:
+            yield from self._halve()
+        except BudgetSpent:
+            self.stopped = "budget"
+            # what is left of the search's share goes into judging fewer, and all of the budget stands behind the first
+            self.cap = int((1.0 - self.effort.reserve / 2.0) * self.book.budget)
         finalists = self._diverse()
         self._tell(f"the best {len(finalists)} with {len(self.corners)} corners of their tolerances")
         yield from self._judge(finalists)
         for _ in range(self.effort.rounds if self.corners else 0):
             best = self.best()
-            step = max(self.step, 1 / 32)
-            new = [each for each in self.lattice.around([best], step) if each not in self.robust]
-            if not self._affords(self._samples(new, CLOSE)):
-                self.stopped = "budget"
-                break
+            new = [
+                each
+                for each in self.lattice.around([best], max(self.step, 1 / 32))
+                if each not in self.robust
+            ]
             yield from self._add([each for each in new if each not in set(self.pool)])
             yield from self._judge(new)
             if self.best() == best:
                 break
-        # the best shall be known as closely as can be, and stay the best
+
+    def _halve(self) -> Asks:
+        """Halve the lattice around the best until it is fine enough."""
+        yield from self._settle(self.effort.kept, CLOSE)
+        while self.lattice.names and not self.lattice.fine(self.step):
+            finer = self.step / 2
+            self._tell(
+                f"around the best {self.effort.kept}, with steps of 1/{round(1 / finer)} of the ranges"
+            )
+            known = set(self.pool)
+            around = self.lattice.around(self._top(self.effort.kept), finer)
+            yield from self._add([each for each in around if each not in known])
+            yield from self._settle(self.effort.kept, CLOSE)
+            self.step = finer
+
+    def _polish(self) -> Asks:
+        """Know the best as closely as can be, until it stays the best."""
         while True:
             best = self.best()
             builds = self.with_corners(best)
             if all(self.close(build) for build in builds):
-                return best
+                return
             yield from self.known(builds, CLOSEST)
             self.robust[best] = worst(self.score(build) for build in builds)
 
@@ -172,7 +205,10 @@ class Search:
             if stage == 0 and level > 0:
                 continue  # the survey holds the coarse look
             if behind:
-                yield [one for build in behind for one in self._samples_of(build, stage, at)]
+                wanted = [one for build in behind for one in self._samples_of(build, stage, at)]
+                if self.book.spent + self.book.lacking(wanted) > self.cap:
+                    raise BudgetSpent
+                yield wanted
                 if not amplitudes:
                     self._level.update(dict.fromkeys(behind, stage))
 
@@ -224,9 +260,6 @@ class Search:
                 curve = self.book.curve(build, amplitude)
                 frequencies = brackets(curve.r, curve[self.asked.measure.variable])
             yield Wanted(build, amplitude, frequencies)
-
-    def _affords(self, wanted: list[Wanted]) -> bool:
-        return self.book.left - self.book.lacking(wanted) >= self.effort.reserve * self.book.budget
 
     def _top(self, count: int) -> list[Candidate]:
         scores = {each: self.score(self.lattice.build(each)).rank for each in self.pool}

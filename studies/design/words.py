@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from damperlab.studies.design.absorber import Beside
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.design import CALLED as ALTERNATIVES
-from damperlab.studies.design.design import OF_DAMPER, SEED, WITHIN, Found, Margin
+from damperlab.studies.design.design import SEED, WITHIN, Found, Margin
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.specification import LIMITED, Specification
+from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -158,7 +158,7 @@ def _starts(found: Found) -> Iterator[str]:
         return
     looked = f"From {starts.count} starts at each of {counted(starts.frequencies, 'frequency ratio')}"
     if starts.beyond == 0:
-        yield f"{looked}, none leads the damper as drawn to more than the response from rest is at most."
+        yield f"{looked}, none leads the damper as drawn beyond what is stated, which holds from rest."
         return
     yield (
         f"{looked}, the damper as drawn is led to as much as {response(asked, starts.worst)}, near "
@@ -218,8 +218,7 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
 def _beside(found: Found) -> Iterator[str]:
     asked, ours = found.asked, found.compared
     judged = "with the corners of the same tolerances" if asked.tolerances else "under the same band"
-    for name in OF_DAMPER:
-        other = found.alternatives[name]
+    for name, other in found.alternatives.items():
         called = ALTERNATIVES[name]
         keeps = "" if other.score.violation == 0.0 else ", and exceeds a limit"
         yield (
@@ -231,14 +230,18 @@ def _beside(found: Found) -> Iterator[str]:
             yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
     if found.absorber is not None:
         yield _absorber(asked, found.absorber, ours.value)
+        if found.absorber.value < ours.value / (1.0 + SAME):
+            yield "So a tuned mass damper of the same mass does better here."
 
 
 def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
     absorber = beside.absorber
+    off = (
+        " on a structure that is off by its tolerances" if set(OF_STRUCTURE) & asked.tolerances.keys() else ""
+    )
     return (
         f"A tuned mass damper of the same mass, tuned to {absorber.tuning:.4g} of the natural frequency with ζ = "
-        f"{absorber.damping_ratio:.4g}, reaches {response(asked, beside.value)} on a structure that is off by the same "
-        f"tolerances{_times(beside.value, ours)}."
+        f"{absorber.damping_ratio:.4g}, reaches {response(asked, beside.value)}{off}{_times(beside.value, ours)}."
     )
 
 
@@ -249,13 +252,19 @@ def _times(other: float, ours: float) -> str:
 
 def _known(found: Found) -> Iterator[str]:
     if found.as_good:
-        dampers = "damper that was" if found.as_good == 1 else "dampers that were"
-        yield f"{found.as_good} further {dampers} judged with tolerances may be as good within the errors."
+        alone = found.as_good == 1
+        dampers = "damper that was" if alone else "dampers that were"
+        its = "its" if alone else "their"
+        how = f"judged with {its} tolerances" if found.asked.tolerances else "looked at closely"
+        yield f"{found.as_good} further {dampers} {how} may be as good within the errors."
     points = f"{found.book.spent:,} points were computed"
+    step = f"steps of 1/{round(1 / found.step)} of the ranges"
     if found.stopped == "budget":
-        yield f"{points}: the budget of {found.book.budget:,} ended the search, with steps of {found.step:.3g} of the ranges."
+        yield f"{points}: the budget of {found.book.budget:,} ended the search, with {step}."
     else:
-        yield f"{points}. The search is complete: its last steps were {found.step:.3g} of the ranges."
+        yield f"{points}. The search is complete: it ended with {step}."
+    if found.left_out:
+        yield f"The budget did not allow: {'; '.join(found.left_out)}."
     yield (
         "Every response is the one reached from rest. Dampers between the candidates were not looked at, and one that "
         "none of its neighbours shows cannot be excluded."

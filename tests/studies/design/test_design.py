@@ -211,6 +211,16 @@ def test_a_budget_that_ends_before_the_first_look_is_refused() -> None:
         next_round(parse_specification(DAMPED), 500, {})
 
 
+def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
+    first = 81 * 11  # dampers of the first look by its frequencies, and the ends of the band, or more
+    found, _ = pursued(DAMPED, 2 * first + 1500)
+    assert found.book.spent <= 2 * first + 1500
+    assert found.stopped == "budget"
+    assert found.left_out
+    sentences = answer_document(found)["words"]
+    assert any(sentence.startswith("The budget did not allow: ") for sentence in sentences)
+
+
 def test_the_mass_is_weighed_against_the_response() -> None:
     document = DAMPED | {"tolerances": {}, "clearance_m": 0.006, "friction_force_n": 20.0}
     document["choose"] = {"particle_mass_kg": {"start": 1.0, "stop": 6.0}}

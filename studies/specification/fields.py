@@ -1,0 +1,87 @@
+"""A document read field by field: what cannot be read becomes a fault, and reading goes on."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, join, listing, unknown_key
+from damperlab.studies.quantity import Quantity, read_count
+
+T = TypeVar("T")
+
+
+class Fields:
+    """Reads a document part by part, and keeps the faults.
+
+    Parameters
+    ----------
+    document : dict
+        Guarded.
+    faults : list of Fault
+        Those found so far.
+    """
+
+    def __init__(self, document: dict[str, Any], faults: list[Fault]) -> None:
+        self.document = document
+        self.faults = faults
+
+    def _number(self, key: str, quantity: Quantity, default: float) -> float | None:
+        return self._read(key, self.document[key], quantity) if key in self.document else default
+
+    def _count(self, key: str, lowest: int, highest: int, default: int | None) -> int | None:
+        if key not in self.document:
+            return default
+        return self._try(lambda: read_count(self.document[key], lowest, highest, key))
+
+    def _span(self, field: str, raw: object, quantity: Quantity) -> tuple[float, float] | None:
+        """Read a number, or ``{start, stop}``."""
+        if not isinstance(raw, Mapping):
+            value = self._read(field, raw, quantity)
+            return None if value is None else (value, value)
+        self._unknown(field, raw, ("start", "stop"))
+        ends: list[float] = []
+        for key in ("start", "stop"):
+            place = f"{field}.{key}"
+            if key not in raw:
+                self._fault(place, NOTHING, "a number", f"add `{key}`; a range needs start and stop")
+            elif (value := self._read(place, raw[key], quantity)) is not None:
+                ends.append(value)
+        if len(ends) < 2:
+            return None
+        if not ends[0] < ends[1]:
+            self._fault(
+                f"{field}.stop",
+                f"{ends[1]:g}",
+                f"greater than start ({ends[0]:g})",
+                "exchange start and stop, or write a single value as a plain number",
+            )
+            return None
+        return ends[0], ends[1]
+
+    def _mapping(self, key: str, known: tuple[str, ...], raw: object = NOTHING) -> Mapping[str, Any] | None:
+        value = self.document.get(key) if raw is NOTHING else raw
+        if not isinstance(value, Mapping):
+            found = NOTHING if value is None else describe(value)
+            self._fault(key, found, f"a mapping of {listing(known)}", "write keys and values")
+            return None
+        self._unknown(key, value, known)
+        return value
+
+    def _has(self, key: str, *names: str) -> bool:
+        held = self.document.get(key)
+        return isinstance(held, Mapping) and any(name in held for name in names)
+
+    def _read(self, field: str, raw: object, quantity: Quantity) -> float | None:
+        return self._try(lambda: quantity.read(raw, field))
+
+    def _try(self, read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except StudyFaults as error:
+            self.faults.extend(error.faults)
+            return None
+
+    def _unknown(self, field: str, raw: Mapping[str, Any], known: tuple[str, ...]) -> None:
+        self.faults.extend(unknown_key(join(field, key), key, known) for key in raw if key not in known)
+
+    def _fault(self, field: str, found: str, allowed: str, advice: str, told: str = "") -> None:
+        self.faults.append(Fault(field, found, allowed, advice, told))

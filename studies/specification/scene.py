@@ -1,0 +1,171 @@
+"""Structure and excitation of a specification, read from a document."""
+
+import math
+from collections.abc import Mapping
+
+from damperlab.studies.faults import NOTHING, describe, listing
+from damperlab.studies.physical import (
+    BASE_AMPLITUDE,
+    DAMPING,
+    EXCITATION_FREQUENCY,
+    MASS,
+    NATURAL_FREQUENCY,
+)
+from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
+from damperlab.studies.specification.fields import Fields
+from damperlab.studies.specification.specification import Excitation, Structure
+
+STRUCTURE_KEYS = (
+    "mass_kg",
+    "natural_frequency_hz",
+    "stiffness_n_per_m",
+    "damping_ratio",
+    "damping_n_s_per_m",
+)
+EXCITATION_KEYS = ("base_amplitude_m", "frequency_hz", "frequency_ratio")
+STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
+
+_ANOTHER = (
+    " makes another base amplitude, and so other ratios of the same damper, at every frequency, which a design "
+    "does not search"
+)
+
+REFUSED_EXCITATIONS = {
+    "force_n": "A force on the structure is another scene than a shaken base: there the friction damper works against the "
+    "structure's own velocity and the base stays at rest, which the solver does not compute",
+    "base_velocity_m_per_s": "A base velocity that is constant over the band" + _ANOTHER,
+    "base_acceleration_m_per_s2": "A base acceleration that is constant over the band" + _ANOTHER,
+    "records": "Ground-motion records are asked of dampers by a ground-motion suite",
+    "sweep": "A sweep through the band is a transient; a design is judged by its steady responses",
+}
+"""Excitations that a design does not know, and why."""
+
+
+class SceneFields(Fields):
+    """Reads what is to be kept quiet, and what shakes it."""
+
+    @property
+    def _in_units(self) -> bool:
+        structure, excitation = (self.document.get(key) for key in ("structure", "excitation"))
+        return (
+            isinstance(structure, Mapping)
+            and isinstance(excitation, Mapping)
+            and all(
+                (
+                    "mass_kg" in structure,
+                    "natural_frequency_hz" in structure or "stiffness_n_per_m" in structure,
+                    "base_amplitude_m" in excitation,
+                )
+            )
+        )
+
+    def _structure(self) -> Structure | None:
+        raw = self._mapping("structure", STRUCTURE_KEYS)
+        if raw is None:
+            return None
+        read = {
+            key: self._read(f"structure.{key}", raw[key], quantity)
+            for key, quantity in zip(
+                STRUCTURE_KEYS, (MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING), strict=True
+            )
+            if key in raw
+        }
+        for one, other in (
+            ("natural_frequency_hz", "stiffness_n_per_m"),
+            ("damping_ratio", "damping_n_s_per_m"),
+        ):
+            if one in raw and other in raw:
+                told = f"{{field}} and `structure.{one}` say the same twice."
+                self._fault(
+                    f"structure.{other}",
+                    describe(raw[other]),
+                    f"one of {one} and {other}",
+                    "keep one of the two",
+                    told,
+                )
+        for key in ("stiffness_n_per_m", "damping_n_s_per_m"):
+            if key in raw and "mass_kg" not in raw:
+                told = f"{{field}} is missing: {key} needs it."
+                self._fault("structure.mass_kg", NOTHING, "the mass of the structure", "add `mass_kg`", told)
+        if "mass_kg" in raw and not {"natural_frequency_hz", "stiffness_n_per_m"} & set(raw):
+            allowed = "natural_frequency_hz or stiffness_n_per_m beside the mass"
+            told = "{field} has a mass, and neither natural_frequency_hz nor stiffness_n_per_m beside it."
+            self._fault("structure", "a mass alone", allowed, "add one of the two", told)
+        if "damping_ratio" not in raw and "damping_n_s_per_m" not in raw:
+            told = "{field} is missing."
+            self._fault(
+                "structure.damping_ratio", NOTHING, DAMPING_RATIO.allowed, "add the damping ratio", told
+            )
+        if self.faults and any(fault.field.startswith("structure") for fault in self.faults):
+            return None
+        mass = read.get("mass_kg") or 1.0
+        frequency = read.get("natural_frequency_hz") or 0.5 / math.pi
+        if stiffness := read.get("stiffness_n_per_m"):
+            frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
+        damping = read.get("damping_ratio")
+        if damping is None:
+            damping = (read["damping_n_s_per_m"] or 0.0) / (2.0 * mass * 2.0 * math.pi * frequency)
+            if not DAMPING_RATIO.admits(damping):
+                told = f"{{field}} gives a damping ratio of {damping:.6g}, which must be {DAMPING_RATIO.allowed}."
+                self._fault(
+                    "structure.damping_n_s_per_m",
+                    f"{damping:.6g}",
+                    DAMPING_RATIO.allowed,
+                    "check the units",
+                    told,
+                )
+                return None
+        return Structure(mass, frequency, damping)
+
+    def _excitation(self, structure: Structure | None) -> Excitation | None:
+        raw = self.document.get("excitation")
+        if isinstance(raw, Mapping):
+            for key in set(raw) & set(REFUSED_EXCITATIONS):
+                why = REFUSED_EXCITATIONS[key]
+                advice = "give `base_amplitude_m`, the displacement of the base"
+                self._fault(
+                    f"excitation.{key}", describe(raw[key]), listing(EXCITATION_KEYS), advice, f"{why}."
+                )
+            raw = {key: value for key, value in raw.items() if key not in REFUSED_EXCITATIONS}
+        raw = self._mapping("excitation", EXCITATION_KEYS, raw)
+        if raw is None:
+            return None
+        before = len(self.faults)
+        amplitude: tuple[float, float] | None = (1.0, 1.0)
+        if "base_amplitude_m" in raw:
+            amplitude = self._span("excitation.base_amplitude_m", raw["base_amplitude_m"], BASE_AMPLITUDE)
+        asked = [key for key in ("frequency_hz", "frequency_ratio") if key in raw]
+        if len(asked) != 1:
+            allowed = "either frequency_hz or frequency_ratio, a number or {start, stop}"
+            found = "both" if asked else NOTHING
+            told = f"{{field}} must be {allowed}, not {found}."
+            self._fault("excitation.frequency_hz", found, allowed, "give one of them", told)
+            return None
+        quantity = EXCITATION_FREQUENCY if asked == ["frequency_hz"] else FREQUENCY_RATIO
+        band = self._span(f"excitation.{asked[0]}", raw[asked[0]], quantity)
+        if asked == ["frequency_hz"] and not self._has(
+            "structure", "natural_frequency_hz", "stiffness_n_per_m"
+        ):
+            told = "{field} is missing: a frequency in Hz needs it."
+            self._fault(
+                "structure.natural_frequency_hz",
+                NOTHING,
+                "the natural frequency",
+                "add it, or give `frequency_ratio`",
+                told,
+            )
+        if len(self.faults) > before or amplitude is None or band is None or structure is None:
+            return None
+        scale = structure.natural_frequency_hz if asked == ["frequency_hz"] else 1.0
+        low, high = band[0] / scale, band[1] / scale
+        if not (FREQUENCY_RATIO.admits(low) and FREQUENCY_RATIO.admits(high)):
+            told = f"{{field}} makes frequency ratios from {low:.6g} to {high:.6g}; they must be {FREQUENCY_RATIO.allowed}."
+            self._fault(
+                f"excitation.{asked[0]}",
+                describe(raw[asked[0]]),
+                FREQUENCY_RATIO.allowed,
+                "check the units",
+                told,
+            )
+            return None
+        return Excitation(*amplitude, low, high)
