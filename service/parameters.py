@@ -163,7 +163,7 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
         else:
             meaning = f"{words}; the grid point nearest to it is taken."
             if name in LONG_NAMES:
-                meaning += " Of a harmonic study it must be given in SI units."
+                meaning += " A harmonic study has it only where it is given in SI units."
             found[name] = float | None, Described(None, allow_inf_nan=False, description=meaning)
     return found
 

@@ -110,7 +110,7 @@ def records(
         print_json(summary)
         return
     say(
-        f"{'Kept' if new else 'There already'}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
+        f"{'Stored' if new else 'Already stored'}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
         f"peak {summary['peak_acceleration_g']:.3g} g."
     )
 

@@ -119,7 +119,7 @@ export async function studiesView(root) {
 }
 
 function nothingFound() {
-  return el("p", { class: "box" }, "No study fits the search.");
+  return el("p", { class: "box" }, "No study matches the search.");
 }
 
 async function nothingYet() {

@@ -41,7 +41,7 @@ _BODY = {
     summary="Who asks, and whether a key is needed",
 )
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
-    """Say whether the service asks for keys, and whom it takes the caller for."""
+    """Say whether the service asks for keys, and who the caller is."""
     return _document(_guard(request), caller.owner if caller else "", caller.scopes if caller else ())
 
 

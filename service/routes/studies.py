@@ -226,7 +226,7 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     status_code=201,
     response_class=Document,
     responses={
-        200: gives("Record", "Another version of it is of today's solver, or waits for it, already"),
+        200: gives("Record", "A version by today's solver exists already, or is queued"),
         201: gives("Record", "Entered beside the older results", Location="Address of the version."),
         **documented(404, 409, 429, 503, 507),
     },

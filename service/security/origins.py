@@ -38,7 +38,12 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
         fault = Fault(
             "Content-Type", kind, "one of application/json, text/csv, application/octet-stream", _TYPE_ADVICE
         )
-        return Problem(415, "unsupported-media-type", "A browser sends such a body from any page.", (fault,))
+        return Problem(
+            415,
+            "unsupported-media-type",
+            "Any web page can make a browser send a body of this type.",
+            (fault,),
+        )
     return None
 
 

@@ -108,7 +108,7 @@ def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
         if len(samples) > count:
             allowed = f"{count:,} samples, as line {header} says"
             told = f"Line {number} holds sample {len(samples):,}, but line {header} announces only {count:,} samples."
-            advice = "correct NPTS, or remove the samples that are too many"
+            advice = "correct NPTS, or remove the surplus samples"
             raise refused(_at(number), f"sample {len(samples):,}", allowed, advice, told)
     if len(samples) < count:
         found_here = f"the end after {len(samples):,} samples"
@@ -233,7 +233,7 @@ def _check_steps(time: NDArray[np.float64], step: float, places: list[int]) -> N
         usual = float(np.median(steps))
         wrong = int(np.argmax(np.abs(steps - usual) > _UNEVEN * abs(usual)))
         found = f"a step of {steps[wrong]:.6g} s after steps of {usual:.6g} s"
-        told = f"Line {places[wrong + 1]} follows after {found.removeprefix('a ')}; all time steps must be equal."
+        told = f"Line {places[wrong + 1]} has {found}; all time steps must be equal."
         advice = "resample the record to equal steps"
         raise refused(_at(places[wrong + 1]), found, "equal time steps", advice, told)
     told = f"The last time, {time[-1]:g} s, is not later than the first; time must increase."

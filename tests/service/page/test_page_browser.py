@@ -411,7 +411,7 @@ def test_cancel_resume_and_delete_which_asks_first(
     page = open_page().go()
     card = page.locator(f"[data-study='{record['id']}']")
     page.get_by_label("Search").fill("no study is called so")
-    expect(page.get_by_text("No study fits the search.")).to_be_visible()
+    expect(page.get_by_text("No study matches the search.")).to_be_visible()
     page.get_by_label("Search").fill("long")
     card.get_by_role("button", name="Cancel long").click()
     expect(card.locator(".badge")).to_contain_text("cancelled")
