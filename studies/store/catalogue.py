@@ -65,6 +65,9 @@ _NOT_ITS_REVISION = (
 )
 """What a database says of a migration that begins elsewhere than the catalogue is."""
 
+_DAMAGED_FILE = ("not a database", "malformed")
+"""What SQLite says of a file that is not what it wrote."""
+
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
@@ -236,7 +239,7 @@ class Catalogue:
                 "UnicodeDecodeError",
             )
             found = str(cause).strip()
-            told = ("not a database", "malformed", "invalid connection option")
+            told = (*_DAMAGED_FILE, "invalid connection option")
             if not trouble and not any(each in found for each in told):
                 raise
             if "database is locked" in found or "lock timeout" in found:
@@ -256,6 +259,8 @@ class Catalogue:
                     "a catalogue that can be reached, read and written",
                     "check that its server runs and its address and password are right"
                     if not self._sqlite
+                    else "make the catalogue again from the cubes with `damperlab rebuild`"
+                    if any(each in found for each in _DAMAGED_FILE)
                     else "check the folder's permissions and free space, and that the catalogue is damperlab's",
                     f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
                 )

@@ -222,15 +222,20 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
             )
         )
     if marked and used and not holds:
-        raise StoreFault(
-            Fault(
-                "data_dir",
-                f"none of the cubes of {catalogue.name} in {folder.address}",
-                "the folder that holds them",
-                "check that its disk is mounted; if the cubes are lost for good, restore a backup",
-                f"{folder.address} holds none of the cubes of {catalogue.name}.",
-            )
+        raise no_cubes(catalogue, folder)
+
+
+def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:
+    """Make the fault for a folder in which a catalogue had cubes, and that has lost its marker and all of them."""
+    return StoreFault(
+        Fault(
+            "data_dir",
+            f"none of the cubes of {catalogue.name} in {folder.address}",
+            "the folder that holds them",
+            "check that its disk is mounted; if the cubes are lost for good, restore a backup",
+            f"{folder.address} holds none of the cubes of {catalogue.name}.",
         )
+    )
 
 
 def _holds_cubes(shelves: Iterable[str]) -> bool:

@@ -31,13 +31,14 @@ from damperlab.studies.store.home import (
     CUBES,
     fact,
     mark_owner,
+    no_cubes,
     owner_of,
     parse_cube_name,
     remember,
 )
 from damperlab.studies.store.manifest import read_marks, read_tombstone, study_columns
 from damperlab.studies.store.packed import BLOCKS, parse_block_key, read_header
-from damperlab.studies.store.rows import advance_counters
+from damperlab.studies.store.rows import ALIVE, advance_counters
 from damperlab.studies.store.rowsum import is_sound
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.tables import access_keys, done_blocks, events, keys, studies
@@ -154,9 +155,15 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     with catalogue.reading() as connection:
         address = address or fact(connection, "cubes")
         mine = fact(connection, "id")
+        marked = fact(connection, "marked") is not None
         used = connection.execute(select(studies.c.number).limit(1)).first() is not None
+        alive = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
     if address is None:
-        place: Shelf = Folder(data_dir / CUBES)
+        folder = Folder(data_dir / CUBES)
+        if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
+            # a marker there would pass for that of the disk which is to be mounted
+            raise no_cubes(catalogue, folder)
+        place: Shelf = folder
         shelf = place
     else:
         from damperlab.studies.store.bucket import open_bucket

@@ -58,11 +58,11 @@ def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
         store.close()
     before = files(tmp_path / "mine" / "cubes")
     shutil.copy(tmp_path / "other" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="belong to another catalogue"):
+    with pytest.raises(StoreFault, match="belong to a catalogue other than"):
         Store.open(tmp_path / "mine")
     Store.open(tmp_path / "empty").close()
     shutil.copy(tmp_path / "empty" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="belong to another catalogue"):
+    with pytest.raises(StoreFault, match="belong to a catalogue other than"):
         Store.open(tmp_path / "mine")
     assert files(tmp_path / "mine" / "cubes") == before
 
@@ -109,6 +109,8 @@ def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
     filled(store, 0.01)
     store.close()
     (tmp_path / "cubes").rename(tmp_path / "unmounted")
+    with pytest.raises(StoreFault, match="mounted"):
+        rebuild(tmp_path)
     with pytest.raises(StoreFault, match="mounted"):
         Store.open(tmp_path)
     (tmp_path / "cubes").rmdir()
