@@ -1,11 +1,14 @@
 """The command `design` on a real store, and the report that it writes."""
 
 import json
+import os
+import signal
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.service.cli.commands import run
+from tests.service.cli.commands import END_SECONDS, run, start
 
 from damperlab.studies.store.store import Store
 
@@ -64,6 +67,25 @@ def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
     again = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
     assert json.loads(again.stdout) == document
     assert Store.open(folder / "data").page(200).records == before
+
+
+def test_a_design_that_is_killed_and_run_again_ends_as_one_that_was_not(
+    written: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    folder, document = written
+    killed = start("design", folder / "spec.json", "--data-dir", tmp_path / "data", "--json")
+    until = time.monotonic() + END_SECONDS
+    while time.monotonic() < until and killed.poll() is None:
+        if (tmp_path / "data").exists() and len(Store.open(tmp_path / "data").page(200).records) > 2:
+            break
+        time.sleep(0.05)
+    assert killed.poll() is None, "it ended before it could be killed"
+    os.killpg(killed.pid, signal.SIGKILL)
+    killed.communicate()
+    done = len(Store.open(tmp_path / "data").page(200).records)
+    assert 2 < done < len(Store.open(folder / "data").page(200).records)
+    resumed = run("design", folder / "spec.json", "--data-dir", tmp_path / "data", "--json")
+    assert json.loads(resumed.stdout) == document
 
 
 def test_the_report_loads_nothing_and_says_what_the_answer_says(
