@@ -68,6 +68,8 @@ _NOT_ITS_REVISION = (
 _DAMAGED_FILE = ("not a database", "malformed")
 """What SQLite says of a file that is not what it wrote."""
 
+_TROUBLES = {"OperationalError", "InterfaceError", "LockNotAvailable", "UnicodeDecodeError"}
+"""Classes of what goes wrong outside the program, and so do those made from them."""
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
@@ -232,12 +234,9 @@ class Catalogue:
             yield
         except (DatabaseError, InterfaceError, sqlite3.DatabaseError, UnicodeDecodeError) as error:
             cause = error.orig if isinstance(error, DatabaseError | InterfaceError) else error
-            trouble = type(cause).__name__ in (
-                "OperationalError",
-                "InterfaceError",
-                "LockNotAvailable",
-                "UnicodeDecodeError",
-            )
+            # a driver has classes of its own for many of them, as for a time-out or a server that shuts down
+            kinds = {kind.__name__ for kind in type(cause).__mro__}
+            trouble = bool(kinds & _TROUBLES)
             found = str(cause).strip()
             told = (*_DAMAGED_FILE, "invalid connection option")
             if not trouble and not any(each in found for each in told):

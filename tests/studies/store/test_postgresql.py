@@ -1,5 +1,6 @@
 """The catalogue in a real PostgreSQL, and catalogues of older versions brought up to date."""
 
+import socket
 import subprocess
 import sys
 import textwrap
@@ -52,6 +53,31 @@ def store(tmp_path: Path, address: str) -> Iterator[Store]:
     opened = Store.open(tmp_path / "data", address)
     yield opened
     opened.close()
+
+
+def test_a_server_that_takes_connections_and_never_answers_is_a_fault_with_words(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"postgresql://somebody:secret@127.0.0.1:{silent.getsockname()[1]}/damperlab"
+        with pytest.raises(StoreFault) as refused:
+            Store.open(tmp_path / "data", address)
+    assert "timeout" in str(refused.value)
+    assert "check that its server runs" in str(refused.value).lower()
+    assert "secret" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "SELECT pg_terminate_backend(pg_backend_pid())",  # as where the server shuts down
+        "SELECT pg_cancel_backend(pg_backend_pid()), pg_sleep(60)",
+    ],
+)
+def test_whatever_a_server_breaks_off_is_a_fault_and_the_next_question_is_answered(
+    store: Store, statement: str
+) -> None:
+    with pytest.raises(StoreFault), store.catalogue.reading() as connection:
+        connection.execute(text(statement))
+    assert store.page().records == ()
 
 
 def test_a_rebuilt_catalogue_takes_studies_with_new_numbers(tmp_path, server, make_study, make_plan_of):
