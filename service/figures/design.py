@@ -17,6 +17,8 @@ from damperlab.studies.tmd.absorber import Absorber
 Floats = NDArray[np.float64]
 GREEN = "#009e73"
 """Of the Okabe-Ito palette, as the others are."""
+DEEPEST = 300.0
+"""Largest over least response that is shown."""
 SAMPLES = 801
 """Of the curves that have a closed form."""
 
@@ -64,7 +66,9 @@ def draw_amplitudes(found: Found) -> Figure:
         axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)
-        axes.set_ylabel(f"{asked.measure.words[:1].upper()}{asked.measure.words[1:]} over base amplitude")
+        # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
+        axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
+        axes.set_ylabel("Response over base amplitude")
         axes.legend(title="base amplitude", ncols=3)
     return figure
 
