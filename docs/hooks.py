@@ -7,7 +7,7 @@ import re
 import warnings
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import nbformat
 from mkdocs.config.defaults import MkDocsConfig
@@ -164,6 +164,8 @@ def _command(name: str, command: Any) -> list[str]:
 def _kind(annotation: Any) -> str:
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return " | ".join(str(each.value) for each in annotation)
+    if words := get_args(annotation):
+        return " | ".join(str(word) for word in words)
     return {"int": "whole number", "float": "number", "str": "text", "Path": "path"}.get(
         annotation.__name__, ""
     )

@@ -159,3 +159,10 @@ def test_every_page_of_the_menu_is_there() -> None:
     }
     for _, page in menu():
         assert page in made or (ROOT / "docs" / page).is_file()
+
+
+def test_command_reference_has_the_words_that_an_option_takes(hooks: Any) -> None:
+    page = hooks.command_reference()
+    section = page.partition("\n## damperlab simulate\n")[2].partition("\n## ")[0]
+    assert "| `--contact` | instant \\| dwell \\| compliant |" in section
+    assert "| `--method` | event \\| rk4 |" in section
