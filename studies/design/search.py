@@ -19,6 +19,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import Survey, brackets
 from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
 from damperlab.studies.design.score import Score, score, worst
+from damperlab.studies.faults import counted
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
 
 Asks = Generator[list[Wanted], None, None]
@@ -137,7 +138,10 @@ class Search:
             # what is left of the search's share goes into judging fewer, and all of the budget stands behind the first
             self.cap = int((1.0 - self.effort.reserve / 2.0) * self.book.budget)
         finalists = self._diverse()
-        self._tell(f"the best {len(finalists)} with {len(self.corners)} corners of their tolerances")
+        if self.corners:
+            self._tell(
+                f"the best {len(finalists)} with {counted(len(self.corners), 'corner')} of their tolerances"
+            )
         yield from self._judge(finalists)
         for _ in range(self.effort.rounds if self.corners else 0):
             best = self.best()

@@ -130,9 +130,14 @@ def _limits(found: Found) -> Iterator[str]:
         best = "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
         yield (
             f"{best if drawn > limit else ''}The {what} reaches {spelled(reached, unit)}, "
-            f"{100 * (reached / limit - 1):.3g} % above the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
+            f"{_excess(reached / limit)} the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
             f"{spelled(reached, unit)}, or widen what may be chosen."
         )
+
+
+def _excess(ratio: float) -> str:
+    """Say how far beyond its limit something is; a share of thousands of per cent is read as a multiple."""
+    return f"{100 * (ratio - 1):.3g} % above" if ratio < 2.0 else f"{ratio:.3g} times"
 
 
 def _builds(found: Found) -> Iterator[str]:
@@ -197,6 +202,8 @@ def _margins(found: Found) -> Iterator[str]:
     if not found.margins:
         return
     kept = "every limit holds" if asked.limits else ""
+    if found.stated.violation > 0.0:
+        kept = "no limit is exceeded by more than that"
     limited = any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
     bound = "" if limited else f"it stays within {response(asked, WITHIN * found.stated.most)}"
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
