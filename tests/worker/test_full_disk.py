@@ -3,8 +3,8 @@
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
-from contextlib import nullcontext, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -127,17 +127,24 @@ def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Pa
         store.close()
 
 
-def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path, client: Client) -> None:
+def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The disk goes while a study is computed: nothing is written below its mount point, and what was done goes on."""
     store = Store.open(tmp_path / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id
     cubes, disk = tmp_path / "data" / "cubes", tmp_path / "disk"
 
-    def run(watch: object) -> Record:
-        return run_study(
-            store, study_id, lambda: nullcontext(client), watch, threading.Event(), outage_as="queued"
-        )  # type: ignore[arg-type]
+    # told after each block, which this process computes one after the other
+    monkeypatch.setattr("damperlab.worker.runner.REPORT_SECONDS", 0.0)
+
+    def never() -> AbstractContextManager[Client]:
+        raise AssertionError("sixteen points were sent to a cluster")
+
+    def run(watch: Callable[[Progress], None]) -> Record:
+        stop = threading.Event()
+        return run_study(store, study_id, never, watch, stop, outage_as="queued", here_seconds=60.0)
 
     def unmount(progress: Progress) -> None:
         if progress.blocks_done and not disk.exists():
