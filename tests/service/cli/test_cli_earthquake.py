@@ -19,7 +19,7 @@ def test_records_are_listed_and_kept(tmp_path: Path) -> None:
     refused = run("records", file, "--data-dir", tmp_path, status=2)
     assert "Line 3" in refused.stderr
     made = run("records", "--kanai-tajimi", "4", "--duration-s", "15", "--data-dir", tmp_path)
-    assert "Kept" in made.stdout
+    assert "Stored" in made.stdout
 
 
 def test_a_comparison_prints_its_table_and_draws_it(tmp_path: Path) -> None:
