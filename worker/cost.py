@@ -34,8 +34,9 @@ FEWEST_CYCLES = 40.0
 """Taken on average before a response is believed to be steady, far from resonance."""
 TRANSIENT = 0.073
 """Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""
-RESTLESS_CYCLES = 1050.0
-"""Taken on average near resonance, where the particle rattles without end and only statistics settle."""
+RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
+"""Taken on average near resonance, where the particle rattles without end and only statistics settle, at this tolerance, and at
+any: the relative error of such a mean falls as the inverse root of its cycles (`damperlab.worker.steady.statistics`)."""
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
 """How far from resonance it does so, in ln r: the width where β = ζ, and the power of β/ζ that it goes with."""
 NARROWEST = 0.004
@@ -50,7 +51,7 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
     Parameters
     ----------
     study : Study
-        Of which only the scene, the starts, the records and `steady.max_cycles` matter.
+        Of which only the scene, the starts, the records, `steady.max_cycles` and `steady.tolerance` matter.
     coordinates : dict of ndarray
         The dimensions by name, N values each.
 
@@ -86,7 +87,9 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     moving = np.clip(1.0 - (coordinates["friction_ratio"] / BREAKAWAY) ** 2, 0.0, 1.0)
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
-    cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + RESTLESS_CYCLES * restless)
+    settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
+    # an average over points that settle and points that run on: none of them takes more than the most
+    cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)
     contact = COMPLIANT_TIMES if isinstance(study.contact, CompliantContact) else 1.0

@@ -73,3 +73,18 @@ def test_points_without_friction_and_particle_cost_the_closed_form() -> None:
 def test_what_is_expected_to_cost_more_takes_more_cycles(cheap: Study, dear: Study) -> None:
     assert expected(cheap) < expected(dear)
     assert cycles(cheap) < cycles(dear)
+
+
+def test_a_tighter_tolerance_is_expected_to_take_what_it_takes() -> None:
+    axes = {"clearance_ratio": [20, 22, 24], "friction_ratio": [0.05, 0.1], "frequency_ratio": 1}
+
+    def restless(tolerance: float) -> Study:
+        return parse_study({"axes": axes, "steady": {"max_cycles": 20_000, "tolerance": tolerance}})
+
+    loose, tight, tightest = (restless(each) for each in (0.02, 0.005, 1e-8))
+    # the relative error of a chaotic mean falls as the inverse root of its cycles: up to sixteen times as many
+    assert cycles(tight) > 4 * cycles(loose)
+    assert 4 * expected(loose) < expected(tight) < 16 * expected(loose)
+    # what nothing meets is paid to the last cycle; without chatter a cycle costs what the model says
+    assert cycles(tightest) == 6 * 20_000
+    assert expected(tightest) == pytest.approx(HYBRID_CYCLE_SECONDS * cycles(tightest), rel=0.01)
