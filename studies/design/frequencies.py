@@ -108,7 +108,7 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float
     -------
     tuple of float
         Inside the neighbouring intervals of every maximum that reaches `SHOWN` of the largest value, the highest first
-        chosen; empty where the intervals are as narrow as frequencies are told apart.
+        chosen; empty where none of those intervals is wider than 1e-5.
     """
     if r.size < 2:
         return ()

@@ -19,7 +19,7 @@ UNDETERMINED = 0.8
 AT_END = 0.05
 """Share of the range within which an interval counts as reaching its end."""
 ALIKE = 0.95
-"""Correlation from which two parameters cannot be told apart."""
+"""Absolute correlation above which the data do not separate two parameters."""
 DOUBTED = 0.01
 """Probability of chi-square below which the model and the stated deviations do not agree."""
 OUTLIER = 0.01
