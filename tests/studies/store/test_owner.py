@@ -39,6 +39,16 @@ def files(folder: Path) -> set[Path]:
     return {path for path in folder.rglob("*") if path.is_file()}
 
 
+def nothing_is_swept_beside(older: Path, data: Path) -> None:
+    """Put an older catalogue in the place of the newest, and sweep at once."""
+    before = files(data / "cubes")
+    shutil.copy(older, data / "catalogue.sqlite")
+    store = Store.open(data)
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert files(data / "cubes") == before
+    store.close()
+
+
 def test_a_folder_whose_catalogue_is_lost_is_refused_and_keeps_every_file(tmp_path, filled):
     store = Store.open(tmp_path)
     filled(store, 0.01)
@@ -96,12 +106,7 @@ def test_an_older_copy_costs_no_block_that_was_done_since(tmp_path, make_study, 
     found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
     store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, "g", found))
     store.close()
-    before = files(data / "cubes")
-    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
-    store = Store.open(data)
-    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
-    assert files(data / "cubes") == before
-    store.close()
+    nothing_is_swept_beside(tmp_path / "older", data)
 
 
 def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
@@ -194,12 +199,7 @@ def test_an_older_copy_costs_no_block_that_was_computed_anew_since(
     write("second")
     collect_garbage(store, -1.0)
     store.close()
-    before = files(data / "cubes")
-    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
-    store = Store.open(data)
-    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
-    assert files(data / "cubes") == before
-    store.close()
+    nothing_is_swept_beside(tmp_path / "older", data)
 
 
 def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought_back(tmp_path, filled):
