@@ -7,9 +7,10 @@ from html import escape
 import damperlab
 from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
 from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.design.alternatives import CALLED
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.design import CALLED, Found
+from damperlab.studies.design.found import Found
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import quantity, response, spelled, words_of
 from damperlab.studies.specification.specification import CHOSEN

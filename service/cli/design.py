@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from damperlab.studies.definition import Study
-    from damperlab.studies.design.design import Found
+    from damperlab.studies.design.found import Found
     from damperlab.studies.specification.specification import Specification
     from damperlab.studies.store.store import Store
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import BLUE, COLOURS, GREY, VERMILION, styled, ticks_1_2_5
 from damperlab.studies.design.absorber import curve as absorber_curve
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.design import Found
+from damperlab.studies.design.found import Found
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.build import design_document
-from damperlab.studies.design.design import OF_DAMPER, Found
+from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.words import at_ends, material_of, words_of
 

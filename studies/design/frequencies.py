@@ -28,6 +28,8 @@ BRACKETS = 3
 """Most maxima that are bracketed at once."""
 INNER = 3
 """Samples put into either side of a bracket."""
+NARROW = 1e-5
+"""Width of an interval [1] up to which no sample is put into it: a hundredth of the least step between resonances."""
 DIGITS = 9
 """Decimals of a frequency ratio: one place is one number, however it was reached."""
 
@@ -108,7 +110,7 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float
     -------
     tuple of float
         Inside the neighbouring intervals of every maximum that reaches `SHOWN` of the largest value, the highest first
-        chosen; empty where none of those intervals is wider than 1e-5.
+        chosen; empty where none of those intervals is wider than `NARROW`.
     """
     if r.size < 2:
         return ()
@@ -119,7 +121,7 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float
     found: set[float] = set()
     for place in places:
         for other in (place - 1, place + 1):
-            if 0 <= other < r.size and abs(r[other] - r[place]) > 1e-5:
+            if 0 <= other < r.size and abs(r[other] - r[place]) > NARROW:
                 inner = np.linspace(r[place], r[other], INNER + 2)[1:-1]
                 found |= {round(float(each), DIGITS) for each in inner}
     return tuple(sorted(found))

@@ -3,9 +3,11 @@
 from collections.abc import Iterator
 
 from damperlab.studies.design.absorber import Beside
+from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.design import CALLED as ALTERNATIVES
-from damperlab.studies.design.design import SEED, WITHIN, Found, Margin
+from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Specification
 

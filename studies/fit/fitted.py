@@ -20,6 +20,8 @@ AT_END = 0.05
 """Share of the range within which an interval counts as reaching its end."""
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
+BARELY = 0.99
+"""The same where one of the two is undetermined anyway: only what all but equals it is worth a word."""
 DOUBTED = 0.01
 """Probability of chi-square below which the model and the stated deviations do not agree."""
 OUTLIER = 0.01
@@ -166,7 +168,7 @@ class Fitted:
         for j, second in enumerate(self.estimates):
             for i, first in enumerate(self.estimates[:j]):
                 both = first.determined and second.determined
-                if abs(self.correlation[i, j]) > ALIKE and (both or abs(self.correlation[i, j]) > 0.99):
+                if abs(self.correlation[i, j]) > (ALIKE if both else BARELY):
                     found.append((first.name, second.name, float(self.correlation[i, j])))
         return found
 

@@ -27,6 +27,13 @@ SPEED = Quantity("speed", "speed [m/s]", 1e-12, 1e12, "give it in m/s")
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 
+LIMIT_QUANTITIES = {
+    "impact_speed_m_per_s": SPEED,
+    "friction_force_n": FRICTION_FORCE,
+    "particle_mass_kg": PARTICLE_MASS,
+}
+"""What limits are that are no lengths."""
+NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()}
 QUANTITIES = {
     "clearance_m": CLEARANCE,
     "friction_force_n": FRICTION_FORCE,
@@ -145,34 +152,36 @@ class DamperFields(SceneFields):
         names = tuple(found[value] for value in values) if any(found.values()) else ()
         return Choice(values[0], values[-1], values, names)
 
-    def _limits(self, choices: dict[str, Choice]) -> tuple[dict[str, float], dict[str, str]]:
+    def _limit_values(self) -> dict[str, float]:
+        """Read what `limits` says, as far as it can be read alone."""
         raw = self._mapping("limits", LIMIT_KEYS, self.document.get("limits", {})) or {}
-        limits: dict[str, float] = {}
+        found: dict[str, float] = {}
+        for key in LIMIT_KEYS:
+            if key in raw:
+                limit = self._read(f"limits.{key}", raw[key], LIMIT_QUANTITIES.get(key, LENGTH))
+                if limit is not None:
+                    found[key] = limit
+        return found
+
+    def _limits(self, choices: dict[str, Choice]) -> tuple[dict[str, float], dict[str, str]]:
+        values = self._limit_values()
         bounds: dict[str, str] = {}
-        if raw and not self._in_units:
+        if values and not self._in_units:
             told = "{field} are in units, and the specification is in ratios."
             self._fault(
                 "limits",
-                describe(raw),
+                describe(self.document["limits"]),
                 "limits beside a structure and a base amplitude in units",
                 "add mass_kg, natural_frequency_hz and base_amplitude_m",
                 told,
             )
-            return limits, bounds
-        for key, value in raw.items():
-            field = f"limits.{key}"
-            quantity = {"friction_force_n": FRICTION_FORCE, "particle_mass_kg": PARTICLE_MASS}.get(
-                key, LENGTH
-            )
-            limit = self._read(field, value, SPEED if key in LIMITED and "speed" in key else quantity)
-            if limit is None:
-                continue
-            if key in LIMITED:
-                limits[key] = limit
-                continue
-            name = "clearance_m" if key == "cavity_length_m" else key
-            self._cut(choices, name, limit / 2 if key == "cavity_length_m" else limit, field, bounds)
-        return limits, bounds
+            return {}, bounds
+        for key, limit in values.items():
+            if key not in LIMITED:
+                name = "clearance_m" if key == "cavity_length_m" else key
+                most = limit / 2 if key == "cavity_length_m" else limit
+                self._cut(choices, name, most, f"limits.{key}", bounds)
+        return {key: limit for key, limit in values.items() if key in LIMITED}, bounds
 
     def _cut(
         self, choices: dict[str, Choice], name: str, most: float, field: str, bounds: dict[str, str]
@@ -196,34 +205,40 @@ class DamperFields(SceneFields):
         )
         bounds[name] = field
 
-    def _tolerances(
-        self, choices: dict[str, Choice], amplitude_m: float, structure: Structure
-    ) -> dict[str, Tolerance]:
+    def _tolerance_values(self) -> dict[str, Tolerance]:
+        """Read what `tolerances` says, as far as it can be read alone; each quantity once, as it is spelled."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*CHOSEN, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
         found: dict[str, Tolerance] = {}
-        names = {ratio: name for name, ratio in RATIO_OF.items()}
-        for key, value in raw.items():
-            field, name = f"tolerances.{key}", names.get(key, key)
-            if name in found:
+        seen: set[str] = set()
+        for key in raw:
+            if key not in known:
+                continue
+            field, name = f"tolerances.{key}", NAME_OF.get(key, key)
+            if name in seen:
                 told = f"{{field}} gives the tolerance of {name} a second time."
-                self._fault(field, describe(value), "each tolerance once", "keep one of the two", told)
+                self._fault(field, describe(raw[key]), "each tolerance once", "keep one of the two", told)
                 continue
-            tolerance = self._tolerance(field, value)
-            if tolerance is None:
-                continue
+            tolerance = self._tolerance(field, raw[key])
+            if tolerance is not None:
+                found[key] = tolerance
+                seen.add(name)
+        return found
+
+    def _tolerances(
+        self, choices: dict[str, Choice], amplitude_m: float, structure: Structure
+    ) -> dict[str, Tolerance]:
+        found: dict[str, Tolerance] = {}
+        for key, tolerance in self._tolerance_values().items():
+            name = NAME_OF.get(key, key)
             if not tolerance.relative:
                 if key in OF_STRUCTURE:
-                    size = {
-                        "mass_kg": structure.mass_kg,
-                        "natural_frequency_hz": structure.natural_frequency_hz,
-                        "damping_ratio": structure.damping_ratio,
-                    }[key]
+                    size = getattr(structure, key)
                     tolerance = Tolerance(tolerance.size / size if size else 0.0, True)
                 elif key != name:
                     tolerance = Tolerance(tolerance.size * _scale(name, amplitude_m, structure), False)
-            self._check_size(field, name, tolerance, choices)
+            self._check_size(f"tolerances.{key}", name, tolerance, choices)
             found[name] = tolerance
         return {name: each for name, each in found.items() if each.size > 0}
 

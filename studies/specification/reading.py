@@ -122,6 +122,8 @@ class _Reader(DamperFields):
         builds = self._count("builds", 0, 10_000, 60)
         if structure is None or excitation is None:
             self._choices(1.0, None)
+            self._limit_values()
+            self._tolerance_values()
             return None
         choices = self._choices(excitation.highest_m, structure)
         limits, bounds = self._limits(choices)

@@ -13,7 +13,7 @@ import numpy as np
 from tests.studies.design.test_design import pursued, solved
 
 from damperlab.studies.definition import parse_study
-from damperlab.studies.design.design import Found
+from damperlab.studies.design.found import Found
 
 SIDE, FREQUENCIES = 21, 121
 FINE = 1001

@@ -11,7 +11,8 @@ from tests.oracles import forced_friction
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.design import Ask, Found, designing, next_round
+from damperlab.studies.design.design import Ask, designing, next_round
+from damperlab.studies.design.found import Found
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import Block
 from damperlab.studies.specification.reading import parse_specification

@@ -10,8 +10,8 @@ from scipy.stats import beta
 from tests.studies.specification.test_specification import PROTOTYPE, changed
 
 from damperlab.studies.design.absorber import tuned_beside
+from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.design import without
 from damperlab.studies.design.frequencies import Survey, brackets, overshoot
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.lattice import Lattice

@@ -208,3 +208,25 @@ def test_a_named_specification_is_read_by_its_name(name: str) -> None:
 def test_a_misspelled_name_is_answered_with_the_nearest() -> None:
     with pytest.raises(StudyFaults, match="Did you mean prototype"):
         read_specification("prototyp")
+
+
+def test_what_is_wrong_with_limits_and_tolerances_is_said_beside_a_fault_of_the_structure() -> None:
+    document = changed("structure.mass_kg", -1.0)
+    del document["excitation"]
+    document["limits"] = {"impact_sped_m_per_s": 1.0, "cavity_length_m": -1.0}
+    document["tolerances"] = {"clearence_m": 0.1, "restitution": "half"}
+    found = faults_of(document)
+    assert found.keys() >= {
+        "structure.mass_kg",
+        "excitation",
+        "limits.impact_sped_m_per_s",
+        "limits.cavity_length_m",
+        "tolerances.clearence_m",
+        "tolerances.restitution",
+    }
+
+
+def test_an_unknown_limit_is_named_where_limits_have_no_units() -> None:
+    document = changed("limits.noise", 3.0)
+    del document["excitation"]["base_amplitude_m"]
+    assert {"limits", "limits.noise"} <= faults_of(document).keys()

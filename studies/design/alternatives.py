@@ -1,0 +1,52 @@
+"""The best damper without one of its parts, searched under the same specification."""
+
+from dataclasses import dataclass, replace
+
+from damperlab.studies.design.book import Book
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.search import Effort, Search
+from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.specification import Choice, Specification
+
+SMALL = {
+    "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4),
+    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.2),
+}
+"""Of the searches for what the answer is compared with."""
+OF_DAMPER = {
+    "friction_alone": ("clearance_m", "particle_mass_kg", "restitution"),
+    "particle_alone": ("friction_force_n",),
+}
+"""What each part of the damper is without."""
+CALLED = {"friction_alone": "friction alone", "particle_alone": "the particle alone"}
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another damper for the same specification.
+
+    Parameters
+    ----------
+    build : Build
+        The best that was found.
+    score : Score
+        Its worst case over band, amplitudes and the corners of its tolerances.
+    """
+
+    build: Build
+    score: Score
+
+
+def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
+    """Give the specification of a damper without some of its parts."""
+    gone = {name: Choice(0.0, 0.0) if name != "clearance_m" else Choice(1.0, 1.0) for name in parts}
+    kept = {name: each for name, each in asked.tolerances.items() if name not in parts}
+    return replace(asked, choices={**asked.choices, **gone}, tolerances=kept)
+
+
+def alternative(name: str, asked: Specification, book: Book) -> Step[Alternative]:
+    """Search the best damper that has one part alone."""
+    search = Search(without(asked, OF_DAMPER[name]), book, SMALL[name], told=False)
+    best = yield from search.run()
+    return Alternative(search.lattice.build(best), search.robust[best])

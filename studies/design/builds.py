@@ -1,0 +1,83 @@
+"""Builds drawn within the tolerances, and what their number says of the probability."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from damperlab.studies.design.book import BudgetSpent, Wanted
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.intervals import clopper_pearson
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.search import CLOSE, Search
+from damperlab.studies.design.steps import Step, within
+from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
+
+SEED = 20
+"""Of builds and starts drawn: the same ones in every run."""
+FOR_BUILDS = 0.5
+"""Share of what is left of the budget that builds may take."""
+WORST = 5
+"""Builds drawn whose peaks are bracketed: those that may be the worst."""
+
+
+@dataclass(frozen=True)
+class Builds:
+    """What builds within the tolerances do.
+
+    Parameters
+    ----------
+    drawn, passed : int
+        How many, and how many keep every limit (where there is none, the stated bound).
+    low, high : float
+        Interval of the probability.
+    bound : float or None
+        What counted as kept where the specification has no limit, in the unit of the measure.
+    """
+
+    drawn: int
+    passed: int
+    low: float
+    high: float
+    bound: float | None
+
+
+def drawn(search: Search, build: Build) -> Step[list[Build]]:
+    """Draw builds within the tolerances, and know them at every frequency at which the drawn damper is known."""
+    asked, book = search.asked, search.book
+    names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
+    shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
+    every = [build.moved(asked, dict(zip(names, row, strict=True))) for row in shares.tolist()]
+    wanted = [list(_beside(search, build, each)) for each in every]
+    room = FOR_BUILDS * book.left
+    count, cost = 0, 0
+    for one in wanted:
+        cost += sum(len(each.frequencies) for each in one)
+        if cost > room:
+            break
+        count += 1
+    if count == 0:
+        raise BudgetSpent
+    yield [each for one in wanted[:count] for each in one]
+    kept = every[:count]
+    likely = sorted(kept, key=lambda each: search.score(each).most)[-WORST:]
+    yield from within(search.known(likely, CLOSE + 1), [], "")
+    return kept
+
+
+def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
+    asked = search.asked
+    low, high = build.own(asked.excitation.low), build.own(asked.excitation.high)
+    for amplitude in search.amplitudes:
+        mass = build.place(asked.structure, amplitude)[2]
+        sampled = search.survey.sample(mass, build.natural_frequency_hz, True)
+        curve = search.book.curve(nominal, amplitude)
+        near = [r for r in curve.r.tolist() if low <= r <= high]
+        yield Wanted(build, amplitude, tuple(sorted({*sampled, *near})))
+
+
+def counted_builds(asked: Specification, scores: list[Score], bound: float) -> Builds:
+    """Count the builds that keep every limit, or where there is none stay within a bound."""
+    passed = sum(each.violation == 0.0 if asked.limits else each.value <= bound for each in scores)
+    low, high = clopper_pearson(passed, len(scores), asked.confidence)
+    return Builds(len(scores), passed, low, high, None if asked.limits else bound)

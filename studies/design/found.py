@@ -1,0 +1,70 @@
+"""What a search has found."""
+
+from dataclasses import dataclass
+
+from damperlab.studies.design.absorber import Beside
+from damperlab.studies.design.alternatives import Alternative
+from damperlab.studies.design.book import Book
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.builds import Builds
+from damperlab.studies.design.margins import Margin
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.starts import Starts
+from damperlab.studies.specification.specification import Specification
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that a search has found.
+
+    Parameters
+    ----------
+    asked, book : Specification, Book
+        What was asked, and every point.
+    build : Build
+        The recommended damper.
+    nominal, compared, stated : Score
+        Its worst case as drawn; with the corners of its tolerances, as the alternatives are judged; and with
+        everything that was computed of it.
+    builds : Builds or None
+        None without tolerances.
+    margins : dict of Margin
+        By quantity.
+    alternatives : dict of Alternative
+        `friction_alone`, `particle_alone`.
+    absorber : Beside or None
+        The tuned mass damper.
+    front : tuple of (float, Score)
+        Where the mass is chosen: the best response of every mass looked at that none lighter reaches.
+    shown : tuple of float
+        Base amplitudes under which the damper as drawn is known at every frequency of the survey, also beyond the range.
+    starts : Starts or None
+        What other starts than rest lead to; None where something else than the displacement is measured,
+        or where the budget did not allow it.
+    as_good : int
+        Further dampers judged that may be as good within the errors.
+    stopped : str
+        "complete" or "budget".
+    step : float
+        The last step, as a share of the ranges.
+    left_out : tuple of str
+        What the budget did not allow.
+    """
+
+    asked: Specification
+    book: Book
+    build: Build
+    nominal: Score
+    compared: Score
+    stated: Score
+    builds: Builds | None
+    margins: dict[str, Margin]
+    alternatives: dict[str, Alternative]
+    absorber: Beside | None
+    front: tuple[tuple[float, Score], ...]
+    shown: tuple[float, ...]
+    starts: Starts | None
+    as_good: int
+    stopped: str
+    step: float
+    left_out: tuple[str, ...]

@@ -1,0 +1,69 @@
+"""The damper as drawn from other starts than rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.search import Search
+from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.specification import Specification
+
+STARTS = 12
+"""Starts of the damper as drawn, one of them rest."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """What other starts than rest lead the damper as drawn to, under the largest base amplitude.
+
+    Parameters
+    ----------
+    count, frequencies : int
+        Starts at each of so many frequencies.
+    several : int
+        Frequencies at which they lead to more than one response.
+    worst : float
+        The largest amplitude of any, in the unit of lengths.
+    frequency_ratio : float
+        Where that is.
+    beyond : int
+        Frequencies at which some start leads to more than the stated worst case is at most.
+    """
+
+    count: int
+    frequencies: int
+    several: int
+    worst: float
+    frequency_ratio: float
+    beyond: int
+
+
+def started(search: Search, build: Build, nominal: Score) -> Step[None]:
+    """Compute the damper as drawn from several starts."""
+    asked, book = search.asked, search.book
+    mass = build.place(asked.structure, asked.excitation.highest_m)[2]
+    at = (*search.survey.sample(mass, 0.0, False), build.own(nominal.frequency_ratio))
+    study = book.from_starts(build, asked.excitation.highest_m, at, STARTS, SEED)
+    yield study
+
+
+def starts_of(asked: Specification, cube: xr.Dataset, bound: float) -> Starts | None:
+    """Sum up what starts lead to, where the displacement is what is measured."""
+    if asked.measure.variable != "amplitude_ratio" or "amplitude_ratio_worst" not in cube:
+        return None
+    worst_of = cube["amplitude_ratio_worst"].values.ravel() * asked.excitation.highest_m
+    if not np.isfinite(worst_of).any():
+        return None
+    place = int(np.nanargmax(worst_of))
+    return Starts(
+        count=STARTS,
+        frequencies=worst_of.size,
+        several=int((cube["attractors"].values > 1).sum()),
+        worst=float(worst_of[place]),
+        frequency_ratio=float(cube["frequency_ratio"].values[place]),
+        beyond=int((worst_of > bound).sum()),
+    )
