@@ -11,6 +11,7 @@ from damperlab.service.figures.style import BLUE, COLOURS, GREY, VERMILION, styl
 from damperlab.studies.design.absorber import curve as absorber_curve
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.words import level
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
@@ -52,14 +53,13 @@ def draw_amplitudes(found: Found) -> Figure:
     asked = found.asked
     norm = LogNorm(found.shown[0], found.shown[-1])
     colours = colormaps[COLOURS]
-    scale = 1e3 if asked.in_units else 1.0
     peaks: list[tuple[float, float]] = []
     with styled():
         figure, axes = _canvas(asked)
         for amplitude in found.shown:
-            r, values = _known(found, found.build, amplitude)
-            values = values / amplitude
-            name = f"{scale * amplitude:.3g}{' mm' if asked.in_units else ''}"
+            curve = found.book.curve(found.build, amplitude)
+            r, values = curve.r, curve.measured(asked.measure) / curve.base_m
+            name = level(asked, amplitude) if asked.in_units else f"{amplitude:.3g}"
             axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude)), label=name)
             place = int(values.argmax())
             peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
@@ -69,7 +69,7 @@ def draw_amplitudes(found: Found) -> Figure:
         # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
         axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         axes.set_ylabel("Response over base amplitude")
-        axes.legend(title="base amplitude", ncols=3)
+        axes.legend(title=asked.excitation.motion.words, ncols=3)
     return figure
 
 
@@ -116,11 +116,10 @@ def _line(
     )
 
 
-def _known(found: Found, build: Build, amplitude_m: float | None = None) -> tuple[Floats, Floats]:
-    """Give all that is known of a build under one base amplitude, in the unit of the measure."""
-    amplitude = found.asked.excitation.highest_m if amplitude_m is None else amplitude_m
-    curve = found.book.curve(build, amplitude)
-    return curve.r, found.asked.measure.factor * amplitude * curve[found.asked.measure.variable]
+def _known(found: Found, build: Build) -> tuple[Floats, Floats]:
+    """Give all that is known of a build under the largest base amplitude, in the unit of the measure."""
+    curve = found.book.curve(build, found.asked.excitation.highest_m)
+    return curve.r, curve.measured(found.asked.measure)
 
 
 def _frequencies(asked: Specification, r: Floats) -> Floats:

@@ -14,7 +14,8 @@ from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import highest
 
 SAMPLES = 4001
-"""Frequencies at which the displacement against the base is looked at, which has no closed form for its peak here."""
+"""Frequencies at which a response is looked at whose peak has no closed form here: against the base, or of a base whose
+amplitude falls with the frequency."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
 def curve(asked: Specification, absorber: Absorber, r: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give the measure over frequency on the nominal structure, under the largest amplitude."""
-    scale = asked.measure.factor * asked.excitation.highest_m
-    return scale * _response(asked, absorber, asked.structure.damping_ratio, r)
+    base_m = asked.excitation.base_m(np.full(r.size, asked.excitation.highest_m), r)
+    return asked.measure.factor * base_m * _response(asked, absorber, asked.structure.damping_ratio, r)
 
 
 def _corners(asked: Specification) -> Iterator[dict[str, float]]:
@@ -73,11 +74,12 @@ def _peak(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> fl
         tuned.damping_ratio,
     )
     low, high = asked.excitation.low / (1.0 + shift), asked.excitation.high / (1.0 + shift)
-    scale = asked.measure.factor * asked.excitation.highest_m
-    if asked.measure.variable != "relative_amplitude_ratio":
-        return scale * highest(absorber, damping, "base", (low, high)).value
+    factor, level = asked.measure.factor, asked.excitation.highest_m
+    if asked.measure.variable != "relative_amplitude_ratio" and asked.excitation.motion.order == 0:
+        return factor * level * highest(absorber, damping, "base", (low, high)).value
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
-    return float(scale * _response(asked, absorber, damping, r).max())
+    base_m = asked.excitation.base_m(np.full(r.size, level), r * (1.0 + shift))
+    return float((factor * base_m * _response(asked, absorber, damping, r)).max())
 
 
 def _response(

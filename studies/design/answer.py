@@ -135,11 +135,10 @@ def _response(found: Found) -> dict[str, Any]:
     """Give the response of the drawn damper under the largest base amplitude, at every frequency that is known."""
     asked = found.asked
     curve = found.book.curve(found.build, asked.excitation.highest_m)
-    scale = asked.measure.factor * asked.excitation.highest_m
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),
-        "value": (scale * curve[asked.measure.variable]).tolist(),
-        "error": (scale * np.nan_to_num(curve["amplitude_error"])).tolist(),
+        "value": curve.measured(asked.measure).tolist(),
+        "error": (asked.measure.factor * curve.base_m * np.nan_to_num(curve["amplitude_error"])).tolist(),
     }
     if asked.in_units:
         known["frequency_hz"] = (curve.r * asked.structure.natural_frequency_hz).tolist()

@@ -1,6 +1,6 @@
 """The book of a search: every point that is known, and the studies that make those known that are wanted."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import Build, Place
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import Measure, Specification
 from damperlab.studies.variables import Status
 
 VARIABLES = (
@@ -37,7 +37,7 @@ class BudgetSpent(Exception):
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build under one base amplitude at some frequencies, over its own natural frequency."""
+    """A build at frequencies over its own natural one, under a base that moves by `amplitude_m` at the nominal one."""
 
     build: Build
     amplitude_m: float
@@ -82,9 +82,11 @@ class Book:
         self.spent = 0
         self.stage = ""
         """What goes on, for whoever waits; nothing depends on it."""
-        self.from_many_starts = xr.Dataset()
+        self.from_many_starts: list[xr.Dataset] = []
         """The recommended damper from several starts, once it is known."""
-        self._known: dict[Place, dict[float, tuple[float, ...]]] = {}
+        self._known: dict[tuple[Place, float], tuple[float, ...]] = {}
+        self._frequencies: dict[Place, set[float]] = {}
+        """Where a damper may be known, by its ratios at the natural frequency."""
         self._curves: dict[tuple[Build, float], Curve] = {}
 
     @property
@@ -94,20 +96,24 @@ class Book:
 
     def lacking(self, wanted: Iterable[Wanted]) -> int:
         """Count the points that are wanted and not known."""
-        found: dict[Place, set[float]] = {}
-        for each in wanted:
-            place = each.build.place(self.asked.structure, each.amplitude_m)
-            found.setdefault(place, set()).update(each.frequencies)
-        return sum(len(rs - self._known.get(place, {}).keys()) for place, rs in found.items())
+        return len({point for each in wanted for _, point in self._points(each)} - self._known.keys())
+
+    def _points(self, wanted: Wanted) -> Iterator[tuple[float, tuple[Place, float]]]:
+        """Give base amplitude, ratios and frequency of all that is wanted."""
+        build, structure, excitation = wanted.build, self.asked.structure, self.asked.excitation
+        for r in wanted.frequencies:
+            base_m = excitation.base_m(wanted.amplitude_m, build.nominal(r))
+            yield base_m, (build.place(structure, base_m), r)
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study, ...]:
         """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
         lacking: dict[tuple[float, Place], set[float]] = {}
         for each in wanted:
             place = each.build.place(self.asked.structure, each.amplitude_m)
-            new = set(each.frequencies) - self._known.get(place, {}).keys()
-            if new:
-                lacking.setdefault((each.amplitude_m, place), set()).update(new)
+            self._frequencies.setdefault(place, set()).update(each.frequencies)
+            for base_m, point in self._points(each):
+                if point not in self._known:
+                    lacking.setdefault((base_m, point[0]), set()).add(point[1])
         groups: dict[tuple[float, bool, frozenset[float]], set[Place]] = {}
         for (amplitude, place), frequencies in lacking.items():
             groups.setdefault((amplitude, place[2] > 0.0, frozenset(frequencies)), set()).add(place)
@@ -142,11 +148,17 @@ class Book:
         }
         return parse_harmonic(document | self._physical(amplitude_m))
 
-    def from_starts(
-        self, build: Build, amplitude_m: float, frequencies: Iterable[float], starts: int, seed: int
+    def from_starts(self, wanted: Wanted, starts: int, seed: int) -> tuple[Study, ...]:
+        """Make the studies that compute a build from several starts, one for every base amplitude that it meets."""
+        found: dict[tuple[float, Place], list[float]] = {}
+        for base_m, (place, r) in self._points(wanted):
+            found.setdefault((base_m, place), []).append(r)
+        return tuple(self._from_starts(*key, rs, starts, seed) for key, rs in found.items())
+
+    def _from_starts(
+        self, amplitude_m: float, place: Place, frequencies: list[float], starts: int, seed: int
     ) -> Study:
-        """Make the study that computes a build from several starts."""
-        damping, restitution, mass, clearance, friction = build.place(self.asked.structure, amplitude_m)
+        damping, restitution, mass, clearance, friction = place
         axes: dict[str, object] = {"friction_ratio": friction, "frequency_ratio": sorted(set(frequencies))}
         if mass > 0.0:
             axes |= {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
@@ -178,7 +190,7 @@ class Book:
         self._curves.clear()
         for cube in cubes:
             if "attractors" in cube:
-                self.from_many_starts = cube
+                self.from_many_starts.append(cube)
                 self.spent += cube["status"].size
                 continue
             axes = [cube[name].values.tolist() for name in DESIGN]
@@ -188,20 +200,27 @@ class Book:
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
             for index in np.ndindex(*status.shape[:-1]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
-                known = self._known.setdefault(place, {})
+                if self.asked.excitation.motion.order == 0:
+                    self._frequencies.setdefault(place, set()).update(frequencies)
                 for at, row in zip(frequencies, columns[index].tolist(), strict=True):
-                    if at not in known:
-                        known[at] = tuple(row)
+                    if (place, at) not in self._known:
+                        self._known[place, at] = tuple(row)
                         self.spent += 1
 
     def curve(self, build: Build, amplitude_m: float) -> "Curve":
-        """Give what is known of a build under one base amplitude, within the band."""
+        """Give what is known of a build within the band, under a base amplitude at the nominal natural frequency."""
         if (build, amplitude_m) not in self._curves:
-            known = self._known.get(build.place(self.asked.structure, amplitude_m), {})
+            place = build.place(self.asked.structure, amplitude_m)
             low, high = build.own(self.asked.excitation.low), build.own(self.asked.excitation.high)
-            r = sorted(each for each in known if low <= each <= high)
-            rows = np.array([known[each] for each in r]).reshape(len(r), len(VARIABLES))
-            self._curves[build, amplitude_m] = Curve(np.array(r), dict(zip(VARIABLES, rows.T, strict=True)))
+            asked = tuple(r for r in sorted(self._frequencies.get(place, ())) if low <= r <= high)
+            points = self._points(Wanted(build, amplitude_m, asked))
+            known = [(base_m, at) for base_m, at in points if at in self._known]
+            rows = np.array([self._known[at] for _, at in known]).reshape(len(known), len(VARIABLES))
+            self._curves[build, amplitude_m] = Curve(
+                np.array([r for _, (_, r) in known]),
+                np.array([base_m for base_m, _ in known]),
+                dict(zip(VARIABLES, rows.T, strict=True)),
+            )
         return self._curves[build, amplitude_m]
 
 
@@ -213,11 +232,14 @@ class Curve:
     ----------
     r : ndarray, (n,)
         Ascending.
+    base_m : ndarray, (n,)
+        Base amplitude Z.
     columns : dict of ndarray, (n,)
         `VARIABLES`.
     """
 
     r: NDArray[np.float64]
+    base_m: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
@@ -225,6 +247,10 @@ class Curve:
         column = self.columns[name]
         failed = np.isinf(self.columns["amplitude_ratio"])
         return np.where(failed, 0.0 if name == "amplitude_error" else np.inf, column)
+
+    def measured(self, measure: Measure) -> NDArray[np.float64]:
+        """Give the measure, shape (n,), in its unit."""
+        return measure.factor * self.base_m * self[measure.variable]
 
 
 def _merged(groups: list[_Group]) -> list[_Group]:

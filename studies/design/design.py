@@ -77,7 +77,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     try:
         wanted = next(steps)
         while True:
-            studies = (wanted,) if isinstance(wanted, Study) else book.studies(wanted)
+            studies = wanted if isinstance(wanted, tuple) else book.studies(wanted)
             if sum(study.points for study in studies) > book.left:
                 wanted = steps.throw(BudgetSpent())
                 continue

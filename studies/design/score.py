@@ -28,7 +28,7 @@ class Score:
     frequency_ratio : float
         Of the worst case, over the nominal natural frequency.
     amplitude_m : float
-        Base amplitude of the worst case.
+        Base amplitude Z of the worst case, at its frequency.
     build : Build
         Which has it.
     """
@@ -69,21 +69,20 @@ def score(book: Book, build: Build, amplitudes: Iterable[float]) -> Score:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
-        scale = measure.factor * amplitude
-        values = scale * curve[measure.variable]
-        errors = scale * quantile * np.nan_to_num(curve["amplitude_error"])
+        values = curve.measured(measure)
+        errors = measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
         for limit in asked.limits:
             variable = LIMITED[limit][0]
-            size = amplitude * (own_speed if variable == "impact_speed_max" else 1.0)
+            size = curve.base_m * (own_speed if variable == "impact_speed_max" else 1.0)
             reached[limit] = max(
-                reached[limit], float(size * np.nan_to_num(curve[variable], posinf=np.inf).max())
+                reached[limit], float((size * np.nan_to_num(curve[variable], posinf=np.inf)).max())
             )
         place = int(values.argmax())
         gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
         most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
         if best is None or values[place] > best.value:
             at = build.nominal(float(curve.r[place]))
-            best = Score(float(values[place]), 0.0, 0.0, reached, at, amplitude, build)
+            best = Score(float(values[place]), 0.0, 0.0, reached, at, float(curve.base_m[place]), build)
     if best is None:
         return Score(math.inf, 0.0, math.inf, reached, math.nan, math.nan, build)
     violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)

@@ -262,7 +262,7 @@ class Search:
                 frequencies = self.survey.sample(mass, build.natural_frequency_hz, stage == 1)
             else:
                 curve = self.book.curve(build, amplitude)
-                frequencies = brackets(curve.r, curve[self.asked.measure.variable])
+                frequencies = brackets(curve.r, curve.measured(self.asked.measure))
             yield Wanted(build, amplitude, frequencies)
 
     def _top(self, count: int) -> list[Candidate]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.design.book import Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.score import Score
@@ -47,23 +48,24 @@ def started(search: Search, build: Build, nominal: Score) -> Step[None]:
     asked, book = search.asked, search.book
     mass = build.place(asked.structure, asked.excitation.highest_m)[2]
     at = (*search.survey.sample(mass, 0.0, False), build.own(nominal.frequency_ratio))
-    study = book.from_starts(build, asked.excitation.highest_m, at, STARTS, SEED)
-    yield study
+    yield book.from_starts(Wanted(build, asked.excitation.highest_m, tuple(sorted(set(at)))), STARTS, SEED)
 
 
-def starts_of(asked: Specification, cube: xr.Dataset, bound: float) -> Starts | None:
+def starts_of(asked: Specification, cubes: list[xr.Dataset], bound: float) -> Starts | None:
     """Sum up what starts lead to, where the displacement is what is measured."""
-    if asked.measure.variable != "amplitude_ratio" or "amplitude_ratio_worst" not in cube:
+    if asked.measure.variable != "amplitude_ratio" or not cubes:
         return None
-    worst_of = cube["amplitude_ratio_worst"].values.ravel() * asked.excitation.highest_m
+    r = np.concatenate([cube["frequency_ratio"].values for cube in cubes])
+    base_m = asked.excitation.base_m(np.full(r.size, asked.excitation.highest_m), r)
+    worst_of = base_m * np.concatenate([cube["amplitude_ratio_worst"].values.ravel() for cube in cubes])
     if not np.isfinite(worst_of).any():
         return None
     place = int(np.nanargmax(worst_of))
     return Starts(
         count=STARTS,
         frequencies=worst_of.size,
-        several=int((cube["attractors"].values > 1).sum()),
+        several=sum(int((cube["attractors"].values > 1).sum()) for cube in cubes),
         worst=float(worst_of[place]),
-        frequency_ratio=float(cube["frequency_ratio"].values[place]),
+        frequency_ratio=float(r[place]),
         beyond=int((worst_of > bound).sum()),
     )

@@ -7,7 +7,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.design.book import BudgetSpent, Wanted
 
 T = TypeVar("T")
-Step = Generator[list[Wanted] | Study, None, T]
+Step = Generator[list[Wanted] | tuple[Study, ...], None, T]
 """A part of a search: yields what must be known next."""
 
 

@@ -9,7 +9,7 @@ from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Motion, Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -40,6 +40,18 @@ def quantity(asked: Specification, name: str, value: float) -> str:
 def response(asked: Specification, value: float) -> str:
     """Write a value of the measure; over the base amplitude where there are no units."""
     return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
+
+
+def level(asked: Specification, reference_m: float) -> str:
+    """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
+    value, unit = asked.level(reference_m), asked.excitation.motion.unit
+    # vibration velocities are read in millimetres per second
+    return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
+
+
+def plural(motion: Motion) -> str:
+    """Name several amplitudes of what is constant over the band."""
+    return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
 
 
 def frequency(asked: Specification, ratio: float) -> str:
@@ -97,10 +109,11 @@ def _worst(found: Found) -> Iterator[str]:
     over = f"From {low} to {high}" if band.high > band.low else f"At {low}"
     amplitude = ""
     if asked.in_units:
-        at = [spelled(each, "m") for each in (band.lowest_m, band.highest_m)]
-        amplitude = f" with a base amplitude of {at[0]}"
+        motion = band.motion
+        at = [level(asked, each) for each in (band.lowest_m, band.highest_m)]
+        amplitude = f" with a {motion.words} of {at[0]}"
         if band.highest_m > band.lowest_m:
-            amplitude = f" with base amplitudes from {at[0]} to {at[1]}"
+            amplitude = f" with {plural(motion)} from {at[0]} to {at[1]}"
     within = " and within the tolerances" if asked.tolerances else ""
     yield (
         f"{over}{amplitude}{within}, the largest {asked.measure.words} that was computed is "

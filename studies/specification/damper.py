@@ -85,8 +85,8 @@ class DamperFields(SceneFields):
                 scale = _scale(name, amplitude_m, structure)
             elif key == name and name != "restitution" and structure is not None and not self._in_units:
                 told = (
-                    "{field} is in units, and the specification lacks mass_kg, natural_frequency_hz or base_amplitude_m, "
-                    "which make a ratio of it."
+                    "{field} is in units, and the specification lacks mass_kg, natural_frequency_hz or the amplitude of its "
+                    "base, which make a ratio of it."
                 )
                 self._fault(
                     field,
@@ -171,7 +171,7 @@ class DamperFields(SceneFields):
             self._fault(
                 "limits",
                 describe(self.document["limits"]),
-                "limits beside a structure and a base amplitude in units",
+                "limits beside a structure and a base motion in units",
                 "add mass_kg, natural_frequency_hz and base_amplitude_m",
                 told,
             )

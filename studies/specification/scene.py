@@ -13,7 +13,7 @@ from damperlab.studies.physical import (
 )
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
 from damperlab.studies.specification.fields import Fields
-from damperlab.studies.specification.specification import Excitation, Structure
+from damperlab.studies.specification.specification import MOTIONS, Excitation, Structure
 
 STRUCTURE_KEYS = (
     "mass_kg",
@@ -22,21 +22,29 @@ STRUCTURE_KEYS = (
     "damping_ratio",
     "damping_n_s_per_m",
 )
-EXCITATION_KEYS = ("base_amplitude_m", "frequency_hz", "frequency_ratio")
+EXCITATION_KEYS = (*MOTIONS, "frequency_hz", "frequency_ratio")
 STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
-
-_ANOTHER = (
-    " makes another base amplitude, and so other ratios of the same damper, at every frequency, which a design "
-    "does not search"
-)
+BASE = {
+    "base_amplitude_m": BASE_AMPLITUDE,
+    "base_velocity_m_per_s": Quantity(
+        "base_velocity_m_per_s", "amplitude of the base velocity [m/s]", 1e-12, 1e12, "give it in m/s"
+    ),
+    "base_acceleration_m_per_s2": Quantity(
+        "base_acceleration_m_per_s2",
+        "amplitude of the base acceleration [m/s²]",
+        1e-12,
+        1e12,
+        "give it in m/s²",
+    ),
+}
 
 REFUSED_EXCITATIONS = {
     "force_n": "A force on the structure is another scene than a shaken base: there the friction damper works against the "
     "structure's own velocity and the base stays at rest, which the solver does not compute",
-    "base_velocity_m_per_s": "A base velocity that is constant over the band" + _ANOTHER,
-    "base_acceleration_m_per_s2": "A base acceleration that is constant over the band" + _ANOTHER,
-    "records": "Ground-motion records are asked of dampers by a ground-motion suite",
-    "sweep": "A sweep through the band is a transient; a design is judged by its steady responses",
+    "records": "Ground-motion records are asked of dampers by a ground-motion suite, whose response is no function of a "
+    "frequency; a design is judged by steady responses over a band",
+    "sweep": "A sweep through the band is a transient. One so slow that the response is steady at every frequency is the "
+    "same as a band",
 }
 """Excitations that a design does not know, and why."""
 
@@ -54,7 +62,7 @@ class SceneFields(Fields):
                 (
                     "mass_kg" in structure,
                     "natural_frequency_hz" in structure or "stiffness_n_per_m" in structure,
-                    "base_amplitude_m" in excitation,
+                    any(key in excitation for key in MOTIONS),
                 )
             )
         )
@@ -122,7 +130,9 @@ class SceneFields(Fields):
         if isinstance(raw, Mapping):
             for key in set(raw) & set(REFUSED_EXCITATIONS):
                 why = REFUSED_EXCITATIONS[key]
-                advice = "give `base_amplitude_m`, the displacement of the base"
+                advice = (
+                    f"give one of {listing(MOTIONS)}, and the band as `frequency_hz: {{start: …, stop: …}}`"
+                )
                 self._fault(
                     f"excitation.{key}", describe(raw[key]), listing(EXCITATION_KEYS), advice, f"{why}."
                 )
@@ -131,9 +141,29 @@ class SceneFields(Fields):
         if raw is None:
             return None
         before = len(self.faults)
-        amplitude: tuple[float, float] | None = (1.0, 1.0)
-        if "base_amplitude_m" in raw:
-            amplitude = self._span("excitation.base_amplitude_m", raw["base_amplitude_m"], BASE_AMPLITUDE)
+        level: tuple[float, float] | None = (1.0, 1.0)
+        given = [key for key in MOTIONS if key in raw]
+        motion = MOTIONS[given[0]] if given else MOTIONS["base_amplitude_m"]
+        for key in given[1:]:
+            told = f"{{field}} and `excitation.{given[0]}` are both said to be constant over the band, which cannot be."
+            self._fault(
+                f"excitation.{key}",
+                describe(raw[key]),
+                f"one of {listing(MOTIONS)}",
+                "keep one of them",
+                told,
+            )
+        if given:
+            level = self._span(f"excitation.{motion.key}", raw[motion.key], BASE[motion.key])
+        if motion.order and not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
+            told = f"{{field}} is missing: {motion.key} makes a displacement only with a frequency in Hz."
+            self._fault(
+                "structure.natural_frequency_hz",
+                NOTHING,
+                "the natural frequency",
+                "add it, or give `base_amplitude_m`",
+                told,
+            )
         asked = [key for key in ("frequency_hz", "frequency_ratio") if key in raw]
         if len(asked) != 1:
             allowed = "either frequency_hz or frequency_ratio, a number or {start, stop}"
@@ -154,7 +184,7 @@ class SceneFields(Fields):
                 "add it, or give `frequency_ratio`",
                 told,
             )
-        if len(self.faults) > before or amplitude is None or band is None or structure is None:
+        if len(self.faults) > before or level is None or band is None or structure is None:
             return None
         scale = structure.natural_frequency_hz if asked == ["frequency_hz"] else 1.0
         low, high = band[0] / scale, band[1] / scale
@@ -168,4 +198,5 @@ class SceneFields(Fields):
                 told,
             )
             return None
-        return Excitation(*amplitude, low, high)
+        factor = structure.angular_frequency**motion.order
+        return Excitation(level[0] / factor, level[1] / factor, low, high, motion)

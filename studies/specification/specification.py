@@ -5,7 +5,13 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+"""A number, or an array of them."""
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
 """What makes a damper, in this order everywhere."""
@@ -48,21 +54,62 @@ class Structure:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """Which amplitude of the base is the same at every frequency.
+
+    Parameters
+    ----------
+    key : str
+        As the specification has it.
+    order : int
+        Derivative of the displacement: 0, 1 or 2.
+    unit, words : str
+        For sentences.
+    """
+
+    key: str
+    order: int
+    unit: str
+    words: str
+
+
+MOTIONS = {
+    each.key: each
+    for each in (
+        Motion("base_amplitude_m", 0, "m", "base amplitude"),
+        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity"),
+        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration"),
+    )
+}
+"""What may be constant over the band; each an amplitude, not an effective value."""
+
+
+@dataclass(frozen=True)
 class Excitation:
     """How the base moves: at every frequency of the band with every amplitude of the range.
 
     Parameters
     ----------
     lowest_m, highest_m : float
-        Base amplitude Z; equal where there is one.
+        Base amplitude Z at the nominal natural frequency; equal where there is one.
     low, high : float
         The band as frequency ratios of the nominal structure; equal where there is one frequency.
+    motion : Motion
+        What is constant over the band.
     """
 
     lowest_m: float
     highest_m: float
     low: float
     high: float
+    motion: Motion = MOTIONS["base_amplitude_m"]
+
+    def base_m(self, reference_m: Numbers, frequency_ratio: Numbers) -> Numbers:
+        """Give the base amplitude Z [m] at frequencies over the nominal one, of what is `reference_m` at that one.
+
+        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω².
+        """
+        return reference_m / frequency_ratio**self.motion.order
 
 
 @dataclass(frozen=True)
@@ -226,6 +273,10 @@ class Specification:
     def free(self) -> tuple[str, ...]:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
+
+    def level(self, reference_m: float) -> float:
+        """Give the amplitude of what is constant over the band, in its unit, where Z is `reference_m` at ω_n."""
+        return reference_m * float(self.structure.angular_frequency**self.excitation.motion.order)
 
     @cached_property
     def digest(self) -> str:

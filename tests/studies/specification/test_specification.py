@@ -2,6 +2,7 @@
 
 import copy
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -143,7 +144,9 @@ def test_every_fault_is_named_at_once() -> None:
     ("path", "value", "field", "words"),
     [
         ("excitation.force_n", 3.0, "excitation.force_n", "another scene"),
-        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "at every freq"),
+        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "cannot be"),
+        ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "cannot be"),
+        ("excitation.sweep", 0.1, "excitation.sweep", "so slow"),
         ("excitation.records", [], "excitation.records", "ground-motion suite"),
         ("measure", "worst_acceleration", "measure", "not among the results"),
         ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
@@ -230,3 +233,24 @@ def test_an_unknown_limit_is_named_where_limits_have_no_units() -> None:
     document = changed("limits.noise", 3.0)
     del document["excitation"]["base_amplitude_m"]
     assert {"limits", "limits.noise"} <= faults_of(document).keys()
+
+
+@pytest.mark.parametrize(
+    ("order", "key"), [(0, "amplitude_m"), (1, "velocity_m_per_s"), (2, "acceleration_m_per_s2")]
+)
+def test_a_base_motion_makes_the_displacement_that_its_derivative_has(order: int, key: str) -> None:
+    document = changed("excitation", {f"base_{key}": {"start": 0.02, "stop": 0.05}, "frequency_hz": 3.0})
+    asked = parse_specification(document)
+    omega = 2 * math.pi * 3.0
+    for told, reference_m in ((0.02, asked.excitation.lowest_m), (0.05, asked.excitation.highest_m)):
+        # z = Z sin ωt has derivatives of the amplitudes ωZ and ω²Z
+        amplitude_m = asked.excitation.base_m(reference_m, asked.excitation.low)
+        assert omega**order * amplitude_m == pytest.approx(told, rel=1e-14)
+        assert asked.level(reference_m) == pytest.approx(told, rel=1e-14)
+    assert asked.in_units
+
+
+def test_a_base_velocity_needs_a_frequency_in_hertz() -> None:
+    document = changed("structure", {"damping_ratio": 0.01})
+    document["excitation"] = {"base_velocity_m_per_s": 0.01, "frequency_ratio": {"start": 0.9, "stop": 1.1}}
+    assert "makes a displacement" in faults_of(document)["structure.natural_frequency_hz"]
