@@ -253,7 +253,7 @@ def test_under_a_constant_acceleration_every_frequency_has_its_own_displacement_
         "tolerances": {"natural_frequency_hz": "2%"},
         "builds": 3,
     }
-    found, cubes = pursued(document)
+    found, _ = pursued(document)
     assert found.stopped == "complete"
     assert not found.left_out
 
@@ -274,5 +274,3 @@ def test_under_a_constant_acceleration_every_frequency_has_its_own_displacement_
     assert truth >= 0.98 * found.nominal.value - found.nominal.error
     worst_of = max(displacement(replace(found.build, natural_frequency_hz=0.02), float(r)) for r in fine)
     assert worst_of <= 1.02 * found.stated.most
-    # a study has one base displacement, so it has one frequency, but for neighbours to rounding
-    assert all(np.ptp(cube["frequency_ratio"].values) <= 1e-12 for cube in cubes.values())
