@@ -16,7 +16,8 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.worker.forecast import Forecast, known_of
 from damperlab.worker.provenance import provenance
-from damperlab.worker.warm import Scene, missing, scenes
+from damperlab.worker.scenes import Scene, scenes
+from damperlab.worker.warm import missing
 
 
 def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> dict[str, Any]:

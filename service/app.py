@@ -60,7 +60,7 @@ from damperlab.service.work.kept import Kept
 from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
 from damperlab.service.work.promises import Promises
-from damperlab.service.work.questions import Apart
+from damperlab.service.work.questions import Apart, prepare
 from damperlab.studies.store.access_keys import AccessKeys
 from damperlab.worker.cluster import core_count
 from damperlab.worker.provenance import code_version
@@ -193,7 +193,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         async with create_task_group() as background:
             if settings.warm:
-                background.start_soon(work.start)
+                background.start_soon(work.start, prepare)
             yield
             background.cancel_scope.cancel()
     finally:

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from subprocess import Popen
 
-from damperlab.worker.warm import Scene, missing, require_done, start_apart, usual_scenes
+from damperlab.worker.scenes import Scene, usual_scenes
+from damperlab.worker.warm import missing, require_done, start_apart
 
 _log = logging.getLogger("damperlab.kernels")
 

@@ -19,12 +19,13 @@ from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE, Method
 from damperlab.worker.lower import contact_time_of, wall_of
-from damperlab.worker.simulate import Design, Simulation, scenes_of, simulate
+from damperlab.worker.point import Design, Simulation
+from damperlab.worker.scenes import Scene
+from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.state import Particle
 from damperlab.worker.starts import Attractors, find_attractors
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
-from damperlab.worker.warm import Scene
 
 FIELDS = {each.name: each for each in fields_of(Simulated)}
 KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)

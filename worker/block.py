@@ -10,6 +10,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
+from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
 from damperlab.worker.steady.linear import linear_response
@@ -17,7 +18,7 @@ from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest, carried
 from damperlab.worker.steady.stepped import settle_stepped
-from damperlab.worker.warm import scenes, warm
+from damperlab.worker.warm import warm
 
 Points = dict[str, NDArray[np.float64]]
 Values = dict[str, NDArray[np.generic]]

@@ -20,8 +20,8 @@ from damperlab.worker.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.preparation import all_ready
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
+from damperlab.worker.scenes import scenes
 from damperlab.worker.tasks import run_block
-from damperlab.worker.warm import scenes
 
 MOST = 64
 """Studies in one handful."""

@@ -7,7 +7,8 @@ from distributed import Client
 
 from damperlab.worker.jit import CACHE_FOLDER
 from damperlab.worker.provenance import identity
-from damperlab.worker.warm import Scene, missing, warm
+from damperlab.worker.scenes import Scene
+from damperlab.worker.warm import missing, warm
 
 LOOK_SECONDS = 0.2
 """Between two looks at what is compiled: how late a stop is noticed."""

@@ -48,8 +48,9 @@ from damperlab.worker.provenance import (
     require_begun_alike,
     require_solver,
 )
+from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.tasks import failed_values, run_block
-from damperlab.worker.warm import Scene, compile_apart, missing, scenes
+from damperlab.worker.warm import compile_apart, missing
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from damperlab.worker.cluster import core_count
 from damperlab.worker.jit import shipped_folder
-from damperlab.worker.warm import compile_apart, every_scene, marker
+from damperlab.worker.scenes import every_scene
+from damperlab.worker.warm import compile_apart, marker
 
 KILOBYTE = 1e3
 

@@ -7,7 +7,8 @@ from math import copysign
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.simulate import Design, scenes_of
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import scenes_of
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import attractors, drawn_starts
 from damperlab.worker.steady.linear import linear_response

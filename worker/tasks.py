@@ -22,7 +22,8 @@ from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_suite_block
 from damperlab.worker.provenance import computing, require_code, require_identity
-from damperlab.worker.warm import scenes, warm
+from damperlab.worker.scenes import scenes
+from damperlab.worker.warm import warm
 
 if TYPE_CHECKING:
     from distributed import Worker

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from damperlab.service.figures.style import BLUE, GREY, VERMILION
 from damperlab.studies.choices import CompliantContact
 from damperlab.worker.lower import wall_of
-from damperlab.worker.simulate import Design, Particle, simulate
+from damperlab.worker.point import Design, Particle
+from damperlab.worker.simulate import simulate
 
 CLEARANCE, RESTITUTION, MASS, SHOWN_TIME = 10.0, 0.47, 0.1, 0.3
 COLOURS = {"instant": GREY, "dwell": BLUE, "compliant": VERMILION}

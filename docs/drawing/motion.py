@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from damperlab.service.figures.style import BLUE, GREY, VERMILION
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.simulate import Design, Particle, simulate
+from damperlab.worker.point import Design, Particle
+from damperlab.worker.simulate import simulate
 
 TIMED, SECTION = 6, 400
 """Cycles drawn over time; cycles whose state at the beginning is a dot in the phase plane."""

@@ -110,7 +110,8 @@ def _closed_form() -> str:
     """Compare one linear point with the transmissibility at resonance, √(1 + 4ζ²)/(2ζ)."""
     from math import sqrt
 
-    from damperlab.worker.simulate import Design, simulate
+    from damperlab.worker.point import Design
+    from damperlab.worker.simulate import simulate
 
     found = float(simulate(Design(DEFAULTS["damping_ratio"], 1.0)).metrics["amplitude_ratio"])
     exact = sqrt(1 + (2 * DEFAULTS["damping_ratio"]) ** 2) / (2 * DEFAULTS["damping_ratio"])
@@ -124,7 +125,8 @@ def _closed_form() -> str:
 def _kernels() -> str:
     """Compile or load the hybrid kernel, and check that it keeps the balance of energy."""
     from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
-    from damperlab.worker.simulate import Design, simulate
+    from damperlab.worker.point import Design
+    from damperlab.worker.simulate import simulate
     from damperlab.worker.solver.state import Particle
 
     began = time.perf_counter()

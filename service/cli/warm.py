@@ -13,7 +13,7 @@ from damperlab.service.cli.output import duration, print_json, print_table, say,
 from damperlab.studies.faults import counted
 
 if TYPE_CHECKING:
-    from damperlab.worker.warm import Scene
+    from damperlab.worker.scenes import Scene
 
 BYTES_PER_KILOBYTE = 1e3
 
@@ -48,7 +48,8 @@ def warm(
         os.environ["DAMPERLAB_TARGET"] = target.value
     from damperlab.worker.cluster import core_count
     from damperlab.worker.jit import CACHE_FOLDER
-    from damperlab.worker.warm import compile_apart, every_scene, missing, usual_scenes
+    from damperlab.worker.scenes import every_scene, usual_scenes
+    from damperlab.worker.warm import compile_apart, missing
 
     wanted = every_scene() if all_ else usual_scenes()
     lacking = missing(wanted)

@@ -1,6 +1,8 @@
 """Searches that a service goes on with: follow-up studies around the best design, or around a class boundary."""
 
-from collections.abc import Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.asked import Asked, explained, ids, parameters
 from damperlab.service.client.results import Refinement
@@ -8,9 +10,16 @@ from damperlab.studies.field import Range
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search, Step
 from damperlab.studies.vocabulary import Objective
 
+if TYPE_CHECKING:
+    from damperlab.service.client.study import Study
 
-class Searches(Asked):
+
+class Searches(Asked, ABC):
     """What computes further."""
+
+    @abstractmethod
+    def _handle(self, document: Mapping[str, Any]) -> "Study":
+        """Give another study of the same service, of its record."""
 
     @explained(Search, Judging, FollowUps)
     def refine(
@@ -82,11 +91,9 @@ class Searches(Asked):
         return self._search("/refine-boundary", *questions)
 
     def _search(self, path: str, *questions: object) -> Refinement:
-        from damperlab.service.client.study import Study
-
         answer = self._ask("POST", path, params=parameters(*questions))
         names = ("known", "found", "steps", "points", "fine_points", "note")
-        studies = tuple(Study(self._transport, each) for each in answer.get("follow_ups", ()))
+        studies = tuple(self._handle(each) for each in answer.get("follow_ups", ()))
         more = {
             "spent": answer["spent"],
             "as_good": answer.get("as_good"),

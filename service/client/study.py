@@ -47,6 +47,9 @@ class Study(Questions, Searches):
         super().__init__(transport, str(document["id"]), sizes)
         self.name = str(document["name"])
 
+    def _handle(self, document: Mapping[str, Any]) -> "Study":
+        return Study(self._transport, document)
+
     def __repr__(self) -> str:
         """Say which study it is."""
         return f"<Study {self.id} {self.name!r}>"

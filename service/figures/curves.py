@@ -187,7 +187,7 @@ def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str
     Parameters
     ----------
     history : mapping of ndarray
-        Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `damperlab.worker.simulate.Simulation.history`.
+        Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `damperlab.worker.point.Simulation.history`.
     ratios : mapping of float
         Its design point; without a particle there is no clearance.
     """

@@ -9,7 +9,8 @@ from damperlab.service.figures.reproduction import draw_finite_time, draw_fricti
 from damperlab.service.reproduction.readings import FRICTION_RATIOS
 from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
 from damperlab.studies.paper import PaperNumber, paper_numbers
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 
 LONGEST = 1000
 """Cycles after which friction alone is steady for the paper's damping: e^(−2πζN) is below 1e-10."""

@@ -19,7 +19,8 @@ from damperlab.studies.faults import counted, listing
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.questions import Selection
 from damperlab.studies.tmd.transfer import without_absorber
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle
 
 CAVITIES = (1, 2, 3)

@@ -26,7 +26,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.ground.comparison import scenes_of
-from damperlab.worker.warm import Scene
+from damperlab.worker.scenes import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 

@@ -17,7 +17,7 @@ from damperlab.service.simulation import Asked, read_simulation, scenes_asked
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import simulation_body
 from damperlab.studies.text import load_text
-from damperlab.worker.warm import Scene
+from damperlab.worker.scenes import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["simulate"])
 

@@ -118,10 +118,16 @@ class Work:
         )
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
 
-    async def start(self) -> None:
-        """Have one process import what computing needs, before anybody waits for it."""
+    async def start(self, prepare: Callable[[], None]) -> None:
+        """Have one process import what computing needs, before anybody waits for it.
+
+        Parameters
+        ----------
+        prepare : callable
+            Importable by name, from a module that imports it all.
+        """
         with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
-            await to_process.run_sync(_prepare, cancellable=True, limiter=self._limiter)
+            await to_process.run_sync(_begin, prepare, cancellable=True, limiter=self._limiter)
 
 
 async def while_there(request: Request, work: Callable[[], Awaitable[Result]]) -> Result:
@@ -186,7 +192,6 @@ def _stand_back() -> None:
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
-def _prepare() -> None:
+def _begin(prepare: Callable[[], None]) -> None:
     _stand_back()
-    import damperlab.service.work.functions
-    import damperlab.service.work.questions  # noqa: F401
+    prepare()

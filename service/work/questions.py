@@ -12,6 +12,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.problems import Problem, install, respond
+from damperlab.service.routes import queries, refine, report, studies, tmd
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.work.processes import Work
@@ -72,6 +73,11 @@ class Apart:
         return await work.run(request, answer, settings, asked)
 
 
+def prepare() -> None:
+    """Import what computing needs beside the questions."""
+    import damperlab.service.work.functions  # noqa: F401
+
+
 def answer(settings: Settings, asked: dict[str, Any]) -> Answer:
     """Answer a question in this process, as the service would."""
     return asyncio.run(_answer(_application(settings), asked))
@@ -79,8 +85,6 @@ def answer(settings: Settings, asked: dict[str, Any]) -> Answer:
 
 @lru_cache(maxsize=1)
 def _application(settings: Settings) -> FastAPI:
-    from damperlab.service.routes import queries, refine, report, studies, tmd
-
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     install(app)
     for route in (queries, tmd, report, refine, studies):

@@ -10,7 +10,7 @@ from math import cos, pi, sin
 from typing import NamedTuple
 
 from damperlab.worker.accuracy.scenes import State
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 
 Vector = tuple[float, float, float, float]
 """v, v', p, p'."""

@@ -10,7 +10,7 @@ from tests.benchmarks._automaton import Mode, Model, Vector, march
 
 from damperlab.worker.accuracy.methods import Method
 from damperlab.worker.accuracy.scenes import State
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STIFF_TOLERANCES = (1e-4, 1e-6)

@@ -18,7 +18,7 @@ from packaging.utils import canonicalize_name
 from tests.archives import extract_all
 
 if TYPE_CHECKING:
-    from damperlab.worker.simulate import Design
+    from damperlab.worker.point import Design
 
 ROOT = Path(__file__).parents[2]
 PUBLIC = ("Client", "Study", "open_store", "read_study")
@@ -248,7 +248,7 @@ def swift_python(tmp_path_factory: pytest.TempPathFactory, archives: tuple[Path,
 
 
 def _hybrid() -> "Design":
-    from damperlab.worker.simulate import Design
+    from damperlab.worker.point import Design
     from damperlab.worker.solver.state import Particle
 
     return Design(0.0038, 1.0, 0.3, Particle(5.0, 0.47, 0.1))

@@ -3,7 +3,7 @@
 from hypothesis import strategies as st
 
 from damperlab.worker.physics.contact import wall_constants
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 from damperlab.worker.solver.state import Particle, Wall
 
 CYCLES = 8

@@ -8,7 +8,8 @@ from tests.properties.designs import CYCLES, any_design
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, State

@@ -20,7 +20,8 @@ from tests.properties.designs import (
 )
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle
 
 FEW = settings(max_examples=40, deadline=None)

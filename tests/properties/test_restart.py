@@ -18,7 +18,7 @@ from tests.properties.designs import (
     particles,
 )
 
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 from damperlab.worker.solver.excitation.base import handed_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_base

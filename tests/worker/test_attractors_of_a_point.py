@@ -1,7 +1,7 @@
 """The responses of one design point from many starts."""
 
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 from damperlab.worker.solver.state import Particle
 from damperlab.worker.starts import find_attractors
 from damperlab.worker.steady.settle import Settings

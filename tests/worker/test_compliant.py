@@ -15,7 +15,8 @@ from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.physics.contact import calibrate, contact_time_of_stiffness, wall_constants, wall_force
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle, Wall
 
 

@@ -12,7 +12,8 @@ from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle
 
 STATES = Path(__file__).parents[1] / "reference" / "states.json"

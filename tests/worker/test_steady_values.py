@@ -10,7 +10,8 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle
 
 ROUNDING = 1e-11

@@ -12,18 +12,11 @@ from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.comparison import compare
 from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison
-from damperlab.worker.simulate import Design, scenes_of, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.scenes import Scene, every_scene, scene_named, scenes, usual_scenes
+from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.state import Particle
-from damperlab.worker.warm import (
-    Scene,
-    every_scene,
-    is_ready,
-    missing,
-    scene_named,
-    scenes,
-    usual_scenes,
-    warm,
-)
+from damperlab.worker.warm import is_ready, missing, warm
 
 PARTICLE = Particle(2.0, 0.47, 0.1)
 DESIGNS = {

@@ -7,7 +7,8 @@ import numpy as np
 
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.physics.contact import contact_time_of_stiffness, wall_constants
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import ATTACHMENTS, Particle, Wall
 
 ZETA = 0.0038

@@ -7,8 +7,8 @@ import numpy as np
 
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.accuracy.scenes import State
+from damperlab.worker.point import Design
 from damperlab.worker.rk4 import march_rk4, march_rk4_wall
-from damperlab.worker.simulate import Design
 from damperlab.worker.solver.state import ARRIVED, COUNTS, METERS, Meter
 
 March = Callable[[Design, int, float], State | None]

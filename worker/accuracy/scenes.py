@@ -6,7 +6,7 @@ from functools import cache
 from importlib.resources import files
 
 from damperlab.worker.physics.contact import wall_constants
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 from damperlab.worker.solver.state import Particle, Wall
 
 State = tuple[float, float, float, float]

@@ -12,7 +12,8 @@ from damperlab.studies.variables import Status
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.accuracy.methods import paper_march
-from damperlab.worker.simulate import Design, simulate
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
 
 STEPS = 400

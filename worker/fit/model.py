@@ -10,7 +10,7 @@ from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.warm import Scene, scenes
+from damperlab.worker.scenes import Scene, scenes
 
 Column = NDArray[np.float64]
 

@@ -12,7 +12,8 @@ from damperlab.studies.plan import Block
 from damperlab.worker.ground.comparison import spread
 from damperlab.worker.ground.design import Damper, Structure, contact_time_s
 from damperlab.worker.ground.response import Ready, ground_response, made_ready
-from damperlab.worker.warm import scenes, warm
+from damperlab.worker.scenes import scenes
+from damperlab.worker.warm import warm
 
 
 def solve_suite_block(

@@ -22,7 +22,8 @@ from damperlab.studies.vocabulary import Criterion
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, contact_time_s, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
-from damperlab.worker.warm import Scene, warm
+from damperlab.worker.scenes import Scene
+from damperlab.worker.warm import warm
 
 SPREAD = (
     "peak_relative_displacement_m",

@@ -288,7 +288,8 @@ def test_simulation_is_that_of_the_solver(remote: Client, tmp_path: Path) -> Non
 
 
 def test_simulation_for_a_number_of_cycles_ends_where_the_solver_does(remote: Client) -> None:
-    from damperlab.worker.simulate import Design, simulate
+    from damperlab.worker.point import Design
+    from damperlab.worker.simulate import simulate
     from damperlab.worker.solver.state import Particle
 
     found = remote.simulate(0.9, clearance_ratio=8.0, friction_ratio=0.3, cycles=5, history=0)

@@ -26,7 +26,7 @@ from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import stability_table
 from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.simulate import Design
+from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000
 FIRST_MAP_BYTES = 700_000

@@ -1,0 +1,299 @@
+"""One design point on its own, by kernels that are there: its end state, its measures, its time history."""
+
+from dataclasses import dataclass
+from math import nan, pi, sqrt
+from time import thread_time
+from typing import Any, Literal
+
+import numpy as np
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.lower import rebound_of
+from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segments import empty_log
+from damperlab.worker.solver.state import (
+    ARRIVED,
+    ATTACHMENTS,
+    BUDGET,
+    COUNTS,
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    IMPACTS,
+    METERS,
+    PEAK,
+    RELATIVE_PEAK,
+    SPEED,
+    SQUARE,
+    STUCK,
+    TURNS,
+    VISCOUS_LOSS,
+    Meter,
+    Particle,
+    with_floats,
+)
+from damperlab.worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, at_rest, settle
+
+_SEGMENTS_PER_CYCLE = 20_000
+_LOG_SEGMENTS = 100_000
+_LONGEST_HISTORY = 1000
+
+
+@dataclass(frozen=True)
+class Design:
+    """One design point.
+
+    Parameters
+    ----------
+    damping_ratio, frequency_ratio : float
+        ζ in [0, 1) and r > 0.
+    friction_ratio : float
+        γ_F ≥ 0.
+    particle : Particle, optional
+        d/Z > 0, e in [0, 1], β ≥ 0 and its contact; None for a scene without a particle.
+    """
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction_ratio: float = 0.0
+    particle: Particle | None = None
+
+    def __post_init__(self) -> None:
+        """Take integers for floats: a kernel is compiled for one type."""
+        for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+        if self.particle is not None:
+            particle = with_floats(self.particle)
+            particle = particle._replace(restitution=rebound_of(particle.restitution))
+            object.__setattr__(self, "particle", particle)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What came of a design point.
+
+    Attributes
+    ----------
+    metrics : dict
+        The cube's variables: of the steady response, or of the first `cycles` cycles where a number was asked for.
+    state : dict
+        u, u_rate, p, p_rate at the end: absolute, over Z and Z ω_n; p is None without a particle.
+    events : dict
+        Impacts, turns (v' = 0, stops included) and attachments on the way.
+    cycles : int
+        Excitation cycles on the way to that end: from rest where a number was asked for, else along the steady response.
+    history : dict of ndarray
+        Time history of the last cycles (`HISTORY_COLUMNS`); empty where none was asked for.
+    """
+
+    metrics: dict[str, float | int]
+    state: dict[str, float | None]
+    events: dict[str, int]
+    cycles: int
+    history: dict[str, np.ndarray]
+
+
+def simulate_ready(
+    design: Design,
+    cycles: int | None = None,
+    history: int = 0,
+    method: Literal["event", "rk4"] = "event",
+    steps_per_cycle: int = 400,
+    settings: Settings | None = None,
+) -> Simulation:
+    """Compute what `simulate` does with kernels that are there; else they are compiled on the way, and timed."""
+    began = thread_time()
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    if method == "rk4":
+        if cycles is None:
+            raise ValueError("rk4 stops after a number of cycles: give `cycles`")
+        one = design.particle
+        if one is not None and (one.contact_time is not None or one.wall is not None):
+            raise ValueError(
+                "rk4 supports instantaneous impacts only: leave `contact_time` and `wall` out, or use the event solver"
+            )
+        return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
+    if cycles is not None:
+        return _march(design, friction, cycles, history, None, began)
+    settings = settings or Settings(4000, 0.02, 1e-9)
+    acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
+    response, steady = _steady(design, friction, acting, settings)
+    measured = {name: _plain(number) for name, number in response.items()}
+    found = measured["status"] <= Status.MAX_CYCLES
+    return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
+
+
+def show_orbit(design: Design) -> Simulation:
+    """March one cycle from rest as along a steady response: sampled, and not measured."""
+    friction = design.friction_ratio if design.friction_ratio > 0.0 else None
+    return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, thread_time())
+
+
+def _steady(
+    design: Design, friction: float | None, acting: Particle | None, settings: Settings
+) -> tuple[dict[str, Any], Any]:
+    """The steady response, and a state on it at phase 0; a particle without mass does not act."""
+    z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
+    rest = at_rest(r, friction, particle)
+    if friction is None and acting is None:
+        closed = linear_response(np.array([z]), np.array([r]))
+        detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
+        scale = r * r / (detuning**2 + loss**2) if detuning or loss else 0.0
+        state = rest._replace(v=-loss * scale, w=r * detuning * scale)
+        return {name: column[0] for name, column in closed.items()}, state
+    response, end = settle(z, r, friction, acting, settings, at_rest(r, friction, acting))
+    if acting is None:  # a particle without mass is carried along from where it rests
+        end = rest._replace(v=end.v, w=end.w, slip=end.slip)
+    return dict(zip(Response._fields, response, strict=True)), end
+
+
+def _plain(number: Any) -> float | int:
+    return int(number) if isinstance(number, int | np.integer) else float(number)
+
+
+def _march(
+    design: Design,
+    friction: float | None,
+    cycles: int,
+    history: int,
+    measured: dict[str, float | int] | None,
+    began: float,
+    start: Any = None,
+) -> Simulation:
+    """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
+    particle = design.particle
+    r = design.frequency_ratio
+    scene = make_scene(design.damping_ratio, r, friction, particle, True)
+    counts = scene.counts
+    counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
+    sums = np.zeros(METERS)
+    meter = None if measured else Meter(sums)  # what has been measured is only shown
+    peaks = np.zeros((cycles, 2))
+    state = at_rest(r, friction, particle) if start is None else start
+    stored = stored_energy(state, r, particle)
+    log = empty_log(_LOG_SEGMENTS)
+    history = min(history, cycles, _LONGEST_HISTORY)
+    samples: list[np.ndarray] = []
+    done = 0
+    outcome = ARRIVED
+    for half in range(2 * cycles):
+        sampled = half >= 2 * (cycles - history)
+        log.cursor[0] = 0
+        state, outcome = half_cycle(state, scene, meter, log)
+        if outcome != ARRIVED:
+            break
+        if sampled:
+            samples.append(sample_half(log, scene, half))
+        peaks[half // 2] = sums[PEAK], sums[RELATIVE_PEAK]
+        if half % 2 == 1:
+            sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
+            done += 1
+    if measured is None:
+        measured = _measures(scene.base, particle, sums, peaks[:done], counts, stored, state, done, outcome)
+        measured["run_time"] = thread_time() - began
+    else:
+        measured["run_time"] = thread_time() - began
+    good = outcome == ARRIVED and cycles > 0
+    end: dict[str, float | None] = {
+        "u": state.v if good else nan,
+        "u_rate": state.w + r if good else nan,
+        "p": None,
+        "p_rate": None,
+    }
+    if particle is not None:
+        end["p"] = state.v - state.wall * (particle.clearance_ratio - state.gap) if good else nan
+        end["p_rate"] = state.p_rate if good else nan
+    columns = np.concatenate(samples, axis=1) if samples else np.empty((len(HISTORY_COLUMNS), 0))
+    return Simulation(
+        metrics=measured,
+        state=end,
+        events={
+            "impacts": int(counts[IMPACTS]),
+            "turns": int(counts[TURNS]),
+            "attachments": int(counts[ATTACHMENTS]),
+        },
+        cycles=done,
+        history=dict(zip(HISTORY_COLUMNS, columns, strict=True)) if samples else {},
+    )
+
+
+def _measures(
+    base: Any,
+    particle: Particle | None,
+    sums: np.ndarray,
+    peaks: np.ndarray,
+    counts: np.ndarray,
+    stored: float,
+    state: Any,
+    cycles: int,
+    outcome: int,
+) -> dict[str, float | int]:
+    """The cube's variables over a transient of a number of whole cycles: nothing about it is steady."""
+    if outcome != ARRIVED or cycles == 0:
+        status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
+        return {"cycles": cycles, "status": status}
+    r = base.frequency_ratio
+    time = 2.0 * pi * cycles / r
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+    share = 1.0 / losses if losses > 0.0 else 0.0
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
+    residual = energy_residual(sums, stored, stored_energy(state, r, particle))
+    return {
+        "amplitude_ratio": float(peaks[:, 0].mean()),
+        "amplitude_ratio_max": float(peaks[:, 0].max()),
+        "amplitude_ratio_rms": sqrt(2.0 * sums[SQUARE] / time),
+        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
+        "amplitude_error": nan,  # no steady amplitude is estimated
+        "energy_residual": float(residual),
+        "response_class": int(ResponseClass.UNKNOWN),
+        "period": 0,
+        "floquet_multiplier": nan,
+        "impacts_per_cycle": float(counts[IMPACTS] / cycles),
+        "impact_speed_max": float(sums[SPEED]),
+        "stick_fraction": float(sums[STUCK] / time),
+        "dissipation_viscous": float(sums[VISCOUS_LOSS] * share),
+        "dissipation_friction": float(sums[FRICTION_LOSS] * share),
+        "dissipation_impact": float(sums[IMPACT_LOSS] * share),
+        "cycles": cycles,
+        "status": int(Status.MAX_CYCLES),
+    }
+
+
+def _simulate_rk4(
+    design: Design, friction: float | None, cycles: int, steps_per_cycle: int, began: float
+) -> Simulation:
+    counts = np.zeros(COUNTS, np.int64)
+    peaks = np.zeros((cycles, 2))
+    u, u_rate, p, p_rate = march_rk4(
+        design.damping_ratio,
+        design.frequency_ratio,
+        friction,
+        design.particle,
+        steps_per_cycle,
+        cycles,
+        counts,
+        peaks,
+    )
+    bounded = bool(np.isfinite(peaks).all())
+    metrics: dict[str, float | int] = {
+        "amplitude_ratio": float(peaks[:, 0].mean()),
+        "amplitude_ratio_max": float(peaks[:, 0].max()),
+        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
+        "impacts_per_cycle": float(counts[IMPACTS] / cycles),
+        "cycles": cycles,
+        "status": int(Status.MAX_CYCLES if bounded else Status.UNBOUNDED),
+        "run_time": thread_time() - began,
+    }
+    without = design.particle is None
+    return Simulation(
+        metrics=metrics,
+        state={"u": u, "u_rate": u_rate, "p": None if without else p, "p_rate": None if without else p_rate},
+        events={"impacts": int(counts[IMPACTS]), "turns": int(counts[TURNS]), "attachments": 0},
+        cycles=cycles,
+        history={},
+    )

@@ -1,0 +1,120 @@
+"""What kernels are compiled for: what acts in a scene, and what is asked of it."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from damperlab.studies.choices import Rk4Solver
+from damperlab.studies.definition import Study
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.vocabulary import CONTACT_MODELS
+from damperlab.worker.lower import wants_energies
+from damperlab.worker.solver.state import Particle
+
+Purpose = Literal["steady", "peaks", "orbit", "transient", "record", "record-history", "stepped", "rk4"]
+"""What is asked: the steady response with energies or without; its motion, shown; a motion from rest, measured; the response
+to a record without or with its time history; the steady response and a motion from rest by fixed steps."""
+
+SECONDS: dict[Purpose, float] = {
+    "steady": 20.0,
+    "peaks": 18.0,
+    "orbit": 8.0,
+    "transient": 10.0,
+    "record": 12.0,
+    "record-history": 12.0,
+    "stepped": 4.0,
+    "rk4": 3.0,
+}
+"""About what compiling takes where friction and a particle with instantaneous contact act [CPU s]; an estimate says it."""
+CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2}
+"""The same relative to instantaneous contact."""
+
+
+class Scene(NamedTuple):
+    """What a kernel is compiled for.
+
+    Parameters
+    ----------
+    purpose : str
+        What is asked.
+    friction : bool
+        Whether friction acts.
+    contact : str
+        Model of the particle's contact; empty where no particle acts.
+    """
+
+    purpose: Purpose
+    friction: bool
+    contact: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its name in files and on the command line."""
+        parts = [
+            self.purpose,
+            "friction" if self.friction else "",
+            self.contact and f"particle-{self.contact}",
+        ]
+        return "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
+
+    @property
+    def seconds(self) -> float:
+        """About what compiling it takes [CPU s]."""
+        return SECONDS[self.purpose] * CONTACT_FACTOR[self.contact]
+
+
+def every_scene() -> list[Scene]:
+    """Every scene that there is, the dearest first."""
+    acting: list[tuple[bool, str]] = [(True, "")]
+    acting += [(friction, contact) for friction in (True, False) for contact in CONTACT_MODELS]
+    found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
+    found += [Scene(purpose, *what) for purpose in ("orbit", "transient") for what in (*acting, (False, ""))]
+    under_record = [what for what in (*acting, (False, "")) if what[1] != "compliant"]
+    found += [Scene(purpose, *what) for purpose in ("record", "record-history") for what in under_record]
+    stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
+    found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
+    return sorted(found, key=lambda scene: -scene.seconds)
+
+
+def usual_scenes() -> list[Scene]:
+    """Scenes of a study, a point and an earthquake with what they are by default, the dearest first."""
+    purposes = ("steady", "orbit", "transient", "record")
+    return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
+
+
+def scene_named(name: str) -> Scene:
+    """The scene of a name; KeyError where there is none."""
+    return {scene.name: scene for scene in every_scene()}[name]
+
+
+def scenes(study: AnyStudy) -> list[Scene]:
+    """Scenes that the blocks of a study need; none where every point has a closed form."""
+    if isinstance(study, Suite):
+        dwells = "instant" if study.contact.model == "instant" else "dwell"
+        forces, masses = (
+            _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
+        )
+        return sorted(Scene("record", f, dwells if p else "") for f in forces for p in masses)
+    if not isinstance(study, Study):
+        raise TypeError(f"no kernels are known of a {type(study).__name__}")
+    rubs = _signs(study.coordinates["friction_ratio"])
+    rattles = {p and study.particle for p in _signs(study.coordinates["mass_ratio"])}
+    if isinstance(study.solver, Rk4Solver):
+        return sorted(Scene("stepped", f, "instant" if p else "") for f in rubs for p in rattles)
+    purpose: Purpose = "steady" if wants_energies(study) else "peaks"
+    return sorted(
+        Scene(purpose, f, study.contact.model if p else "") for f in rubs for p in rattles if f or p
+    )
+
+
+def _signs(values: np.ndarray) -> set[bool]:
+    """Whether values that ascend are above 0: some, all or none."""
+    return {bool(value > 0.0) for value in values[[0, -1]]}
+
+
+def contact_name(particle: Particle | None) -> str:
+    """Model of a particle's contact; empty without a particle."""
+    if particle is None:
+        return ""
+    return "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"
