@@ -32,7 +32,7 @@ NEUTRAL = {
     "studies.ground": "builtin files kanai_tajimi paper question shelf",  # a record's samples are in the digest
     "studies.store": "checksum coding cube chunks decoded definition durable faults record reuse sealed shelf solver submitter",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
-    "worker": "kernel_cache niceness provenance warm",
+    "worker": "kernel_cache niceness provenance scenes warm",
 }
 
 
