@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from damperlab.service.answers import estimate_document
 from damperlab.service.documents import Document
+from damperlab.service.estimates import estimate_document
 from damperlab.service.state import Service
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults

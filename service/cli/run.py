@@ -270,7 +270,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None:
     """Print what POST /studies?dry_run=true answers."""
-    from damperlab.service.answers import estimate_document
+    from damperlab.service.estimates import estimate_document
     from damperlab.studies.plan import make_plan
     from damperlab.studies.store.catalogue import SQLITE_FILE
     from damperlab.studies.store.faults import StoreFault

@@ -85,7 +85,6 @@ def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
     apart : bool
         In processes of their own, on every core: sooner where there are many. Else here, which costs less in all.
     """
-    from damperlab.worker.cluster import core_count
     from damperlab.worker.warm import compile_apart, missing
     from damperlab.worker.warm import warm as compile_here
 
@@ -93,6 +92,8 @@ def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
     done: list[Scene] = []
     with working(lambda: f"Compiling kernels, {len(done)} of {counted(len(lacking), 'scene')} done"):
         if apart:
+            from damperlab.worker.cluster import core_count  # loads Dask, which a command may do without
+
             for scene, _ in compile_apart(lacking, core_count()):
                 done.append(scene)
             return

@@ -9,9 +9,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.answer_schemas import PROMISED, gives
-from damperlab.service.answers import readiness_document
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
+from damperlab.service.estimates import readiness_document
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
 from damperlab.service.problems import documented
 from damperlab.service.security.caller import TheCaller, require_owner

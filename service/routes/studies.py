@@ -12,10 +12,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.answer_schemas import gives
-from damperlab.service.answers import estimate_document
 from damperlab.service.batches import submit_list, summary
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
+from damperlab.service.estimates import estimate_document
 from damperlab.service.events import event_id, progress
 from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented

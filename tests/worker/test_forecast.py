@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.benchmarks import model
 
-from damperlab.service.answers import estimate_document
+from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.measured import measured_blocks, measured_family

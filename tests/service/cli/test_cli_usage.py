@@ -31,6 +31,44 @@ def test_help_loads_none_of_the_heavy_libraries() -> None:
     assert ended.stdout.strip() == "[]"
 
 
+COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xarray")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needed"),
+    [
+        (["studies"], set()),
+        (["show", "bare structure"], set()),
+        (["map", "bare structure"], {"xarray", "dask.array"}),
+        (["response", "bare structure", "--at", "friction_ratio=0"], {"xarray", "dask.array"}),
+        (["optimum", "bare structure"], {"xarray", "dask.array"}),
+        (["tmd", "bare structure", "--mass-ratio", "0.1"], {"xarray", "dask.array"}),
+        (["precision", "bare structure"], {"xarray", "dask.array"}),
+        (["simulate", "--cycles", "2"], {"numba"}),
+        (["run", "STUDY"], {"numba"}),
+    ],
+    ids=lambda one: one[0] if isinstance(one, list) else "",
+)
+def test_a_command_loads_what_it_needs_alone(
+    stored: tuple[Path, dict[str, Any]], linear_study: Path, arguments: list[str], needed: set[str]
+) -> None:
+    """Commands that ask a store need no compiler, those that compute here no cluster, and none of them the service.
+
+    xarray itself looks for Dask's arrays as soon as it is handed one.
+    """
+    asked = [str(linear_study) if each == "STUDY" else each for each in arguments]
+    asked += ["--data-dir", str(stored[0])] if asked[0] != "simulate" else []
+    program = (
+        "import sys\nfrom damperlab.__main__ import main\n"
+        f"sys.argv[1:] = {asked!r}\n"
+        "try:\n    main()\n"
+        f"finally:\n    print('loaded', *(name for name in {COMPUTING!r} if name in sys.modules), file=sys.stderr)"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    _, *loaded = ended.stderr.splitlines()[-1].split()
+    assert set(loaded) <= needed
+
+
 def test_help_names_every_command() -> None:
     text = run("--help").stdout
     commands = "run resume simulate map response optimum export studies show cancel delete serve doctor"

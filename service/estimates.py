@@ -1,0 +1,78 @@
+"""What a study will cost, and whether what a request needs is compiled, as documents: what HTTP sends and --json prints.
+
+They ask what computes, so they load the compiler; `damperlab.service.answers` asks the store alone.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from damperlab.studies.digest import family_digest
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Plan
+from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.measured import measured_family
+from damperlab.studies.store.store import Store
+from damperlab.worker.forecast import Forecast, known_of
+from damperlab.worker.provenance import provenance
+from damperlab.worker.scenes import Scene, scenes
+from damperlab.worker.warm import missing
+
+
+def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> dict[str, Any]:
+    """Say what a study will cost, before it is stored.
+
+    Parameters
+    ----------
+    study, plan : AnyStudy, Plan
+        The study, and how it is cut.
+    store : Store, optional
+        Where earlier studies of its family tell what points take; without them the cost model alone does.
+
+    Returns
+    -------
+    dict
+        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included) and
+        ``seconds_low`` and ``seconds_high``, between which they may well be, ``compiling_seconds`` (the part of it that
+        compiling takes) and ``kernels_missing`` (scenes to compile on this machine), ``digest``, ``definition``.
+    """
+    lacking = missing(scenes(study))
+    compiling = sum(scene.seconds for scene in lacking)
+    earlier = [] if store is None else measured_family(store, family_digest(study, provenance()))
+    forecast = Forecast(plan, known_of(earlier))
+    low, high = forecast.bounds
+    return {
+        "digest": study.digest,
+        "points": study.points,
+        "blocks": plan.count,
+        "bytes": study.points * bytes_per_point(study),
+        "seconds": float(forecast.seconds.sum()) + compiling,
+        # the compiler takes twice as long on a machine that is busy
+        "seconds_low": low + compiling / 2,
+        "seconds_high": high + 2 * compiling,
+        "compiling_seconds": compiling,
+        "kernels_missing": len(lacking),
+        "definition": study.document(),
+    }
+
+
+def readiness_document(wanted: Sequence[Scene]) -> dict[str, Any]:
+    """Say whether what a request needs is compiled, before it is computed.
+
+    Parameters
+    ----------
+    wanted : sequence of Scene
+        What it needs.
+
+    Returns
+    -------
+    dict
+        ``phase``: ready, or compiling where something must be compiled first; ``phase_done`` of ``phase_total``
+        scenes are compiled; ``compiling_seconds`` (of one core) is about what the others take.
+    """
+    lacking = missing(wanted)
+    return {
+        "phase": "compiling" if lacking else "ready",
+        "phase_done": len(wanted) - len(lacking),
+        "phase_total": len(wanted),
+        "compiling_seconds": sum(scene.seconds for scene in lacking),
+    }
