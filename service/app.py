@@ -19,7 +19,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
-from damperlab.service.cluster import SharedCluster
+from damperlab.service.cluster import SharedCluster, opening
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.documentation import PLACE, Documentation
 from damperlab.service.edge.conditional import Head, Tagged
@@ -176,7 +176,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     runs = await run_sync(settings.open_store)
     wait = settings.catalogue_wait_seconds
     store = await run_sync(lambda: settings.open_store(wait_seconds=wait))
-    cluster = SharedCluster(settings.workers, settings.scheduler)
+    cluster = SharedCluster(opening(settings, lambda: dispatcher.blocks_left()))
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
     work = Work(core_count(), settings.work_seconds, settings.work_memory_bytes)

@@ -1,12 +1,43 @@
 """The one cluster that all studies of a service share: opened when first needed, replaced when it is lost."""
 
 import threading
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 
 from distributed import Client
 
+from damperlab.service.settings import Settings
+from damperlab.worker.batch import Jobs
 from damperlab.worker.cluster import connect
+from damperlab.worker.jobs import hire
+
+MOST_JOBS = 16
+"""Most jobs of a batch system, unless told otherwise."""
+
+
+def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], AbstractContextManager[Client]]:
+    """Give what opens the cluster that the settings name.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of the service, or of a command.
+    wanted : callable
+        Gives how many workers would have something to do: what a batch system is asked for.
+    """
+    if settings.cluster is None:
+        return partial(connect, workers=settings.workers, scheduler=settings.scheduler)
+    most = max(MOST_JOBS, settings.workers_min) if settings.workers is None else settings.workers
+    jobs = Jobs(
+        settings.cluster,
+        most,
+        settings.workers_min,
+        settings.job_seconds,
+        settings.job_memory_bytes,
+        settings.job_options,
+    )
+    return partial(hire, jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
 
 
 class SharedCluster:
@@ -14,15 +45,12 @@ class SharedCluster:
 
     Parameters
     ----------
-    workers : int, optional
-        Worker processes of an own cluster; by default one per core.
-    scheduler : str, optional
-        Address of a Dask scheduler to use instead.
+    opened : callable
+        Opens it; see `opening`.
     """
 
-    def __init__(self, workers: int | None, scheduler: str | None) -> None:
-        self._workers = workers
-        self._scheduler = scheduler
+    def __init__(self, opened: Callable[[], AbstractContextManager[Client]]) -> None:
+        self._opened = opened
         self._lock = threading.Lock()
         self._stack: ExitStack | None = None
         self._client: Client | None = None
@@ -49,7 +77,7 @@ class SharedCluster:
                 self._close()
             if self._client is None:
                 stack = ExitStack()
-                self._client = stack.enter_context(connect(workers=self._workers, scheduler=self._scheduler))
+                self._client = stack.enter_context(self._opened())
                 self._stack = stack
             client = self._client
         yield client

@@ -98,6 +98,11 @@ class Dispatcher:
                 counts[standing] = max(counts[standing], count)
         return counts, sum(each.blocks_in_flight for each in now), retries
 
+    def blocks_left(self) -> int:
+        """Count the blocks that the studies which run here have yet to compute."""
+        with self._lock:
+            return sum(each.blocks_total - each.blocks_done for each in self._progress.values())
+
     def _follow(self, study_id: str, progress: Progress) -> None:
         with self._lock:
             self._progress[study_id] = progress

@@ -9,7 +9,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from damperlab.service.documentation import FIRST, built
 from damperlab.studies.store.opening import default_data_dir
-from damperlab.studies.vocabulary import Scope
+from damperlab.studies.vocabulary import BatchSystem, Scope
 
 if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
@@ -92,9 +92,29 @@ class Settings(BaseSettings):
         None, description="File of the certificate chain, in PEM; serves TLS."
     )
     tls_key: Path | None = Field(None, description="File of its private key, in PEM.")
-    workers: int | None = Field(None, ge=1, le=1024, description="Worker processes of the embedded cluster.")
+    workers: int | None = Field(
+        None, ge=1, le=1024, description="Worker processes of the embedded cluster; with `cluster` most jobs."
+    )
     scheduler: str | None = Field(
         None, description="Address of a Dask scheduler to use in place of an embedded cluster."
+    )
+    cluster: BatchSystem | None = Field(
+        None, description="Batch system whose jobs are the workers; this machine holds the scheduler."
+    )
+    cluster_host: str | None = Field(
+        None, description="Name or address by which jobs reach this machine; its host name by default."
+    )
+    workers_min: int = Field(
+        0, ge=0, le=1024, description="So many jobs are kept although fewer blocks are left to compute."
+    )
+    job_seconds: float = Field(3600.0, gt=0.0, description="Wall time of a job; its worker leaves before.")
+    job_memory_bytes: ByteSize = Field(
+        ByteSize(2 << 30), ge=1 << 28, description="Memory of a job, as in 2GiB."
+    )
+    job_options: str = Field(
+        "",
+        pattern=r"^[^\r\n]*$",
+        description="More options of the batch system for every job, as in --partition=short --account=lab.",
     )
     warm: bool = Field(
         True, description="Compile missing kernels of the usual scenes in the background from the start."
@@ -174,6 +194,11 @@ class Settings(BaseSettings):
 
     @model_validator(mode="after")
     def _one_cluster(self) -> "Settings":
+        if self.cluster is not None and self.scheduler is not None:
+            raise ValueError(
+                f"found cluster {self.cluster!r} and scheduler {self.scheduler!r}; allowed: one of the two. "
+                "A batch system's jobs work for a scheduler of their own, so leave `scheduler` out"
+            )
         if self.workers is not None and self.scheduler is not None:
             raise ValueError(
                 f"found {self.workers} workers and scheduler {self.scheduler!r}; allowed: one of the two. "

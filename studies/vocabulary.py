@@ -14,6 +14,9 @@ Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 """What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
 
+BatchSystem = Literal["slurm", "pbs", "lsf", "sge"]
+"""Batch systems whose jobs may be workers."""
+
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 OBJECTIVES: dict[Objective, str] = {
     "resonance": "amplitude ratio at the frequency nearest r = 1",

@@ -39,10 +39,11 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment of a worker: a kernel keeps one core busy, and no library shall start threads beside it."""
 
-_SCHEDULER_CONFIG = {
+SCHEDULER_CONFIG = {
     # One death makes a block suspect: the runner, not the scheduler, decides how often to try again.
     "distributed.scheduler.allowed-failures": 0,
 }
+"""Dask's settings in the process of a scheduler of our own."""
 _LOCAL_CONFIG = {
     # The profiler samples every worker thread 100 times a second for a dashboard that is off.
     "distributed.worker.profile.enabled": False,
@@ -155,7 +156,7 @@ def _local(count: int) -> Iterator[Client]:
             worker={"cls": Nanny, "options": worker},
             scheduler={
                 "cls": SchedulerProcess,
-                "options": {"security": shown, "config": _SCHEDULER_CONFIG},
+                "options": {"security": shown, "config": SCHEDULER_CONFIG},
             },
             security=shown,
             silence_logs=logging.CRITICAL,

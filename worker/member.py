@@ -30,11 +30,14 @@ class Terms:
         It leaves so that it is gone after this time [s], as before a batch system ends it.
     notice : Path, optional
         It leaves once this file is there, as a spot market's watcher puts it.
+    leave_idle_s : float, optional
+        It leaves after this time without a block, or without a scheduler that answers [s].
     """
 
     leave_within_s: float = 25.0
     lifetime_s: float | None = None
     notice: Path | None = None
+    leave_idle_s: float | None = None
 
 
 async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
@@ -56,7 +59,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     Returns
     -------
     int
-        Exit status: 0 where it left as it was told, 1 where the scheduler was lost.
+        Exit status: 0 where it left as it was told, 1 where the scheduler was lost, or none was found.
     """
     loop = asyncio.get_running_loop()
     told: asyncio.Future[str] = loop.create_future()
@@ -78,6 +81,8 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         memory_limit=memory_limit,
         name=name,
     )
+    if not await _joined(worker, told, terms):
+        return 0 if told.done() else 1
     async with worker:
         reason = await _until_told(worker, told, terms, began)
         if not reason:
@@ -95,9 +100,25 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     return 0
 
 
+async def _joined(worker: Worker, told: "asyncio.Future[str]", terms: Terms) -> bool:
+    """Wait for a scheduler, however long that takes; False where it is given up."""
+    # the library would wait for ever, and hear nothing meanwhile
+    joining = asyncio.ensure_future(worker.start())
+    limits = [seconds for seconds in (terms.leave_idle_s, terms.lifetime_s) if seconds is not None]
+    await asyncio.wait(
+        [joining, told], timeout=min(limits, default=None), return_when=asyncio.FIRST_COMPLETED
+    )
+    if not joining.done():
+        _say(f"leaving: no scheduler has answered at {worker.scheduler.address}")
+        return False
+    await joining
+    return True
+
+
 async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
     """Wait; give why to leave, or nothing where the scheduler was lost."""
     ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
+    busy = time.monotonic()
     while worker.status not in (Status.closing, Status.closed, Status.failed):
         done, _ = await asyncio.wait([told], timeout=LOOK_SECONDS)
         if done:
@@ -106,6 +127,10 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
             return f"its lifetime of {terms.lifetime_s:g} s ends"
         if terms.notice is not None and terms.notice.exists():
             return f"{terms.notice} is there"
+        if worker.state.tasks:
+            busy = time.monotonic()
+        elif terms.leave_idle_s is not None and time.monotonic() - busy > terms.leave_idle_s:
+            return f"no block has come for {terms.leave_idle_s:g} s"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""The scheduler of an embedded cluster, in a process of its own that knows no database and no store.
+"""The scheduler of a cluster of our own, in a process of its own that knows no database and no store.
 
 Whoever reaches a Dask scheduler can run anything in its process. So this one holds nothing but the names of blocks, and it
 answers only those who show the certificate of this one run.
@@ -41,12 +41,15 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         Certificates for this one cluster; without them nothing is encrypted.
     config : dict
         Dask's settings in that process.
+    host : str
+        Name or address at which it listens; by default nobody reaches it from another machine.
     """
 
-    def __init__(self, security: Security, config: dict[str, Any]) -> None:
+    def __init__(self, security: Security, config: dict[str, Any], host: str = "127.0.0.1") -> None:
         super().__init__()
         self.security = security
         self._config = config
+        self._host = host
         self._process: subprocess.Popen[bytes] | None = None
 
     async def start(self) -> None:
@@ -70,8 +73,9 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         told = {name: getattr(self.security, name) for name in _TLS}
+        said = {"tls": told, "config": self._config, "host": self._host}
         # nothing secret stands in a command line or an environment, where others can read it
-        self._process.stdin.write(json.dumps({"tls": told, "config": self._config}).encode() + b"\n")
+        self._process.stdin.write(json.dumps(said).encode() + b"\n")
         self._process.stdin.flush()
         line = await asyncio.to_thread(self._process.stdout.readline)
         if not line:
@@ -91,12 +95,12 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         await super().close()
 
 
-async def _serve(tls: dict[str, str | None]) -> None:
+async def _serve(host: str, tls: dict[str, str | None]) -> None:
     encrypted = tls["tls_ca_file"] is not None
     security = Security(require_encryption=True, **tls) if encrypted else Security()
     protocol = "tls" if encrypted else "tcp"
     async with Scheduler(
-        host="127.0.0.1",
+        host=host,
         port=0,
         protocol=protocol,
         dashboard=False,
@@ -118,7 +122,7 @@ def main() -> None:
     told = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with dask.config.set(told["config"]):
-        asyncio.run(_serve(told["tls"]))
+        asyncio.run(_serve(told["host"], told["tls"]))
 
 
 if __name__ == "__main__":

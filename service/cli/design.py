@@ -11,7 +11,7 @@ import typer
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
 from damperlab.service.cli.output import make_parent, note, print_json, say, working
-from damperlab.service.cli.run import compute, find_or_submit
+from damperlab.service.cli.run import Terms, compute, find_or_submit
 from damperlab.service.cli.store import open_store
 
 if TYPE_CHECKING:
@@ -123,9 +123,8 @@ class _Evaluation:
         record = find_or_submit(self._store, study, True, self._more)
         if record.state != "done":
             here = 0.0 if self._scheduler else HERE_SECONDS
-            record = compute(
-                self._store, record, self._workers, self._scheduler, self._shared(), here_seconds=here
-            )
+            terms = Terms(self._shared(), here_seconds=here)
+            record = compute(self._store, record, self._workers, self._scheduler, terms)
         if record.state != "done":
             note(
                 f"damperlab: the study {record.id} is {record.state}. Run the same command again to continue."

@@ -50,6 +50,14 @@ def worker(
             help="Leave the cluster as soon as this file exists, as when a spot instance is about to be reclaimed.",
         ),
     ] = None,
+    leave_idle: Annotated[
+        float | None,
+        typer.Option(
+            min=1.0,
+            help="Leave after so many seconds without a block, or without a scheduler that answers.",
+            show_default=False,
+        ),
+    ] = None,
     memory_limit: Annotated[
         str, typer.Option(help="Memory limit of the worker in Dask's notation: auto, 4GB, or 0 for no limit.")
     ] = "auto",
@@ -61,7 +69,7 @@ def worker(
     from damperlab.worker.certificates import security
     from damperlab.worker.member import Terms, serve_worker
 
-    terms = Terms(leave_within, lifetime, None if notice is None else notice.absolute())
+    terms = Terms(leave_within, lifetime, None if notice is None else notice.absolute(), leave_idle)
     serve_worker(scheduler, security(tls), terms, memory_limit, name)
 
 

@@ -11,6 +11,7 @@ from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
     RECORD_CONTACT_MODELS,
+    BatchSystem,
     ContactModel,
     RecordContactModel,
 )
@@ -56,7 +57,19 @@ AsJson = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, help="Worker processes of the embedded Dask cluster; one per core by default."),
+    typer.Option(
+        min=1,
+        help="Worker processes of the embedded Dask cluster; one per core by default.",
+    ),
+]
+Cluster = Annotated[
+    BatchSystem | None,
+    typer.Option(
+        "--cluster",
+        help="Compute in jobs of this batch system: as many as there is work for, at most --workers (16 by default). "
+        "Their wall time and other options are DAMPERLAB_JOB_SECONDS, DAMPERLAB_JOB_OPTIONS, ….",
+        show_default=False,
+    ),
 ]
 Scheduler = Annotated[
     str | None,
@@ -66,13 +79,16 @@ Scheduler = Annotated[
     ),
 ]
 WAIT_SECONDS = 60.0
+QUEUE_SECONDS = 86_400.0
+"""How long the first job of a batch system may wait in its queue, unless told otherwise."""
 Wait = Annotated[
-    float,
+    float | None,
     typer.Option(
         "--wait",
         metavar="SECONDS",
         min=0.0,
-        help="Seconds to wait while no worker of the scheduler can compute, as in the queue of a batch system.",
+        help=f"Seconds to wait while no worker can compute; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
+        show_default=False,
     ),
 ]
 Budget = Annotated[
@@ -140,8 +156,13 @@ def contact_document(
         return {"contact": {"model": contact, "contact_time": written}}
 
 
-def check_cluster(workers: int | None, scheduler: str | None) -> None:
-    """Refuse a number of workers for a scheduler that brings its own."""
+def check_cluster(workers: int | None, scheduler: str | None, cluster: str | None = None) -> None:
+    """Refuse a number of workers, or a batch system, for a scheduler that brings its own workers."""
+    if cluster is not None and scheduler is not None:
+        raise typer.BadParameter(
+            "--cluster and --scheduler cannot be combined: jobs of a batch system work for a scheduler of their own. "
+            "Leave one of them out."
+        )
     if workers is not None and scheduler is not None:
         raise typer.BadParameter(
             "--workers and --scheduler cannot be combined: a scheduler has workers of its own. Leave one of them out."

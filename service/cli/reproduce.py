@@ -11,7 +11,7 @@ import typer
 from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
 from damperlab.service.cli.output import duration, note, number, print_json, print_table, say
-from damperlab.service.cli.run import compute, find_or_submit
+from damperlab.service.cli.run import Terms, compute, find_or_submit
 from damperlab.service.cli.store import label, open_store, settings_of
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _solver(data_dir: Path | None, workers: int | None, scheduler: str | None) -
         def solve(study: "Study") -> "xr.Dataset":
             record = find_or_submit(store, study, reuse)
             if record.state != "done":
-                record = compute(store, record, workers, scheduler, client)
+                record = compute(store, record, workers, scheduler, Terms(client))
             if record.state != "done":
                 left = record.points_total - record.points_done
                 raise CommandFailed(

@@ -4,6 +4,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -12,9 +13,11 @@ import typer
 
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
+    QUEUE_SECONDS,
     WAIT_SECONDS,
     AsJson,
     Budget,
+    Cluster,
     DataDir,
     QuotaBytes,
     Scheduler,
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
+    from damperlab.studies.vocabulary import BatchSystem
 
 BYTES_PER_MEGABYTE = 1e6
 HERE_SECONDS = 0.5
@@ -54,7 +58,8 @@ def run(
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    wait: Wait = WAIT_SECONDS,
+    cluster: Cluster = None,
+    wait: Wait = None,
     place: StoreAddress = None,
     quota: QuotaBytes = None,
     budget: Budget = None,
@@ -70,7 +75,7 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Compute a study and store it; points that are stored already are not computed again."""
-    check_cluster(workers, scheduler)
+    check_cluster(workers, scheduler, cluster)
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.reading import read_study
 
@@ -80,7 +85,7 @@ def run(
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
     record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
-    finish(store, record, workers, scheduler, as_json, wait, budget)
+    finish(store, record, workers, scheduler, as_json, _terms(store, record, workers, cluster, wait, budget))
 
 
 def resume(
@@ -88,14 +93,16 @@ def resume(
     data_dir: DataDir = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    wait: Wait = WAIT_SECONDS,
+    cluster: Cluster = None,
+    wait: Wait = None,
     budget: Budget = None,
     as_json: AsJson = False,
 ) -> None:
     """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
-    check_cluster(workers, scheduler)
+    check_cluster(workers, scheduler, cluster)
     store = open_store(data_dir)
-    finish(store, store.find(study), workers, scheduler, as_json, wait, budget)
+    record = store.find(study)
+    finish(store, record, workers, scheduler, as_json, _terms(store, record, workers, cluster, wait, budget))
 
 
 def find_or_submit(
@@ -128,14 +135,59 @@ def find_or_submit(
     return record
 
 
+@dataclass(frozen=True)
+class Terms:
+    """How far a command goes to compute a study.
+
+    Parameters
+    ----------
+    client : callable, optional
+        Gives a client of a cluster that is not made for this study alone, or is no cluster of this machine.
+    wait_seconds : float
+        How long to wait while no worker can compute.
+    here_seconds : float, optional
+        Expected work up to which no cluster is used; by default `HERE_SECONDS` where none is named, else none.
+    budget_hours : float, optional
+        Core hours in kernels after which it stops, to be resumed.
+    """
+
+    client: "Callable[[], AbstractContextManager[Client]] | None" = None
+    wait_seconds: float = WAIT_SECONDS
+    here_seconds: float | None = None
+    budget_hours: float | None = None
+
+
+def _terms(
+    store: "Store",
+    record: "Record",
+    workers: int | None,
+    cluster: "BatchSystem | None",
+    wait: float | None,
+    budget: float | None,
+) -> Terms:
+    """Read the options of `run` and `resume`."""
+    if cluster is None:
+        return Terms(wait_seconds=WAIT_SECONDS if wait is None else wait, budget_hours=budget)
+    from damperlab.service.cluster import opening
+
+    settings = settings_of(store.data_dir, workers=workers, cluster=cluster)
+
+    def left() -> int:
+        now = store.find(record.id)
+        return now.blocks_total - now.blocks_done
+
+    note(f"Workers are jobs of {cluster}; what they print is kept under {settings.data_dir / 'jobs'}.")
+    wait_seconds = QUEUE_SECONDS if wait is None else wait
+    return Terms(opening(settings, left), wait_seconds, budget_hours=budget)
+
+
 def finish(
     store: "Store",
     record: "Record",
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
-    wait_seconds: float = WAIT_SECONDS,
-    budget_hours: float | None = None,
+    terms: Terms = Terms(),
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     if record.state == "done":
@@ -146,9 +198,7 @@ def finish(
                 f"An earlier solver computed it. To compute it with today's and keep both: damperlab recompute {record.id}"
             )
     else:
-        record = compute(
-            store, record, workers, scheduler, wait_seconds=wait_seconds, budget_hours=budget_hours
-        )
+        record = compute(store, record, workers, scheduler, terms)
     if as_json:
         print_json(record.document())
     else:
@@ -167,10 +217,7 @@ def compute(
     record: "Record",
     workers: int | None,
     scheduler: str | None,
-    client: "Callable[[], AbstractContextManager[Client]] | None" = None,
-    wait_seconds: float = WAIT_SECONDS,
-    here_seconds: float | None = None,
-    budget_hours: float | None = None,
+    terms: Terms = Terms(),
 ) -> "Record":
     """Run a study here or, while another process does, watch it.
 
@@ -182,14 +229,8 @@ def compute(
         The study.
     workers, scheduler : optional
         As in `damperlab.worker.cluster.connect`.
-    client : callable, optional
-        Gives a client that several studies share, in place of one made for this study.
-    wait_seconds : float
-        How long to wait while no worker can compute.
-    here_seconds : float, optional
-        Expected work up to which no cluster is used; by default `HERE_SECONDS` where none is named, else none.
-    budget_hours : float, optional
-        Core hours in kernels after which it stops, to be resumed.
+    terms : Terms
+        How far to go.
 
     Returns
     -------
@@ -205,8 +246,9 @@ def compute(
 
         return connect(workers=workers, scheduler=scheduler)
 
+    here_seconds = terms.here_seconds
     if here_seconds is None:
-        no_cluster_named = client is None and workers is None and scheduler is None
+        no_cluster_named = terms.client is None and workers is None and scheduler is None
         here_seconds = HERE_SECONDS if no_cluster_named else 0.0
     with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
         while True:
@@ -214,7 +256,7 @@ def compute(
                 return run_study(
                     store,
                     record.id,
-                    client or own,
+                    terms.client or own,
                     lambda now: progress.update(
                         now.points_done,
                         now.points_failed,
@@ -226,8 +268,10 @@ def compute(
                     # asked to go on with what it is now; whoever cancels it meanwhile is heard
                     only_from=("queued", "running", record.state),
                     here_seconds=here_seconds,
-                    wait_seconds=wait_seconds,
-                    budget_seconds=None if budget_hours is None else budget_hours * SECONDS_PER_HOUR,
+                    wait_seconds=terms.wait_seconds,
+                    budget_seconds=None
+                    if terms.budget_hours is None
+                    else terms.budget_hours * SECONDS_PER_HOUR,
                 )
             except StudyBusy as error:
                 note(f"{error} Following it until it ends.")

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from damperlab.service.cli.failures import CommandFailed
-from damperlab.service.cli.options import DataDir, QuotaBytes, Scheduler, StoreAddress, Workers, check_cluster
+from damperlab.service.cli.options import (
+    Cluster,
+    DataDir,
+    QuotaBytes,
+    Scheduler,
+    StoreAddress,
+    Workers,
+    check_cluster,
+)
 from damperlab.service.cli.output import note
 from damperlab.service.cli.store import settings_of
 
@@ -44,9 +52,10 @@ def serve(
     quota: QuotaBytes = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    cluster: Cluster = None,
 ) -> None:
     """Serve studies over HTTP until Ctrl-C."""
-    check_cluster(workers, scheduler)
+    check_cluster(workers, scheduler, cluster)
     if open_ and keys:
         raise typer.BadParameter("found --open and --keys; allowed: one of them")
     from damperlab.service.app import serve as serve_until_stopped
@@ -64,6 +73,7 @@ def serve(
         tls_key=tls_key,
         workers=workers,
         scheduler=scheduler,
+        cluster=cluster,
     )
     _check_port(settings.host, settings.port)
     _check_certificate(settings)

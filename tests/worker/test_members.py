@@ -3,6 +3,7 @@
 import asyncio
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -84,6 +85,13 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
     assert begun(tmp_path) == dict.fromkeys(range(6), 1)
 
 
+def catches(pid: int, number: signal.Signals) -> bool:
+    """Whether a process has a handler of its own for a signal."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    mask = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(mask >> (number - 1) & 1)
+
+
 @pytest.mark.parametrize("how", ["notice", "lifetime"])
 def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
     notice = tmp_path / "notice"
@@ -106,6 +114,25 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path
         stack.enter_context(member(address))
         assert [each.index for each in pump(window)] == [0]
         assert window.crew.retries == 1
+
+
+@pytest.mark.parametrize("how", ["told", "idle"])
+def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None:
+    # nobody listens there while it is held
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with member(address, *(("--leave-idle=3",) if how == "idle" else ())) as process:
+            if how == "told":
+                while not catches(process.pid, signal.SIGTERM):
+                    time.sleep(0.1)
+                process.send_signal(signal.SIGTERM)
+            assert process.wait(GONE_SECONDS) == (0 if how == "told" else 1)
+
+
+def test_worker_without_blocks_gives_its_core_back() -> None:
+    with scheduler_process() as (address, _), member(address, "--leave-idle=2") as process:
+        assert process.wait(GONE_SECONDS) == 0
 
 
 def test_files_say_who_may_take_part(tmp_path: Path) -> None:

@@ -1,0 +1,86 @@
+"""A batch system that begins every job at once, on this machine, and kills it when its wall time is over.
+
+It reads directives by rules of its own, and answers as the real ones do. A job has a number, is begun once for each place
+of its array, and what it prints lies beside the script.
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+TASK = {
+    "sbatch": "SLURM_ARRAY_TASK_ID",
+    "qsub": "PBS_ARRAY_INDEX",
+    "bsub": "LSB_JOBINDEX",
+    "qsub -terse": "SGE_TASK_ID",
+}
+ANSWER = {
+    "sbatch": "{0};main",
+    "qsub": "{0}[].server",
+    "bsub": "Job <{0}> is submitted to default queue <normal>.",
+    "qsub -terse": "{0}.1-{1}:1",
+}
+
+
+def put_commands(folder: Path) -> Path:
+    """Make the commands of all systems in a folder; give where jobs are kept."""
+    kept = folder / "queue"
+    kept.mkdir(parents=True)
+    for name in ("sbatch", "scancel", "qsub", "qdel", "bsub", "bkill"):
+        command = folder / name
+        command.write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} {kept} {name} "$@"\n')
+        command.chmod(0o755)
+    return kept
+
+
+def running(kept: Path) -> list[int]:
+    """Process ids of jobs that run."""
+    pids = (int(line) for file in kept.glob("*.pids") for line in file.read_text().split())
+    return [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def _submit(kept: Path, command: str, text: str) -> None:
+    array = re.search(r"(?:--array=|-J |-t |damperlab\[)1-(\d+)", text)
+    wall = re.search(r"(?:--time=|walltime=|h_rt=|-W )(\d+):(\d+)(?::(\d+))?", text)
+    assert wall is not None
+    seconds = 3600 * int(wall[1]) + 60 * int(wall[2]) + int(wall[3] or 0)
+    number = len(list(kept.glob("*.sh"))) + 1
+    script = kept / f"{number}.sh"
+    script.write_text(text)
+    count = int(array[1]) if array else 1
+    pids = []
+    for task in range(1, count + 1):
+        with (kept / f"{number}-{task}.log").open("wb") as log:
+            job = subprocess.Popen(
+                ["timeout", "--signal=KILL", str(seconds), "sh", script],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env={**os.environ, **({TASK[command]: str(task)} if array else {})},
+                start_new_session=True,
+            )
+        pids.append(str(job.pid))
+    (kept / f"{number}.pids").write_text("\n".join(pids))
+    print(ANSWER[command].format(number, count))
+
+
+def _cancel(kept: Path, job: str) -> None:
+    found = re.match(r"\d+", job)
+    assert found is not None, job
+    for pid in (kept / f"{found[0]}.pids").read_text().split():
+        try:
+            # `timeout` hands it on to what it runs
+            os.kill(int(pid), signal.SIGTERM)
+        except ProcessLookupError:
+            continue
+
+
+if __name__ == "__main__":
+    folder, name, *rest = sys.argv[1:]
+    if name in ("scancel", "qdel", "bkill"):
+        _cancel(Path(folder), rest[0])
+    else:
+        _submit(Path(folder), " ".join([name, *rest]).removesuffix(" --parsable"), sys.stdin.read())
