@@ -237,6 +237,66 @@ _GROUND_MOTION: Schema = {
 _BOUNDS: Schema = {"name": TEXT, "lowest": NUMBER, "highest": NUMBER, "long_name": TEXT}
 
 
+_BUILT: Schema = {
+    "type": "object",
+    "description": "A damper in drawing values and in ratios.",
+    "additionalProperties": {"type": ["number", "string", "null"]},
+}
+_WORST = _object(
+    ("measure", "ratio", "frequency_hz", "frequency_ratio", "base_amplitude_m", "error"),
+    measure=TEXT,
+    value=NUMBER,
+    error=NUMBER,
+    units=TEXT,
+    ratio=NUMBER,
+    frequency_ratio=NUMBER,
+    frequency_hz=NUMBER,
+    base_amplitude_m=NUMBER,
+)
+_DESIGN_ANSWER = _object(
+    name=TEXT,
+    digest=TEXT,
+    design=_BUILT,
+    worst=_WORST,
+    nominal=_WORST,
+    feasible=FLAG,
+    limits=_list(_object(limit=TEXT, allowed=NUMBER, reached=NUMBER, kept=FLAG, binds=FLAG, relax_to=NUMBER)),
+    probability=NUMBER,
+    probability_interval=_or_null(RANGE),
+    builds=COUNT,
+    margins=_by_name(_by_name(NUMBER)),
+    friction_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
+    particle_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
+    tuned_mass_damper=_or_null(
+        _object(mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER, worst=_WORST, ratio=NUMBER)
+    ),
+    pareto=_list(_by_name(NUMBER)),
+    stopped=TEXT,
+    left_out=TEXTS,
+    confidence=NUMBER,
+    points=COUNT,
+    budget_points=COUNT,
+    words=TEXTS,
+    response=_by_name(NUMBERS),
+    specification={"type": "object"},
+)
+_DESIGN_LISTED: Schema = {
+    "id": TEXT | {"description": "First 12 hex digits of the digest."},
+    "name": TEXT,
+    "state": _enum(STATES),
+    "stage": {"type": ["string", "null"], "description": "What is computed now, in words."},
+    "round": COUNT | {"description": "Rounds of studies begun."},
+    "points": COUNT | {"description": "Points known when the round began."},
+    "points_wanted": COUNT | {"description": "Points of the round's studies."},
+    "budget_points": COUNT | {"description": "Most points."},
+    "created": TEXT,
+    "started": {"type": ["string", "null"]},
+    "finished": {"type": ["string", "null"]},
+    "message": {"type": ["string", "null"], "description": "Why it failed, or what it waits for."},
+    "digest": TEXT,
+}
+
+
 def answer_schemas() -> dict[str, Schema]:
     """Return the schema of every JSON answer, by name."""
     record = _record()
@@ -323,6 +383,24 @@ def answer_schemas() -> dict[str, Schema]:
         "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
         "GroundMotion": _object(**_GROUND_MOTION),
         "GroundMotions": _object(records=_list(of("GroundMotion"))),
+        "DesignAnswer": _DESIGN_ANSWER,
+        "DesignSummary": _object(**_DESIGN_LISTED),
+        "DesignPage": _object(designs=_list(of("DesignSummary")), cursor={"type": ["string", "null"]}),
+        "Design": _object(
+            **_DESIGN_LISTED,
+            known=_or_null(
+                _object(design=_BUILT, worst=_WORST, feasible=FLAG)
+                | {"description": "The best so far, as drawn."}
+            ),
+            studies=TEXTS | {"description": "Ids of the round's studies."},
+            studies_done=COUNT,
+            points_of_round=COUNT | {"description": "Points of the round's studies that are there."},
+            specification={"type": "object"},
+            answer=_or_null(of("DesignAnswer")),
+        ),
+        "DesignOrBudget": {
+            "anyOf": [of("Design"), _object(name=TEXT, digest=TEXT, chosen=TEXTS, budget_points=COUNT)]
+        },
         "Compared": _object(
             record=_object(**_GROUND_MOTION),
             length_scale_m=NUMBER,

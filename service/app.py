@@ -20,6 +20,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
 from damperlab.service.cluster import SharedCluster, opening
+from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.documentation import PLACE, Documentation
 from damperlab.service.edge.conditional import Head, Tagged
@@ -36,6 +37,7 @@ from damperlab.service.routes import (
     answers,
     axes,
     catalog,
+    designs,
     earthquakes,
     export,
     health,
@@ -130,6 +132,7 @@ def create_app(settings: Settings) -> FastAPI:
         simulate,
         answers,
         earthquakes,
+        designs,
         accuracy,
         health,
         metrics,
@@ -180,12 +183,21 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
     work = Work(core_count(), settings.work_seconds, settings.work_memory_bytes)
+    designer = Designer(settings, store, dispatcher)
     service = Service(
-        settings, store, dispatcher, work, CapacityLimiter(COMPILING), CapacityLimiter(SUBMISSIONS), kernels
+        settings,
+        store,
+        dispatcher,
+        work,
+        CapacityLimiter(COMPILING),
+        CapacityLimiter(SUBMISSIONS),
+        kernels,
+        designer,
     )
     app.state.service = service
     app.state.guard.keys = AccessKeys(store.catalogue)
     dispatcher.start()
+    designer.start()
     if settings.warm:
         kernels.start()
     scrub = Scrub(runs)
@@ -200,6 +212,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         service.closing.set()
         await run_sync(scrub.close)
         await run_sync(kernels.close)
+        await run_sync(designer.close)
         await run_sync(dispatcher.close)
         await run_sync(store.close)
         await run_sync(runs.close)

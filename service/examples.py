@@ -10,6 +10,8 @@ from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
 from damperlab.studies.ground.schema import suite_json_schema
+from damperlab.studies.specification.reading import named_specifications
+from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
@@ -117,6 +119,44 @@ RECORD_BODY: dict[str, Any] = {
     },
 }
 
+SPECIFICATION_BODY: dict[str, Any] = {
+    "required": True,
+    "description": "A specification: what must be quiet, what may be chosen, and how far what is built may be off.",
+    "content": {
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/Specification"},
+            "examples": {
+                "floor": {
+                    "summary": "A floor at 8 Hz, in units: the friction force is chosen",
+                    "value": {
+                        "name": "floor",
+                        "structure": {"mass_kg": 40, "natural_frequency_hz": 8, "damping_ratio": 0.05},
+                        "excitation": {
+                            "base_amplitude_m": 0.001,
+                            "frequency_hz": {"start": 7.5, "stop": 8.5},
+                        },
+                        "choose": {"friction_force_n": {"start": 0, "stop": 60}},
+                        "clearance_m": 0.005,
+                        "particle_mass_kg": 4,
+                        "restitution": 0.5,
+                        "tolerances": {"friction_force_n": "10%"},
+                        "limits": {"displacement_m": 0.006},
+                        "budget_points": 2000,
+                        "builds": 4,
+                    },
+                }
+            },
+        },
+        "application/yaml": {
+            "schema": {"type": "string"},
+            "examples": {
+                name: {"summary": f"The named specification {name}", "value": text.decode()}
+                for name, text in named_specifications().items()
+            },
+        },
+    },
+}
+
 COMPARISON_BODY: dict[str, Any] = {
     "required": True,
     "description": "A record, and what of the paper's prototype is different. Physical units: kg, Hz, m, N.",
@@ -161,6 +201,7 @@ def complete(document: dict[str, Any]) -> None:
     schemas["Suite"] = suite_json_schema()
     schemas["Simulation"] = simulation_schema()
     schemas["EarthquakeComparison"] = comparison_schema()
+    schemas["Specification"] = specification_schema()
     schemas["Problem"] = PROBLEM_SCHEMA
     schemas.update(answer_schemas())
     document["components"]["securitySchemes"] = {

@@ -13,6 +13,7 @@ from starlette.responses import Response
 
 from damperlab.service.documents import Document
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.design.shelf import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
 from damperlab.studies.faults import (
     NOTHING,
     PARTS,
@@ -217,6 +218,14 @@ def _store(request: Request, error: Exception) -> Response:
             problem = Problem(409, "record-kept", "This record stays.", (error.fault,))
         case ShelfFull():
             problem = Problem(507, "records-full", "No more records can be kept.", (error.fault,))
+        case DesignDamaged():
+            problem = Problem(503, "design-damaged", "A design cannot be read.", (error.fault,))
+        case DesignNotFound():
+            problem = Problem(404, "design-not-found", "There is no such design.", (error.fault,))
+        case DesignBusy():
+            problem = Problem(409, "design-busy", "The design has not ended.", (error.fault,))
+        case DesignsFull():
+            problem = Problem(507, "designs-full", "No more designs can be kept.", (error.fault,))
         case CatalogueDamaged():
             problem = Problem(503, "catalogue-damaged", "The catalogue is damaged.", (error.fault,))
         case BlockDamaged():

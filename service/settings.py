@@ -122,6 +122,12 @@ class Settings(BaseSettings):
     studies_at_once: int = Field(
         2, ge=1, le=64, description="Number of studies that run at the same time; they share one cluster."
     )
+    designs_at_once: int = Field(
+        2,
+        ge=1,
+        le=64,
+        description="Number of designs that are searched at the same time, each in a process of its own.",
+    )
     catalogue_wait_seconds: float = Field(
         10.0,
         gt=0.0,

@@ -9,12 +9,14 @@ from anyio import CapacityLimiter
 from fastapi import Depends, Path
 from starlette.requests import Request
 
+from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.kernels import Kernels
 from damperlab.service.readiness import Readiness
-from damperlab.service.security.caller import TheCaller, require_own
+from damperlab.service.security.caller import TheCaller, require_own, require_owner
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
+from damperlab.studies.design.shelf import DesignNotFound, Kept
 from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
@@ -41,6 +43,8 @@ class Service:
         Bounds those that wait for a turn at writing, for the same reason.
     kernels : Kernels
         Has kernels compiled that requests need.
+    designer : Designer
+        Searches the designs.
     closing : Event
         Set when the service shuts down: streams end.
     """
@@ -52,6 +56,7 @@ class Service:
     compiling: CapacityLimiter
     submissions: CapacityLimiter
     kernels: Kernels
+    designer: Designer
     closing: threading.Event = field(default_factory=threading.Event)
 
     @cached_property
@@ -99,3 +104,34 @@ TheStudy = Annotated[Record, Depends(_study)]
 
 TheExactStudy = Annotated[Record, Depends(_exact_study)]
 """The same, for routes that change the study: only its whole id will do, and only its owner or an admin may."""
+
+
+DesignId = Annotated[
+    str, Path(max_length=200, description="Id of a design, the first digits of its id, or its name.")
+]
+"""What names a design in an address."""
+
+
+def _design(service: TheService, design_id: DesignId) -> Kept:
+    return service.designer.shelf.find(design_id)
+
+
+def _exact_design(
+    service: TheService,
+    caller: TheCaller,
+    design_id: Annotated[str, Path(max_length=200, description="A design's whole id.")],
+) -> Kept:
+    kept = service.designer.shelf.find(design_id)
+    if kept.id != design_id:
+        advice = f"write {kept.id} if you mean {kept.name}"
+        told = f"A design is changed by its complete id alone, and {printable(design_id)} is not one."
+        raise DesignNotFound(Fault("design", describe(design_id), "a whole id", advice, told))
+    require_owner(caller, kept.owner, "design")
+    return kept
+
+
+TheDesign = Annotated[Kept, Depends(_design)]
+"""The design that the path names, as a parameter of a route; 404 where there is none."""
+
+TheExactDesign = Annotated[Kept, Depends(_exact_design)]
+"""The same, for routes that change it: only its whole id will do, and only its owner or an admin may."""

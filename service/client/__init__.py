@@ -1,6 +1,7 @@
 """The Python client of the service: ``from damperlab.service.client import Client``."""
 
 from damperlab.service.client.client import Client
+from damperlab.service.client.design import Design
 from damperlab.service.client.faults import (
     ClientFault,
     Conflict,
@@ -22,6 +23,7 @@ __all__ = [
     "ClientFault",
     "Conflict",
     "Denied",
+    "Design",
     "Estimate",
     "NotFound",
     "Problem",

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.asked import explained
+from damperlab.service.client.design import Design, ask_for
 from damperlab.service.client.faults import refused
 from damperlab.service.client.results import Accuracy, Estimate, Simulation
 from damperlab.service.client.study import Study
@@ -21,6 +22,7 @@ from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criter
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
+    from damperlab.service.client.design import Specification
     from damperlab.service.client.earthquake import GroundRecord
     from damperlab.studies.kind import AnyStudy
 
@@ -260,6 +262,47 @@ class Client:
             ratios=ratios,
             attractors=answer.get("attractors"),
         )
+
+    def design(self, specification: "Specification") -> Design:
+        """Ask for a design: from a specification to a damper; one that was asked for before is returned as it is.
+
+        Parameters
+        ----------
+        specification : mapping, path or str
+            The specification as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of one
+            of the package, such as ``"prototype"``.
+
+        Returns
+        -------
+        Design
+            Queued, or further.
+
+        Raises
+        ------
+        Refused
+            With every fault of the specification: field, found, allowed, advice.
+        """
+        return ask_for(self._transport, specification)
+
+    def designs(self, state: State | None = None, name: str | None = None) -> list[Design]:
+        """List the designs that the service keeps, newest first.
+
+        Parameters
+        ----------
+        state : str, optional
+            Only those in this state.
+        name : str, optional
+            Only those whose name contains this text.
+        """
+        found: list[Design] = []
+        cursor = None
+        while True:
+            asked = {"limit": PAGE, "state": state, "name": name, "cursor": cursor}
+            page = self._transport.ask("GET", "/designs", params=asked)
+            found += [Design(self._transport, document) for document in page["designs"]]
+            cursor = page["cursor"]
+            if cursor is None:
+                return found
 
     def accuracy(self) -> Accuracy:
         """Give the last report of `damperlab accuracy` that the service keeps.

@@ -1,11 +1,16 @@
 """What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
 
+from damperlab.service.designs import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.simulation import Asked, compute
+from damperlab.studies.design.design import designing
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 
 
@@ -22,3 +27,11 @@ def comparison_body(asked: Earthquake) -> bytes:
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:
     """Read a record that was uploaded."""
     return read_record(body, layout, name, units)
+
+
+def specified(body: bytes, written_in: Format) -> tuple[Specification, int]:
+    """Read a specification, and say how many points its budget allows; refuse a budget that ends before the first look."""
+    asked = parse_specification(load_text(body, written_in))
+    budget = budget_of(asked)
+    next(designing(asked, budget))
+    return asked, budget

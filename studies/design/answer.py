@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.design.alternatives import OF_DAMPER
-from damperlab.studies.design.build import design_document
+from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.words import at_ends, material_of, words_of
+from damperlab.studies.specification.specification import Specification
 
 BINDS = 0.97
 """Share of a limit from which it is said to bind."""
@@ -26,8 +27,8 @@ def answer_document(found: Found) -> dict[str, Any]:
         "name": asked.name,
         "digest": asked.digest,
         "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
-        "worst": _worst(found, stated),
-        "nominal": _worst(found, found.nominal),
+        "worst": worst_document(asked, stated),
+        "nominal": worst_document(asked, found.nominal),
         "feasible": stated.violation == 0.0,
         "limits": _limits(found),
         "probability": probability,
@@ -39,7 +40,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
         **{name: _alternative(found, name) for name in OF_DAMPER},
         "tuned_mass_damper": _absorber(found),
-        "compared": _worst(found, found.compared),
+        "compared": worst_document(asked, found.compared),
         "pareto": [
             {
                 "particle_mass_kg" if asked.in_units else "mass_ratio": mass,
@@ -60,8 +61,18 @@ def answer_document(found: Found) -> dict[str, Any]:
     }
 
 
-def _worst(found: Found, score: Score) -> dict[str, Any]:
-    asked = found.asked
+def known_document(asked: Specification, ahead: tuple[Build, Score]) -> dict[str, Any]:
+    """Give the best damper so far, as the answer gives the recommended one."""
+    build, score = ahead
+    return {
+        "design": design_document(build, asked),
+        "worst": worst_document(asked, score),
+        "feasible": score.violation == 0.0,
+    }
+
+
+def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
+    """Give a worst case with its units, and where it is."""
     return {
         "measure": asked.measure.name,
         "value": score.value,
@@ -111,7 +122,7 @@ def _alternative(found: Found, name: str) -> dict[str, Any] | None:
         return None
     return {
         "design": design_document(other.build, found.asked),
-        "worst": _worst(found, other.score),
+        "worst": worst_document(found.asked, other.score),
         "feasible": other.score.violation == 0.0,
         "ratio": other.score.value / found.compared.value,
     }

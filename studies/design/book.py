@@ -82,6 +82,8 @@ class Book:
         self.spent = 0
         self.stage = ""
         """What goes on, for whoever waits; nothing depends on it."""
+        self.ahead: Build | None = None
+        """The best damper so far, for whoever waits; nothing depends on it."""
         self.from_many_starts: list[xr.Dataset] = []
         """The recommended damper from several starts, once it is known."""
         self._known: dict[tuple[Place, float], tuple[float, ...]] = {}

@@ -42,12 +42,15 @@ class Ask:
         What they are for.
     spent, budget : int
         Points known, and most points.
+    ahead : (Build, Score) or None
+        The best damper so far, and its worst case as drawn by what is known of it; None before the first look.
     """
 
     studies: tuple[Study, ...]
     stage: str
     spent: int
     budget: int
+    ahead: tuple[Build, Score] | None
 
 
 Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
@@ -82,12 +85,17 @@ def designing(asked: Specification, budget: int) -> Rounds:
                 wanted = steps.throw(BudgetSpent())
                 continue
             if studies:
-                cubes = yield Ask(studies, book.stage, book.spent, budget)
+                cubes = yield Ask(studies, book.stage, book.spent, budget, _ahead(book))
                 book.add(cubes)
             wanted = next(steps)
     except StopIteration as end:
         found: Found = end.value
         return found
+
+
+def _ahead(book: Book) -> tuple[Build, Score] | None:
+    best = book.ahead
+    return None if best is None else (best, score(book, best, amplitudes_of(book.asked, 3)))
 
 
 def next_round(asked: Specification, budget: int, cubes: Mapping[str, xr.Dataset]) -> Ask | Found:
@@ -120,7 +128,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     search = Search(asked, book)
     _require(search)
     best = yield from search.run()
-    build = search.lattice.build(best)
+    build = book.ahead = search.lattice.build(best)
     compared = search.robust[best]
     judged = [compared]
     left: list[str] = []

@@ -220,9 +220,15 @@ class Search:
         if self.told:
             self.book.stage = stage
 
+    def _lead(self) -> None:
+        """Note the best so far, for whoever waits."""
+        if self.told:
+            self.book.ahead = self.lattice.build(self.best() if self.robust else self._top(1)[0])
+
     def _add(self, candidates: list[Candidate]) -> Asks:
         yield from self.known((self.lattice.build(each) for each in candidates), 0)
         self.pool = sorted({*self.pool, *candidates})
+        self._lead()
 
     def _settle(self, count: int, level: int) -> Asks:
         """Look at the best few more closely until the best few are known closely."""
@@ -247,6 +253,7 @@ class Search:
             builds = self.with_corners(each)
             yield from self.known(builds, CLOSE + 1)
             self.robust[each] = worst(self.score(build) for build in builds)
+            self._lead()
 
     def _samples(self, candidates: Iterable[Candidate], stage: int) -> list[Wanted]:
         return [

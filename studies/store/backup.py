@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Row, delete, insert, select
 
+from damperlab.studies.design.shelf import DESIGNS, REQUEST
+from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.faults import Fault
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.chunks import BlockDamaged, chunk_file, chunk_key, damaged
@@ -55,7 +57,7 @@ class Copied:
     studies, blocks, bytes : int
         Counts.
     damaged : tuple of str
-        What could not be copied because it is damaged, a sentence each: of those studies and records the backup holds
+        What could not be copied because it is damaged, a sentence each: of those studies, records and designs the backup holds
         what an earlier one held, or nothing.
     """
 
@@ -66,7 +68,7 @@ class Copied:
 
 
 def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
-    """Copy every study with its done blocks, the keys, the events and the uploaded records.
+    """Copy every study with its done blocks, the keys, the events, the uploaded records and the designs.
 
     Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
     backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied; a
@@ -98,10 +100,11 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     with target.catalogue.writing() as connection:
         remember(connection, BACKUP_OF, mine)
     records, damaged_records = _copy_records(source, target)
+    designs, damaged_designs = _copy_designs(source, target)
     with source.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
     copies: list[_Copy] = []
-    damages = [*damaged_records]
+    damages = [*damaged_records, *damaged_designs]
     for study_id in ids:
         try:
             copy = _copy_study(source, target, study_id)
@@ -142,7 +145,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
                 target.shelf.at(name).clear()
     except OSError as error:
         raise cannot_use(target.shelf.address, error) from error
-    size = records + sum(size for _, _, size in copies)
+    size = records + designs + sum(size for _, _, size in copies)
     return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
 
 
@@ -207,6 +210,21 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
     except OSError as error:
         raise cannot_use(str(there), error) from error
     return size, list(damaged_records.values())
+
+
+def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
+    """Copy the designs with their answers and reports; the bytes that were new, and what is damaged."""
+    here, there = Designs(source.data_dir), Designs(target.data_dir)
+    damaged_designs = dict(here.damaged())
+    size = 0
+    try:
+        for design_id in sorted(here.ids() - damaged_designs.keys()):
+            pieces = here.pieces(design_id)
+            if REQUEST in pieces:  # else it was deleted meanwhile
+                size += there.take_over(design_id, pieces)
+    except OSError as error:
+        raise cannot_use(str(target.data_dir / DESIGNS), error) from error
+    return size, list(damaged_designs.values())
 
 
 def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:

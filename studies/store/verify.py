@@ -14,6 +14,7 @@ import xarray as xr
 from sqlalchemy import Row, select
 
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
@@ -160,6 +161,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
                     yield f"{store.catalogue.name}: {name}: {fault.found}; {advice}"
     for _, damaged_record in Records(store.data_dir).damaged(pause):
         yield damaged_record
+    for _, damaged_design in Designs(store.data_dir).damaged(pause):
+        yield damaged_design
     known = {cube_name(row.id, row.number) for row in rows}
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
     for name in names:

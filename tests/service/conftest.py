@@ -174,3 +174,44 @@ def suite(service: Running) -> dict[str, Any]:
         record = wait_for(client, answer.json()["id"], ended)
     assert (record["state"], record["points_failed"]) == ("done", 0), record
     return record
+
+
+SPECIFICATION: dict[str, Any] = {
+    "name": "small <floor>",
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.5, "stop": 8.5}},
+    "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}},
+    "clearance_m": 0.005,
+    "particle_mass_kg": 4.0,
+    "restitution": 0.5,
+    "limits": {"displacement_m": 0.005},
+    "budget_points": 500,
+}
+"""A second of kernels in some ten rounds of studies."""
+
+
+def wait_for_design(
+    client: httpx.Client, design_id: str, good: Callable[[dict[str, Any]], bool]
+) -> dict[str, Any]:
+    """Ask for a design until it is as wanted."""
+    found: dict[str, Any] = {}
+
+    def asked() -> bool:
+        found.update(client.get(f"/api/v1/designs/{design_id}").raise_for_status().json())
+        return good(found)
+
+    wait_until(asked)
+    return found
+
+
+@pytest.fixture(scope="session")
+def design(service: Running) -> dict[str, Any]:
+    """A design that the service has made, by its specification."""
+    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client:
+        answer = client.post("/api/v1/designs", json=SPECIFICATION)
+        assert answer.status_code in (200, 201), answer.text
+        asked = answer.json()
+        assert answer.headers["Location"] == f"/api/v1/designs/{asked['id']}"
+        found = wait_for_design(client, asked["id"], ended)
+    assert found["state"] == "done", found["message"]
+    return found

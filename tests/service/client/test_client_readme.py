@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 import damperlab.service.client as package
-from damperlab.service.client import Client, Study
+from damperlab.service.client import Client, Design, Study
 from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import CRITERIA, OBJECTIVES, REDUCTIONS
@@ -51,7 +51,9 @@ def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:
     assert answer.json()["name"] == "three cavities"
 
 
-@pytest.mark.parametrize(("kind", "opening"), [(Client, "| `Client("), (Study, "| `Study`")])
+@pytest.mark.parametrize(
+    ("kind", "opening"), [(Client, "| `Client("), (Study, "| `Study`"), (Design, "| `Design`")]
+)
 def test_table_has_every_method_with_its_arguments(kind: type, opening: str) -> None:
     table = SECTION[SECTION.index(opening) :].partition("\n\n")[0]
     for name, method in inspect.getmembers(kind, inspect.isfunction):

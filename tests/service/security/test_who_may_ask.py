@@ -76,6 +76,8 @@ def test_a_key_that_reads_cannot_write(guarded: Guarded) -> None:
             ("POST", "/api/v1/earthquake-comparisons", {}),
             ("POST", f"{STUDIES}/000000000000/cancel", None),
             ("DELETE", f"{STUDIES}/000000000000", None),
+            ("POST", "/api/v1/designs", {}),
+            ("DELETE", "/api/v1/designs/000000000000", None),
         ):
             answer = client.request(method, path, json=body)
             assert (answer.status_code, _kind(answer)) == (403, "scope-lacking"), path
@@ -107,6 +109,26 @@ def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers
         again = ann.post(STUDIES, json=_study("anns", 1.4)).json()
         helpers.wait_for(admin, again["id"], helpers.ended)
         helpers.wait_until(lambda: admin.delete(url).status_code == 204)
+
+
+def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: Any) -> None:
+    asked = helpers.SPECIFICATION | {"clearance_m": 0.0055}
+    with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("admin") as admin:
+        made = ann.post("/api/v1/designs", json=asked)
+        assert made.status_code == 201, made.text
+        url = f"/api/v1/designs/{made.json()['id']}"
+        assert bob.post("/api/v1/designs", json=asked).status_code == 200
+        for method, path in (("POST", "/cancel"), ("POST", "/resume"), ("DELETE", "")):
+            answer = bob.request(method, url + path)
+            assert (answer.status_code, _kind(answer)) == (403, "not-yours"), path
+        now = helpers.wait_for_design(bob, made.json()["id"], lambda now: now["round"] > 1)
+        record = bob.get(f"{STUDIES}/{now['studies'][0]}").json()
+        assert record["provenance"]["submitted_by"] == "ann"
+        # a design that is done cannot be cancelled any more
+        assert ann.post(f"{url}/cancel").status_code in (200, 409)
+        assert admin.delete(url).status_code == 204
+        for study in ann.get(STUDIES, params={"limit": 200, "name": asked["name"]}).json()["studies"]:
+            helpers.wait_until(lambda each=study["id"]: ann.delete(f"{STUDIES}/{each}").status_code == 204)
 
 
 def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded) -> None:

@@ -1,0 +1,232 @@
+"""One design of a service: followed, steered, and its answer."""
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from damperlab.service.client.faults import ClientFault, StillRunning, Stopped, refused
+from damperlab.service.client.transport import Transport, body
+from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.html import card
+from damperlab.studies.vocabulary import ENDED
+
+if TYPE_CHECKING:
+    Specification = Mapping[str, Any] | str | Path
+
+LOOK_SECONDS = 1.0
+"""Between two looks at a design that is waited for."""
+
+
+class Design:
+    """A design that the service keeps.
+
+    Made by `Client.design` and `Client.designs`.
+
+    Parameters
+    ----------
+    transport : Transport
+        The way to the service.
+    document : mapping
+        What the service says of it, or the part of it that is at hand.
+
+    Attributes
+    ----------
+    id, name : str
+        The first twelve digits of the specification's digest; free text.
+    """
+
+    def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
+        self._transport = transport
+        self.id = str(document["id"])
+        self.name = str(document["name"])
+
+    def __repr__(self) -> str:
+        """Say which design it is."""
+        return f"<Design {self.id} {self.name!r}>"
+
+    def _repr_html_(self) -> str:
+        """Show a notebook the design as it is now: its sentences, or how far it is."""
+        try:
+            now = self.record
+        except ClientFault:
+            return card(f"Design {self.name}", [("id", self.id)])
+        answer = now["answer"] or {}
+        rows: list[tuple[str, object]] = [("id", self.id), ("state", now["state"])]
+        rows += [("", sentence) for sentence in answer.get("words", ())]
+        if not answer:
+            rows += [("points", _points(now)), ("stage", now["stage"]), ("message", now["message"])]
+        return card(f"Design {self.name}".strip(), rows)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal ids of one service are one design."""
+        return isinstance(other, Design) and (self.id, self._transport.url) == (
+            other.id,
+            other._transport.url,
+        )
+
+    def __hash__(self) -> int:
+        """Hash as equality asks."""
+        return hash((self.id, self._transport.url))
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What the service knows now: ``state``, ``stage``, ``points``, ``budget_points``, ``known`` (the best so far), …"""
+        found: dict[str, Any] = self._ask("GET")
+        return found
+
+    @property
+    def state(self) -> str:
+        """``queued``, ``running``, ``done``, ``cancelled`` or ``failed``, as it is now."""
+        return str(self.record["state"])
+
+    @property
+    def answer(self) -> dict[str, Any]:
+        """What `damperlab design --json` prints: ``design`` in drawing values, ``worst``, ``probability``, ``words``, …
+
+        Raises
+        ------
+        StillRunning
+            If the design has not ended.
+        Stopped
+            If it has failed or was cancelled.
+        """
+        now = self.record
+        if now["state"] not in ENDED:
+            raise StillRunning(f"{self} is {now['state']}: {_points(now)}.")
+        return self._answer(now)
+
+    def wait(self, progress: bool = True, timeout: float | None = None) -> "Design":
+        """Wait until the design is done.
+
+        Lost connections and restarts of the service are waited out.
+
+        Parameters
+        ----------
+        progress : bool
+            Show a bar in a terminal or a notebook, a line now and then elsewhere.
+        timeout : float, optional
+            Give up after this many seconds; the design itself goes on.
+
+        Returns
+        -------
+        Design
+            This one.
+
+        Raises
+        ------
+        Stopped
+            If it has failed or was cancelled.
+        StillRunning
+            If it has not ended in time.
+        """
+        from damperlab.service.client.waiting import shown
+
+        until = None if timeout is None else time.monotonic() + timeout
+        with ExitStack() as stack:
+            bar = None
+            for now in self._follow(until):
+                if progress and bar is None:
+                    bar = stack.enter_context(shown(self.name or self.id, now["budget_points"]))
+                if bar is not None:
+                    bar.update(now["points"] + now["points_of_round"], 0, None, None, now["stage"])
+        if now["state"] not in ENDED:
+            raise StillRunning(f"{self} is {now['state']} after {timeout:g} s: {_points(now)}.")
+        self._answer(now)
+        return self
+
+    def _follow(self, until: float | None) -> Iterator[dict[str, Any]]:
+        while True:
+            now = self.record
+            yield now
+            if now["state"] in ENDED or (until is not None and time.monotonic() > until):
+                return
+            time.sleep(LOOK_SECONDS)
+
+    def _answer(self, now: Mapping[str, Any]) -> dict[str, Any]:
+        if now["state"] != "done":
+            why = f" {now['message']}" if now.get("message") else ""
+            raise Stopped(f"{self} is {now['state']}.{why} design.resume() goes on with it.")
+        answer: dict[str, Any] = now["answer"]
+        return answer
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report of a design that is done, one page of HTML to sign or to print.
+
+        Parameters
+        ----------
+        path : path
+            The file to write; it appears when it is complete.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        Conflict
+            If the design is not done.
+        """
+        path = Path(path)
+        part = path.with_name(f"{path.name}.part")
+        try:
+            for attempt in self._transport.attempts():
+                with attempt, self._transport.stream(f"/designs/{self.id}/report") as response:
+                    part.write_bytes(response.read())
+            return part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+
+    def cancel(self) -> "Design":
+        """Stop the design; what is computed is kept, and `resume` goes on from there."""
+        self._ask("POST", "/cancel")
+        return self
+
+    def resume(self) -> "Design":
+        """Go on with a design that was cancelled or has failed."""
+        self._ask("POST", "/resume")
+        return self
+
+    def delete(self) -> None:
+        """Delete the design and its answer; one that has not ended has to be cancelled first. Its studies stay."""
+        self._ask("DELETE")
+
+    def _ask(self, method: str, what: str = "") -> Any:
+        return self._transport.ask(method, f"/designs/{self.id}{what}")
+
+
+def ask_for(transport: Transport, specification: "Specification") -> Design:
+    """Ask a service for a design; see `Client.design`."""
+    return Design(transport, transport.ask("POST", "/designs", **_sent(specification)))
+
+
+def _sent(specification: "Specification") -> dict[str, Any]:
+    """Give the arguments of `Transport.ask` that send a specification; the service checks it, a file is only read."""
+    if isinstance(specification, Mapping):
+        return body(specification)
+    if isinstance(specification, str) and ("\n" in specification or specification.startswith("{")):
+        return _written(specification.encode(), "yaml")
+    if not isinstance(specification, str | Path):
+        advice = "give a mapping, a path, a text of YAML, or a name such as prototype"
+        told = f"A specification cannot be read from {describe(specification)}."
+        raise refused((Fault("specification", describe(specification), "a specification", advice, told),))
+    path = Path(specification)
+    kind = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}.get(path.suffix.lower())
+    if kind is not None and path.is_file():
+        return _written(path.read_bytes(), kind)
+    from damperlab.studies.specification.reading import read_specification
+
+    try:
+        return body(read_specification(str(specification)).document)
+    except StudyFaults as error:
+        raise refused(error.faults) from None
+
+
+def _written(text: bytes, kind: str) -> dict[str, Any]:
+    return {"content": text, "headers": {"Content-Type": f"application/{kind}"}}
+
+
+def _points(now: Mapping[str, Any]) -> str:
+    return f"{now['points'] + now.get('points_of_round', 0):,} of at most {now['budget_points']:,} points"

@@ -1,0 +1,206 @@
+"""One design of a running service, searched in a process of its own: its rounds are studies, which the service runs."""
+
+import logging
+import multiprocessing
+import resource
+import signal
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+
+import xarray as xr
+
+from damperlab.service.design_report import design_report
+from damperlab.service.documents import plain
+from damperlab.service.logs import start_logging
+from damperlab.service.settings import Settings
+from damperlab.studies.design.answer import answer_document, known_document
+from damperlab.studies.design.design import Ask, Found, designing
+from damperlab.studies.design.shelf import Kept, Round, Shelf, now
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.plan import make_plan
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.store.entering import Submission
+from damperlab.studies.store.faults import QuotaReached, StoreFault, StudyNotFound, TooManyUnfinished
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.submitter import submitter
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.niceness import stand_back
+from damperlab.worker.provenance import provenance
+
+LOOK_SECONDS = 0.25
+"""Between two looks at a study that is waited for."""
+ROOM_SECONDS = 5.0
+"""Between two attempts to enter studies where as many wait or run as may."""
+TRY_AGAIN = 75
+"""Exit status where nothing is wrong with the design: the store could not be used just now."""
+DESIGNS = "designs"
+"""Where a study's provenance says for which specification it was computed."""
+
+_log = logging.getLogger("damperlab.designs")
+
+
+class _Over(Exception):
+    """The design was ended by somebody else, or the service is gone."""
+
+
+class _Unable(Exception):
+    """The design cannot go on; the message says why."""
+
+
+def run_design(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
+    """Search until the design has ended; for a process of its own, which may be killed at any moment.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of the service.
+    design_id : str
+        The whole id.
+    wake : Connection
+        Told when studies have been entered, so that the service looks for them at once.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
+    stand_back()
+    _bound_memory(settings.work_memory_bytes)
+    start_logging(settings.log_level, settings.log_format)
+    shelf = Shelf(settings.data_dir)
+    try:
+        with closing(settings.open_store()) as store:
+            _Search(settings, shelf, store, shelf.get(design_id), wake).run()
+    except _Over:
+        return
+    except (_Unable, StudyFaults, QuotaReached) as error:
+        shelf.end(design_id, "failed", str(error))
+    except (StoreFault, OSError) as error:
+        _log.warning("design %s is tried again: %s", design_id, error)
+        sys.exit(TRY_AGAIN)
+    except Exception as error:
+        _log.exception("design %s failed", design_id)
+        shelf.end(design_id, "failed", f"{type(error).__name__}: {error}")
+
+
+def _bound_memory(memory_bytes: int) -> None:
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes if most < 0 else min(memory_bytes, most), most))
+
+
+@dataclass
+class _Search:
+    """The search for one design.
+
+    Parameters
+    ----------
+    settings, shelf, store
+        Of the service: where the design and its studies are.
+    kept : Kept
+        The design.
+    wake : Connection
+        As for `run_design`.
+    """
+
+    settings: Settings
+    shelf: Shelf
+    store: Store
+    kept: Kept
+    wake: "Connection[object, object]"
+
+    def run(self) -> None:
+        """Search to the end, and keep the answer."""
+        submitter.set(self.kept.owner)
+        self._started = now() if self.kept.round is None else self.kept.round.started
+        self._asked = parse_specification(self.kept.specification)
+        rounds = designing(self._asked, self.kept.budget_points)
+        number = 1
+        try:
+            ask = next(rounds)
+            while True:
+                ask = rounds.send(self._cubes(ask, number))
+                number += 1
+        except StopIteration as end:
+            found: Found = end.value
+        if not self.shelf.ended(self.kept.id):
+            last = Round("the answer", number, found.book.spent, 0, (), None, self._started)
+            self.shelf.follow(self.kept.id, last)
+            self.shelf.finish(self.kept.id, plain(answer_document(found)), design_report(found))
+            _log.info("design %s is done: %d points", self.kept.id, found.book.spent)
+
+    def _cubes(self, ask: Ask, number: int) -> Iterable[xr.Dataset]:
+        """Have studies computed, and give their cubes one after the other."""
+        stored = [self.store.newest(study.digest) for study in ask.studies]
+        if all(record is not None and record.state == "done" for record in stored):
+            return [self._cube(record.id) for record in stored if record is not None]
+        self._follow(ask, number)
+        ids = [record.id for record in self._entered(ask, number, stored)]
+        self._tell()
+        return [self._cube(self._ended(study_id)) for study_id in ids]
+
+    def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
+        """Note what is waited for, before it is entered: whoever ends the design finds its studies by it."""
+        wanted = sum(study.points for study in ask.studies)
+        ids = tuple(study.digest[:12] for study in ask.studies)
+        known = None if ask.ahead is None else plain(known_document(self._asked, ask.ahead))
+        at = Round(ask.stage, number, ask.spent, wanted, ids, known, self._started, message)
+        self.shelf.follow(self.kept.id, at)
+
+    def _entered(self, ask: Ask, number: int, stored: list[Record | None]) -> list[Record]:
+        """Enter the studies that are not stored, once there is room, and let those go on that were stopped."""
+        known = {record.digest: record for record in stored if record is not None}
+        by = provenance() | {DESIGNS: self._asked.digest}
+        new = [
+            Submission(study, make_plan(study, seconds_per_point), by, self.settings.reuse)
+            for study in ask.studies
+            if study.digest not in known
+        ]
+        waited = False
+        while new:
+            try:
+                known |= {record.digest: record for record, _ in self.store.submit_all(new)}
+                break
+            except TooManyUnfinished as error:
+                if not waited:
+                    self._follow(ask, number, str(error))
+                waited = True
+                self._pause(ROOM_SECONDS)
+        if waited:
+            self._follow(ask, number)
+        for record in known.values():
+            if record.state in ("cancelled", "failed"):
+                self.store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
+        return [known[study.digest] for study in ask.studies]
+
+    def _ended(self, study_id: str) -> str:
+        """Wait until a study is done."""
+        while True:
+            try:
+                record = self.store.find(study_id)
+            except StudyNotFound:
+                raise _Unable(
+                    f"Study {study_id} was deleted while the design waited for it. Resume the design to compute it again."
+                ) from None
+            if record.state == "done":
+                return study_id
+            if record.ended:
+                why = f": {record.message}" if record.message else ""
+                raise _Unable(
+                    f"Study {study_id}, which the design needs, is {record.state}{why}. Resume the design to go on with it."
+                )
+            self._pause(LOOK_SECONDS)
+
+    def _cube(self, study_id: str) -> xr.Dataset:
+        return self.store.cube(study_id).load()
+
+    def _pause(self, seconds: float) -> None:
+        """Wait a little; raise `_Over` where nobody wants this design any more."""
+        time.sleep(seconds)
+        parent = multiprocessing.parent_process()
+        if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
+            raise _Over
+
+    def _tell(self) -> None:
+        with suppress(OSError):
+            self.wake.send(None)

@@ -1,0 +1,201 @@
+"""Designs that wait are searched, a few side by side, each in a process of its own; no restart or crash forgets one."""
+
+import logging
+import multiprocessing
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
+
+from damperlab.service.design_run import DESIGNS, TRY_AGAIN, run_design
+from damperlab.service.dispatch import Dispatcher
+from damperlab.service.settings import Settings
+from damperlab.studies.design.shelf import DesignBusy, Kept, Shelf
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.store import Store
+
+LOOK_SECONDS = 2.0
+"""Between two looks for designs that other processes left behind."""
+AGAIN_SECONDS = 5.0
+"""How long a design waits before it is tried again whose process could not use the store, or was ended."""
+MOST_DEATHS = 3
+"""How often in a row the process of a design may be ended by others before the design is put down."""
+STOP_SECONDS = 10.0
+
+_log = logging.getLogger("damperlab.designs")
+
+
+@dataclass(frozen=True)
+class _Run:
+    thread: threading.Thread
+    process: BaseProcess
+
+
+class Designer:
+    """Searches the designs of a data directory, oldest first.
+
+    A design is picked up because it has not ended, whichever process died while at it. What its search asks for is stored
+    already, up to where it was.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of the service.
+    store : Store
+        The studies.
+    dispatcher : Dispatcher
+        Runs the studies of the designs.
+    """
+
+    def __init__(self, settings: Settings, store: Store, dispatcher: Dispatcher) -> None:
+        self.shelf = Shelf(settings.data_dir)
+        self._settings = settings
+        self._store = store
+        self._dispatcher = dispatcher
+        self._lock = threading.Lock()
+        self._runs: dict[str, _Run] = {}
+        self._not_before: dict[str, float] = {}
+        self._deaths: dict[str, int] = {}
+        self._wake = threading.Event()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._keep_going, name="designs", daemon=True)
+        # a process starts with a fresh interpreter: this one has threads, and the catalogue's connections
+        self._processes = multiprocessing.get_context("spawn")
+
+    def start(self) -> None:
+        """Begin to look for designs."""
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Look for designs now: one was asked for."""
+        self._wake.set()
+
+    def cancel(self, kept: Kept) -> Kept:
+        """End a design that waits or is searched, here or elsewhere; its studies that are done stay.
+
+        Returns
+        -------
+        Kept
+            As it is then; unchanged, if the design had ended before.
+        """
+        if self.shelf.end(kept.id, "cancelled"):
+            with self._lock:
+                run = self._runs.get(kept.id)
+            if run is not None:
+                run.process.terminate()
+                run.thread.join(STOP_SECONDS)
+            self._cancel_studies(self.shelf.get(kept.id))
+        return self.shelf.get(kept.id)
+
+    def resume(self, kept: Kept) -> Kept:
+        """Go on with a design that was cancelled or has failed; studies that are done are not computed again."""
+        if kept.state in ("cancelled", "failed"):
+            self.shelf.resume(kept.id)
+            self._deaths.pop(kept.id, None)
+            self._not_before.pop(kept.id, None)
+            self.wake()
+        return self.shelf.get(kept.id)
+
+    def delete(self, kept: Kept) -> None:
+        """Remove a design that has ended, with its answer; its studies stay.
+
+        Raises
+        ------
+        DesignBusy
+            If it has not ended.
+        """
+        if not kept.ended:
+            found = f"{kept.id}, which is {kept.state}"
+            told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
+            raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
+        self.shelf.remove(kept.id)
+
+    def close(self) -> None:
+        """Stop searching; what is not done goes on at the next start."""
+        self._closing.set()
+        self._wake.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        with self._lock:
+            runs = list(self._runs.values())
+        for run in runs:
+            run.process.kill()
+        for run in runs:
+            run.thread.join(STOP_SECONDS)
+
+    def _keep_going(self) -> None:
+        while not self._closing.is_set():
+            try:
+                self._start_runs()
+            except (StoreFault, OSError) as error:
+                _log.warning("the designs cannot be read: %s", error)
+            self._wake.wait(LOOK_SECONDS)
+            self._wake.clear()
+
+    def _start_runs(self) -> None:
+        for kept in self.shelf.waiting():
+            with self._lock:
+                if self._closing.is_set() or len(self._runs) >= self._settings.designs_at_once:
+                    return
+                if kept.id in self._runs or self._not_before.get(kept.id, 0.0) > time.monotonic():
+                    continue
+                ready = threading.Event()
+                thread = threading.Thread(
+                    target=self._run, args=(kept.id, ready), name=f"design-{kept.id}", daemon=True
+                )
+                thread.start()
+            ready.wait()
+
+    def _run(self, design_id: str, ready: threading.Event) -> None:
+        hears, tells = self._processes.Pipe(duplex=False)
+        arguments = (self._settings, design_id, tells)
+        process = self._processes.Process(target=run_design, args=arguments, daemon=True)
+        try:
+            with self._lock:
+                process.start()
+                self._runs[design_id] = _Run(threading.current_thread(), process)
+        except OSError as error:
+            _log.warning("no process can be started for design %s: %s", design_id, error)
+            self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS
+            return
+        finally:
+            ready.set()
+            tells.close()
+        with suppress(EOFError, OSError):
+            while True:
+                hears.recv()
+                self._dispatcher.wake()
+        process.join()
+        hears.close()
+        self._note_end(design_id, process.exitcode)
+        with self._lock:
+            del self._runs[design_id]
+        self.wake()
+
+    def _note_end(self, design_id: str, status: int | None) -> None:
+        """See to a process that ended: the design has ended too, or is tried again."""
+        if self._closing.is_set() or self.shelf.ended(design_id):
+            self._deaths.pop(design_id, None)
+            return
+        self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS
+        if status in (0, TRY_AGAIN):
+            return
+        deaths = self._deaths[design_id] = self._deaths.get(design_id, 0) + 1
+        _log.warning("the process of design %s ended with status %s", design_id, status)
+        if deaths >= MOST_DEATHS:
+            del self._deaths[design_id]
+            told = (
+                f"The process that searched was ended {deaths} times in a row, last with status {status}; it may need more "
+                "memory."
+            )
+            self.shelf.end(design_id, "failed", told)
+
+    def _cancel_studies(self, kept: Kept) -> None:
+        """Cancel the studies of the last round that were entered for this design, and for no other."""
+        for study_id in () if kept.round is None else kept.round.studies:
+            with suppress(StudyNotFound):
+                record = self._store.find(study_id)
+                if record.provenance.get(DESIGNS) == kept.digest:
+                    self._dispatcher.cancel(record)

@@ -1,0 +1,194 @@
+"""Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted; their reports."""
+
+import re
+from contextlib import suppress
+from typing import Annotated, Any
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
+
+from damperlab.service.answer_schemas import gives
+from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.examples import SPECIFICATION_BODY
+from damperlab.service.problems import Problem, documented
+from damperlab.service.routes.report import POLICY
+from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
+from damperlab.service.work.functions import specified
+from damperlab.studies.design.shelf import Kept
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.text import Format
+from damperlab.studies.vocabulary import State
+
+router = APIRouter(prefix="/api/v1/designs", tags=["designs"])
+
+NOT_LISTED = ("specification", "studies", "known")
+"""What a list leaves out."""
+
+
+class AskQuery(BaseModel):
+    """Parameters of a design that is asked for."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    dry_run: bool = Field(
+        False, description="Say how many points its budget allows, and neither keep nor compute anything."
+    )
+
+
+class DesignsQuery(BaseModel):
+    """Parameters of the list of designs."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    limit: int = Field(50, ge=1, le=200, description="Largest number of designs on one page.")
+    cursor: str | None = Field(
+        None, pattern="^[0-9]{20}-[0-9a-f]{12}$", description="`cursor` of the page before."
+    )
+    state: State | None = None
+    name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
+
+
+@router.post(
+    "",
+    status_code=201,
+    response_class=Document,
+    responses={
+        200: gives("DesignOrBudget", "The same was asked for before; or the answer to a dry run"),
+        201: gives("Design", "Kept, and about to be searched", Location="Address of the design."),
+        **documented(413, 415, 422, 429, 503, 507),
+    },
+    openapi_extra={"requestBody": SPECIFICATION_BODY},
+    summary="Ask for a design",
+)
+async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
+    """Take a specification as JSON or YAML. The same one again answers 200 with the design that is there."""
+    kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
+    body = await read_body(request, service.settings.body_limit_bytes)
+    written_in: Format = "json" if kind in JSON_TYPES else "yaml"
+    asked, budget = await service.work.run(request, specified, body, written_in)
+    if query.dry_run:
+        chosen = list(asked.free)
+        return Document(
+            {"name": asked.name, "digest": asked.digest, "chosen": chosen, "budget_points": budget}
+        )
+    return await run_sync(_keep, service, asked, budget, limiter=service.submissions)
+
+
+def _keep(service: Service, asked: Specification, budget: int) -> Document:
+    kept, new = service.designer.shelf.put(asked, budget)
+    service.designer.wake()
+    return Document(_shown(service, kept), 201 if new else 200, {"Location": f"{router.prefix}/{kept.id}"})
+
+
+@router.get(
+    "",
+    response_class=Document,
+    responses={200: gives("DesignPage"), **documented(422, 503)},
+    summary="A page of designs, newest first",
+)
+def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -> Document:
+    """List designs without their specifications and answers; ask for one design to see its own."""
+    fitting = [
+        each
+        for each in service.designer.shelf.every()
+        if (query.cursor is None or each.place < query.cursor)
+        and query.state in (None, each.state)
+        and (query.name or "").lower() in each.name.lower()
+    ]
+    page = fitting[: query.limit]
+    last = page[-1].place if len(fitting) > len(page) else None
+    documents = [
+        {name: value for name, value in each.document().items() if name not in NOT_LISTED} for each in page
+    ]
+    return Document({"designs": documents, "cursor": last})
+
+
+@router.get(
+    "/{design_id}",
+    response_class=Document,
+    responses={200: gives("Design"), **documented(404, 503)},
+    summary="A design: how far it is, and its answer",
+)
+def show(service: TheService, design: TheDesign) -> Document:
+    """Say what is known so far and what is left; once it is done, `answer` is what `damperlab design --json` prints."""
+    return Document(_shown(service, design))
+
+
+@router.get(
+    "/{design_id}/report",
+    response_class=HTMLResponse,
+    responses={
+        200: {"description": "The document", "content": {"text/html": {"schema": {"type": "string"}}}},
+        **documented(404, 409, 503),
+    },
+    summary="The answer as a document to sign or to print",
+)
+def ask_report(service: TheService, design: TheDesign) -> HTMLResponse:
+    """Give drawing values with their tolerances, the response beside that of other dampers, and what decides it."""
+    if design.state != "done":
+        raise Problem(
+            409, "design-not-done", f"The design is {design.state}: its report comes with its answer."
+        )
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", design.name).strip("-.") or "design"
+    headers = {
+        "Content-Security-Policy": POLICY,
+        "Content-Disposition": f'inline; filename="{stem}-{design.id}.html"',
+    }
+    return HTMLResponse(service.designer.shelf.report(design.id), headers=headers)
+
+
+@router.post(
+    "/{design_id}/cancel",
+    response_class=Document,
+    responses={200: gives("Design"), **documented(404, 409, 503)},
+    summary="Stop a design",
+)
+def cancel(service: TheService, design: TheExactDesign) -> Document:
+    """Cancel a design and the studies that it waits for; what is computed is kept, and resume goes on from there."""
+    kept = service.designer.cancel(design)
+    if kept.state != "cancelled":
+        raise Problem(409, "design-ended", f"The design is {kept.state}: there is nothing left to cancel.")
+    return Document(_shown(service, kept))
+
+
+@router.post(
+    "/{design_id}/resume",
+    response_class=Document,
+    responses={200: gives("Design"), **documented(404, 409, 503)},
+    summary="Go on with a design",
+)
+def resume(service: TheService, design: TheExactDesign) -> Document:
+    """Go on with a design that was cancelled or has failed; studies that are done are not computed again."""
+    kept = service.designer.resume(design)
+    if kept.state == "done":
+        raise Problem(409, "design-ended", "The design is done: there is nothing left to compute.")
+    return Document(_shown(service, kept))
+
+
+@router.delete(
+    "/{design_id}",
+    status_code=204,
+    responses=documented(404, 409, 503),
+    summary="Delete a design and its answer",
+)
+def delete(service: TheService, design: TheExactDesign) -> Response:
+    """Delete a design that has ended; the studies that it asked for stay."""
+    service.designer.delete(design)
+    return Response(status_code=204)
+
+
+def _shown(service: Service, kept: Kept) -> dict[str, Any]:
+    done = points = 0
+    waited_for = () if kept.round is None or kept.ended else kept.round.studies
+    for study_id in waited_for:
+        with suppress(StudyNotFound):
+            record = service.store.find(study_id)
+            done += record.state == "done"
+            points += record.points_done
+    document = kept.document() | {"studies_done": done, "points_of_round": points}
+    return document | {"answer": service.designer.shelf.answer(kept.id) if kept.state == "done" else None}

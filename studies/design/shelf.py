@@ -1,0 +1,419 @@
+"""Where designs are kept: what was asked, how far it is, and what came out, in a folder of small files each.
+
+A file is written whole or not at all, and none is ever changed by two sides: the request is written once, the round by who
+searches, the end by who ends it first. So a process that is killed at any moment leaves a design that can be gone on with.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.sealed import PLACEHOLDER, require_seal, seal
+from damperlab.studies.store.submitter import SUBMITTED_BY, signed
+from damperlab.studies.vocabulary import State
+
+DESIGNS = "designs"
+"""The folder of the designs, in the data directory."""
+MOST_DESIGNS = 1000
+"""Designs that one data directory keeps."""
+ID_DIGITS = 12
+REQUEST, ROUND, ANSWER, REPORT, END = "request.json", "round.json", "answer.json", "report.html", "end.json"
+
+
+class DesignNotFound(StoreFault):
+    """No design, or more than one, goes by the name or id that was given."""
+
+
+class DesignDamaged(DesignNotFound):
+    """The files of a design are not what was written."""
+
+
+class DesignBusy(StoreFault):
+    """The design is being worked on, so what was asked has to wait."""
+
+
+class DesignsFull(StoreFault):
+    """No more designs can be kept."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """What a search waits for.
+
+    Parameters
+    ----------
+    stage : str
+        What the studies are for.
+    number : int
+        Rounds so far, this one included.
+    points, wanted : int
+        Points known, and points of the studies.
+    studies : tuple of str
+        Their ids.
+    known : dict or None
+        The best damper so far with its worst case as drawn; None before the first look.
+    started : str
+        When the search began, in ISO 8601, UTC.
+    message : str or None
+        What it waits for beside its studies.
+    """
+
+    stage: str
+    number: int
+    points: int
+    wanted: int
+    studies: tuple[str, ...]
+    known: dict[str, Any] | None
+    started: str
+    message: str | None = None
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A design as it is kept.
+
+    Parameters
+    ----------
+    id, name, digest : str
+        The first 12 hex digits of the digest; free text; the specification's digest.
+    state : str
+        One of `STATES`.
+    specification : dict
+        As it was given.
+    budget_points : int
+        Most points.
+    created : str
+        When it was asked for; times are in ISO 8601, UTC.
+    finished : str or None
+        When it ended.
+    message : str or None
+        Why it failed, or what it waits for.
+    owner : str or None
+        Whose it is; None where nobody asked who they are.
+    round : Round or None
+        The last one that was begun.
+    """
+
+    id: str
+    name: str
+    digest: str
+    state: State
+    specification: dict[str, Any]
+    budget_points: int
+    created: str
+    finished: str | None
+    message: str | None
+    owner: str | None
+    round: Round | None
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more happens unless somebody asks for it."""
+        return self.finished is not None
+
+    @property
+    def place(self) -> str:
+        """Where it stands among the designs of its folder; texts of this kind are ordered as the designs were asked for."""
+        return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
+
+    def document(self) -> dict[str, Any]:
+        """Give the design as JSON-able values, without its answer."""
+        at = self.round
+        return {
+            "id": self.id,
+            "name": self.name,
+            "state": self.state,
+            "stage": None if at is None else at.stage,
+            "round": 0 if at is None else at.number,
+            "points": 0 if at is None else at.points,
+            "points_wanted": 0 if at is None or self.ended else at.wanted,
+            "budget_points": self.budget_points,
+            "known": None if at is None else at.known,
+            "studies": [] if at is None else list(at.studies),
+            "created": self.created,
+            "started": None if at is None else at.started,
+            "finished": self.finished,
+            "message": self.message,
+            "digest": self.digest,
+            "specification": self.specification,
+        }
+
+
+class Shelf:
+    """The designs of one data directory.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory; its folder `designs` is made when the first design comes.
+    """
+
+    def __init__(self, data_dir: Path) -> None:
+        self._folder = Folder(Path(data_dir) / DESIGNS)
+
+    def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
+        """Keep what is asked; the same specification is one design.
+
+        Returns
+        -------
+        kept : Kept
+            The design, new or found.
+        new : bool
+            False where it was there already.
+
+        Raises
+        ------
+        DesignsFull
+            Beyond `MOST_DESIGNS`.
+        """
+        design_id = asked.digest[:ID_DIGITS]
+        ids = self.ids()
+        if design_id in ids:
+            return self.get(design_id), False
+        if len(ids) >= MOST_DESIGNS:
+            told = f"{len(ids)} designs are kept, and at most {MOST_DESIGNS} may be."
+            advice = "delete some with DELETE /api/v1/designs/{id}"
+            raise DesignsFull(Fault("design", f"{len(ids)} designs", f"at most {MOST_DESIGNS}", advice, told))
+        folder = self._folder.at(design_id)
+        folder.clear()  # what a deletion left that was cut short
+        request = {"specification": asked.document, "budget_points": budget, "created": now()}
+        folder.fill({REQUEST: _sealed(signed(request))})
+        return self.get(design_id), True
+
+    def ids(self) -> set[str]:
+        """Give the ids of all designs."""
+        return {name for name in self._folder.shelves() if self._has(name, REQUEST)}
+
+    def find(self, reference: str) -> Kept:
+        """Find a design by its id, the start of it, or its name.
+
+        Raises
+        ------
+        DesignNotFound
+            Where there is none, or more than one.
+        """
+        if reference in (ids := self.ids()):
+            return self.get(reference)
+        found = {each for each in ids if len(reference) >= 4 and each.startswith(reference)}
+        found = found or {each.id for each in self.every() if each.name == reference}
+        if len(found) == 1:
+            return self.get(found.pop())
+        many = f"{describe(reference)}, which stands for {len(found)} designs"
+        raise DesignNotFound(
+            Fault(
+                "design",
+                many if found else describe(reference),
+                "the id of one design",
+                "GET /api/v1/designs lists them",
+            )
+        )
+
+    def get(self, design_id: str) -> Kept:
+        """Give the design of a whole id.
+
+        Raises
+        ------
+        DesignNotFound
+            Where there is none; `DesignDamaged` where its files are not what was written.
+        """
+        try:
+            request = self._read(design_id, REQUEST)
+        except FileNotFoundError:
+            allowed, advice = "the whole id of a design", "GET /api/v1/designs lists them"
+            raise DesignNotFound(Fault("design", describe(design_id), allowed, advice)) from None
+        try:
+            end: Mapping[str, Any] = self._read(design_id, END)
+        except FileNotFoundError:
+            end = {}
+        at = self._round(design_id)
+        state: State = end.get("state") or ("queued" if at is None else "running")
+        try:
+            asked = parse_specification(request["specification"])
+            digest, name = asked.digest, asked.name
+        except StudyFaults:
+            # of a version that read more, or less: it is kept, and searching for it says what is wrong
+            digest, name = design_id, str(request["specification"].get("name", ""))
+        return Kept(
+            id=design_id,
+            name=name,
+            digest=digest,
+            state=state,
+            specification=request["specification"],
+            budget_points=int(request["budget_points"]),
+            created=request["created"],
+            finished=end.get("finished"),
+            message=end.get("message") if end or at is None else at.message,
+            owner=request.get(SUBMITTED_BY),
+            round=at,
+        )
+
+    def every(self) -> list[Kept]:
+        """Give all designs whose files are sound, the newest first."""
+        found = []
+        for design_id in self.ids():
+            try:
+                found.append(self.get(design_id))
+            except DesignNotFound:
+                continue  # deleted meanwhile; what is damaged is told by `damaged`
+        return sorted(found, key=lambda each: each.place, reverse=True)
+
+    def waiting(self) -> list[Kept]:
+        """Give the designs that have not ended, the oldest first."""
+        found = []
+        for design_id in self.ids():
+            if not self.ended(design_id):
+                try:
+                    found.append(self.get(design_id))
+                except DesignNotFound:
+                    continue
+        return sorted(found, key=lambda each: each.place)
+
+    def ended(self, design_id: str) -> bool:
+        """Whether a design has ended, or is gone."""
+        return self._has(design_id, END) or not self._has(design_id, REQUEST)
+
+    def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
+        """Read every design; give the id of each whose files are not what was written, and a sentence.
+
+        Parameters
+        ----------
+        pause : callable
+            Called before each design.
+        """
+        for design_id in sorted(self.ids()):
+            pause()
+            try:
+                if self.get(design_id).state == "done":
+                    self.answer(design_id)
+            except DesignDamaged as error:
+                yield design_id, str(error)
+            except DesignNotFound:
+                continue  # deleted meanwhile
+
+    def follow(self, design_id: str, at: Round) -> None:
+        """Note what a search waits for."""
+        self._folder.at(design_id).put(ROUND, _sealed(asdict(at)))
+
+    def finish(self, design_id: str, answer: Mapping[str, Any], report: str) -> bool:
+        """Keep an answer and its report, and end the design; False where it had ended otherwise before."""
+        folder = self._folder.at(design_id)
+        folder.put(REPORT, report.encode())
+        folder.put(ANSWER, _sealed({"answer": answer}))
+        return self.end(design_id, "done")
+
+    def end(self, design_id: str, state: State, message: str | None = None) -> bool:
+        """End a design; False where it had ended before."""
+        if self._has(design_id, END):
+            return False
+        end = {"state": state, "message": message, "finished": now()}
+        return self._folder.at(design_id).put_new(END, _sealed(end))
+
+    def resume(self, design_id: str) -> None:
+        """Let a design that was cancelled or has failed go on."""
+        self._folder.at(design_id).remove(END)
+
+    def answer(self, design_id: str) -> dict[str, Any]:
+        """Give the answer of a design that is done.
+
+        Raises
+        ------
+        DesignDamaged
+            If it is not what was written.
+        """
+        try:
+            found: dict[str, Any] = self._read(design_id, ANSWER)["answer"]
+        except FileNotFoundError:
+            raise _damaged(design_id, f"{ANSWER} is lost") from None
+        return found
+
+    def report(self, design_id: str) -> bytes:
+        """Give the report of a design that is done, a page of HTML.
+
+        Raises
+        ------
+        DesignDamaged
+            If it is lost.
+        """
+        try:
+            return self._folder.at(design_id).get(REPORT)
+        except FileNotFoundError:
+            raise _damaged(design_id, f"{REPORT} is lost") from None
+
+    def remove(self, design_id: str) -> None:
+        """Remove a design; its studies stay."""
+        folder = self._folder.at(design_id)
+        # the request first: a design is there when its request is
+        folder.remove(REQUEST)
+        folder.clear()
+
+    def pieces(self, design_id: str) -> dict[str, bytes]:
+        """Give the files of a design as they are; one that ends meanwhile is given as it was before or after."""
+        folder, found = self._folder.at(design_id), {}
+        # the end first: what it stands for is there before it
+        for name in (END, ANSWER, REPORT, ROUND, REQUEST):
+            with suppress(FileNotFoundError):
+                found[name] = folder.get(name)
+        return found
+
+    def take_over(self, design_id: str, pieces: Mapping[str, bytes]) -> int:
+        """Keep a design by its files, in place of what was kept of it; give the bytes that were written."""
+        if self.pieces(design_id) == pieces:
+            return 0
+        folder = self._folder.at(design_id)
+        folder.remove(REQUEST)
+        folder.clear()
+        # without the request, which makes it a design, and then with it
+        for some in ({name: pieces[name] for name in pieces if name != REQUEST}, {REQUEST: pieces[REQUEST]}):
+            if some:
+                folder.fill(some)
+        return sum(map(len, pieces.values()))
+
+    def _round(self, design_id: str) -> Round | None:
+        try:
+            found = self._read(design_id, ROUND)
+        except FileNotFoundError:
+            return None
+        return Round(**{**found, "studies": tuple(found["studies"])})
+
+    def _has(self, design_id: str, name: str) -> bool:
+        return Path(self._folder.address, design_id, name).is_file()
+
+    def _read(self, design_id: str, name: str) -> dict[str, Any]:
+        content = self._folder.at(design_id).get(name)
+        try:
+            require_seal(content)
+            found: dict[str, Any] = json.loads(content)
+        except ValueError as error:
+            raise _damaged(design_id, f"{name}: {error}") from error
+        del found["crc32c"]
+        return found
+
+
+def now() -> str:
+    """Give the time as designs note it: ISO 8601, UTC."""
+    return datetime.now(UTC).isoformat()
+
+
+def _sealed(document: Mapping[str, Any]) -> bytes:
+    return seal(json.dumps({"crc32c": PLACEHOLDER, **document}, allow_nan=False).encode())
+
+
+def _damaged(design_id: str, why: str) -> DesignDamaged:
+    return DesignDamaged(
+        Fault(
+            "design",
+            f"{design_id}, whose files are lost or damaged ({why})",
+            "a design whose files are complete",
+            "delete it and submit its specification again: its studies are in the store, so nothing is computed twice",
+            f"The files of design {design_id} are lost or damaged: {why.rstrip('.')}.",
+        )
+    )

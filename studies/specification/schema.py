@@ -1,0 +1,114 @@
+"""The JSON schema of a specification, for OpenAPI documents, editors and forms: made from what its reader knows."""
+
+from typing import Any
+
+from damperlab.studies.definition import MAX_NAME
+from damperlab.studies.physical import DAMPING, EXCITATION_FREQUENCY, MASS, NATURAL_FREQUENCY
+from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
+from damperlab.studies.specification.damper import (
+    ANYTHING,
+    LENGTH,
+    LIMIT_KEYS,
+    LIMIT_QUANTITIES,
+    MOST_VALUES,
+    QUANTITIES,
+)
+from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
+from damperlab.studies.specification.scene import BASE, EXCITATION_KEYS, STIFFNESS, STRUCTURE_KEYS
+from damperlab.studies.specification.specification import LIMITED, MEASURES, OF_STRUCTURE
+
+Schema = dict[str, Any]
+
+OF_SCENE: dict[str, Quantity] = {
+    each.name: each
+    for each in (
+        MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING, *BASE.values(), FREQUENCY_RATIO,
+    )
+} | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
+"""What structure and excitation are made of."""
+LIMIT_WORDS = {name: words for name, (_, words) in LIMITED.items()} | {
+    "cavity_length_m": "free length of the cavity, twice the clearance",
+    "friction_force_n": "friction force",
+    "particle_mass_kg": "particle mass",
+}
+
+
+def specification_schema() -> Schema:
+    """Return the JSON schema of a specification, whole in itself."""
+    return {
+        "type": "object",
+        "description": "What must be quiet, what may be chosen, and how far what is built may be off; in units, or in ratios.",
+        "required": ["structure", "excitation", "choose"],
+        "additionalProperties": False,
+        "properties": {
+            "name": {"type": "string", "maxLength": MAX_NAME - 20, "default": ""},
+            "structure": _object({name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "What must be quiet."),
+            "excitation": _object(
+                {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS},
+                "How the base moves: at every frequency of the band with every amplitude of the range.",
+            ),
+            "choose": _object(
+                {name: _choice(quantity) for name, quantity in QUANTITIES.items()},
+                "What may be chosen: a range, or a list.",
+            ),
+            **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
+            "tolerances": _object(
+                {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
+                "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
+            ),
+            "limits": _object({name: _limit(name) for name in LIMIT_KEYS}, "What must not be exceeded."),
+            "measure": {"type": "string", "enum": list(MEASURES), "default": next(iter(MEASURES))},
+            "confidence": CONFIDENCE.schema(0.9),
+            "budget_minutes": BUDGET_MINUTES.schema(8.0),
+            "budget_points": {"type": "integer", "minimum": 100, "maximum": 10_000_000},
+            "builds": {"type": "integer", "minimum": 0, "maximum": 10_000, "default": 60},
+        },
+    }  # fmt: skip
+
+
+def _object(properties: Schema, description: str) -> Schema:
+    return {
+        "type": "object",
+        "description": description,
+        "additionalProperties": False,
+        "properties": properties,
+    }
+
+
+def _range(quantity: Quantity) -> Schema:
+    ends = {"start": quantity.schema(), "stop": quantity.schema()}
+    return {
+        "type": "object",
+        "required": list(ends),
+        "additionalProperties": False,
+        "properties": ends,
+    }
+
+
+def _span(quantity: Quantity) -> Schema:
+    return {"description": quantity.meaning, "anyOf": [quantity.schema(), _range(quantity)]}
+
+
+def _choice(quantity: Quantity) -> Schema:
+    named = {
+        "type": "object",
+        "description": "a value with its name, such as a material",
+        "required": [quantity.name],
+        "additionalProperties": False,
+        "properties": {"name": {"type": "string"}, quantity.name: quantity.schema()},
+    }
+    values = {
+        "type": "array",
+        "minItems": 2,
+        "maxItems": MOST_VALUES,
+        "items": {"anyOf": [quantity.schema(), named]},
+    }
+    return {"description": quantity.meaning, "anyOf": [_range(quantity), values]}
+
+
+def _tolerance() -> Schema:
+    return {"anyOf": [ANYTHING.schema(), {"type": "string", "pattern": "^ *[0-9.]+ *%$"}]}
+
+
+def _limit(name: str) -> Schema:
+    return LIMIT_QUANTITIES.get(name, LENGTH).schema() | {"description": LIMIT_WORDS[name]}

@@ -1,0 +1,197 @@
+"""Designs over HTTP, on a real service: asked for, followed, stopped, resumed, killed, deleted."""
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from tests.service.cli.commands import run
+
+from damperlab.studies.store.store import Store
+
+DESIGNS = "/api/v1/designs"
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> dict[str, Any]:
+    """What the command line answers, on a folder of its own."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    (folder / "spec.json").write_text(json.dumps(helpers.SPECIFICATION))
+    ended = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
+    answer: dict[str, Any] = json.loads(ended.stdout)
+    return answer
+
+
+def test_the_answer_is_that_of_the_command_line(design: dict[str, Any], undisturbed: dict[str, Any]) -> None:
+    assert design["state"] == "done", design["message"]
+    assert design["answer"] == undisturbed
+    assert design["points"] == undisturbed["points"]
+    assert design["started"] < design["finished"]
+
+
+def test_its_studies_say_what_they_are_for(client: httpx.Client, design: dict[str, Any]) -> None:
+    listed = client.get("/api/v1/studies", params={"limit": 200, "name": "small <floor>"}).json()["studies"]
+    records = [client.get(f"/api/v1/studies/{each['id']}").json() for each in listed]
+    assert records
+    assert {record["provenance"]["designs"] for record in records} == {design["digest"]}
+
+
+def test_the_same_again_is_the_design_that_is_there(
+    client: httpx.Client, helpers: Any, design: dict[str, Any]
+) -> None:
+    again = client.post(DESIGNS, json=helpers.SPECIFICATION | {"name": "another name"})
+    assert again.status_code == 200
+    assert again.json() == design
+    for reference in (design["id"][:6], design["name"]):
+        assert client.get(f"{DESIGNS}/{reference}").json()["id"] == design["id"]
+
+
+def test_its_report_is_a_page_that_loads_nothing(client: httpx.Client, design: dict[str, Any]) -> None:
+    report = client.get(f"{DESIGNS}/{design['id']}/report")
+    assert report.headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in report.headers["content-security-policy"]
+    assert f"small-floor-{design['id']}.html" in report.headers["content-disposition"]
+    assert "small &lt;floor&gt;" in report.text
+    assert not any(word in report.text for word in ("http://", "https://", "<script", "<link"))
+
+
+def test_what_is_done_can_be_neither_cancelled_nor_resumed(
+    client: httpx.Client, design: dict[str, Any]
+) -> None:
+    for what in ("cancel", "resume"):
+        refused = client.post(f"{DESIGNS}/{design['id']}/{what}")
+        assert refused.status_code == 409
+        assert refused.json()["type"] == "urn:damperlab:problem:design-ended"
+
+
+def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
+    asked = helpers.SPECIFICATION | {"clearance_m": 0.0051}
+    before = client.get(DESIGNS).json()
+    answer = client.post(DESIGNS, json=asked, params={"dry_run": True})
+    assert answer.status_code == 200
+    assert answer.json()["budget_points"] == 500
+    assert answer.json()["chosen"] == ["friction_force_n"]
+    assert client.get(DESIGNS).json() == before
+
+
+def test_every_fault_of_a_specification_is_told(client: httpx.Client, helpers: Any) -> None:
+    bad = helpers.SPECIFICATION | {"restitution": 2, "measure": "noise", "budget_points": 3, "nonsense": 1}
+    refused = client.post(DESIGNS, json=bad)
+    assert refused.status_code == 422
+    fields = {fault["field"] for fault in refused.json()["errors"]}
+    assert fields == {"restitution", "measure", "budget_points", "nonsense"}
+
+
+def test_a_budget_that_ends_before_the_first_look_is_refused(client: httpx.Client, helpers: Any) -> None:
+    refused = client.post(DESIGNS, json=helpers.SPECIFICATION | {"budget_points": 100})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "budget_minutes"
+
+
+def test_a_specification_may_be_yaml(client: httpx.Client) -> None:
+    text = "structure: {damping_ratio: 0.02}\nexcitation: {}\n"
+    refused = client.post(DESIGNS, content=text, headers={"Content-Type": "application/yaml"})
+    assert refused.status_code == 422
+    assert "excitation.frequency_hz" in {fault["field"] for fault in refused.json()["errors"]}
+
+
+@pytest.mark.parametrize("way", ["", "/report"])
+def test_a_design_that_is_not_there_is_not_found(client: httpx.Client, way: str) -> None:
+    for reference in ("000000000000", "..", "%2e%2e%2frecords", "x" * 150):
+        answer = client.get(f"{DESIGNS}/{reference}{way}")
+        assert answer.status_code == 404, (reference, answer.text)
+
+
+def test_designs_are_listed_page_by_page(client: httpx.Client, helpers: Any, design: dict[str, Any]) -> None:
+    other = client.post(DESIGNS, json=helpers.SPECIFICATION | {"clearance_m": 0.0052, "name": "other"}).json()
+    client.post(f"{DESIGNS}/{other['id']}/cancel").raise_for_status()
+    first = client.get(DESIGNS, params={"limit": 1}).json()
+    assert [each["id"] for each in first["designs"]] == [other["id"]]
+    second = client.get(DESIGNS, params={"limit": 1, "cursor": first["cursor"]}).json()
+    assert [each["id"] for each in second["designs"]] == [design["id"]]
+    assert second["cursor"] is None
+    assert {each["state"] for each in client.get(DESIGNS, params={"state": "done"}).json()["designs"]} == {
+        "done"
+    }
+    assert [each["id"] for each in client.get(DESIGNS, params={"name": "OTH"}).json()["designs"]] == [
+        other["id"]
+    ]
+    client.delete(f"{DESIGNS}/{other['id']}").raise_for_status()
+
+
+def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
+    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+) -> None:
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
+        helpers.wait_for_design(client, design_id, lambda now: now["round"] > 1)
+        refused = client.delete(f"{DESIGNS}/{design_id}")
+        assert refused.json()["type"] == "urn:damperlab:problem:design-busy"
+        cancelled = client.post(f"{DESIGNS}/{design_id}/cancel").raise_for_status().json()
+        assert cancelled["state"] == "cancelled"
+        assert cancelled["points"] > 0
+        assert cancelled["known"]["design"]["friction_force_n"] is not None
+        listed = client.get("/api/v1/studies", params={"limit": 200}).json()["studies"]
+        assert {each["state"] for each in listed} <= {"done", "cancelled"}
+        assert client.get(f"{DESIGNS}/{design_id}/report").status_code == 409
+        resumed = client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status().json()
+        assert resumed["state"] in ("queued", "running")
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert now["state"] == "done", now["message"]
+        assert now["answer"] == undisturbed
+        assert client.delete(f"{DESIGNS}/{design_id}").status_code == 204
+        assert client.get(f"{DESIGNS}/{design_id}").status_code == 404
+        assert client.get("/api/v1/studies").json()["studies"]
+    assert running.stop() == 0
+
+
+def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
+    own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
+) -> None:
+    design_id = ""
+    for beyond in (0, 1, 2):
+        running = own_service()
+        with httpx.Client(base_url=running.url, timeout=60) as client:
+            design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
+            now = helpers.wait_for_design(
+                client, design_id, lambda now, least=beyond: now["round"] > least or now["finished"]
+            )
+            assert not now["finished"], "it ended before it could be killed"
+        running.stop(signal.SIGKILL)
+    store = Store.open(tmp_path / "data")
+    before = {record.id for record in store.page(200).records if record.state == "done"}
+    store.close()
+    assert before
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert now["state"] == "done", now["message"]
+        assert now["answer"] == undisturbed
+    assert running.stop() == 0
+
+
+def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
+    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+) -> None:
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
+
+        def cancelled_one() -> bool:
+            now = client.get(f"{DESIGNS}/{design_id}").json()
+            assert not now["finished"], "it ended before a study of it could be cancelled"
+            answers = [client.post(f"/api/v1/studies/{each}/cancel") for each in now["studies"][-1:]]
+            return any(answer.status_code == 200 for answer in answers)
+
+        helpers.wait_until(cancelled_one)
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert now["state"] == "failed"
+        assert "is cancelled" in now["message"]
+        client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert (now["state"], now["answer"]) == ("done", undisturbed)
+    assert running.stop() == 0

@@ -1,0 +1,136 @@
+"""Designs as they are kept: whole at every moment, one for each specification, and damage is told."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from damperlab.studies.design.shelf import DesignDamaged, DesignNotFound, DesignsFull, Kept, Round, Shelf
+from damperlab.studies.specification.reading import parse_specification, read_specification
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.submitter import submitter
+from damperlab.studies.store.verify import check_catalogue
+
+AT = Round(
+    "a first look", 1, 0, 80, ("0123456789ab",), {"worst": {"value": None}}, "2026-01-01T00:00:00+00:00"
+)
+
+
+@pytest.fixture
+def asked() -> Specification:
+    return read_specification("prototype")
+
+
+def kept_design(shelf: Shelf, asked: Specification) -> Kept:
+    kept, new = shelf.put(asked, 1000)
+    assert new
+    return kept
+
+
+def test_a_design_is_queued_then_runs_then_is_done(tmp_path: Path, asked: Specification) -> None:
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    assert (shelf.get(design_id).state, shelf.get(design_id).specification) == ("queued", asked.document)
+    shelf.follow(design_id, AT)
+    assert (shelf.get(design_id).state, shelf.get(design_id).round) == ("running", AT)
+    assert [each.id for each in shelf.waiting()] == [design_id]
+    assert shelf.finish(design_id, {"words": ["ü", None]}, "<p>ü</p>")
+    assert shelf.get(design_id).state == "done"
+    assert shelf.waiting() == []
+    assert shelf.answer(design_id) == {"words": ["ü", None]}
+    assert shelf.report(design_id) == "<p>ü</p>".encode()
+
+
+def test_who_ends_a_design_first_has_ended_it(tmp_path: Path, asked: Specification) -> None:
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    assert shelf.end(design_id, "cancelled")
+    assert not shelf.finish(design_id, {}, "")
+    assert shelf.get(design_id).state == "cancelled"
+    shelf.resume(design_id)
+    assert shelf.get(design_id).state == "queued"
+
+
+def test_the_same_specification_is_one_design_whatever_it_is_called(
+    tmp_path: Path, asked: Specification
+) -> None:
+    shelf = Shelf(tmp_path)
+    first = kept_design(shelf, asked)
+    other = parse_specification(asked.document | {"name": "another"})
+    assert shelf.put(other, 1000) == (first, False)
+    assert shelf.find(first.id[:5]) == shelf.find("prototype") == first
+    for reference in ("another", first.id[:3], "", ".."):
+        with pytest.raises(DesignNotFound):
+            shelf.find(reference)
+
+
+def test_a_deletion_that_was_cut_short_leaves_nothing_to_a_later_design(
+    tmp_path: Path, asked: Specification
+) -> None:
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    shelf.finish(design_id, {"words": ["old"]}, "old")
+    # what a deletion does first
+    (tmp_path / "designs" / design_id / "request.json").unlink()
+    assert shelf.ids() == set()
+    with pytest.raises(DesignNotFound):
+        shelf.get(design_id)
+    assert kept_design(shelf, asked).state == "queued"
+
+
+def test_a_design_is_whose_it_is(tmp_path: Path, asked: Specification) -> None:
+    token = submitter.set("ada")
+    try:
+        assert kept_design(Shelf(tmp_path), asked).owner == "ada"
+    finally:
+        submitter.reset(token)
+
+
+def test_so_many_designs_are_kept_and_no_more(
+    tmp_path: Path, asked: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.studies.design.shelf.MOST_DESIGNS", 1)
+    shelf = Shelf(tmp_path)
+    kept_design(shelf, asked)
+    with pytest.raises(DesignsFull):
+        shelf.put(read_specification("antenna-mast"), 1000)
+
+
+@pytest.mark.parametrize("name", ["request.json", "end.json", "answer.json"])
+def test_every_changed_byte_is_told(tmp_path: Path, asked: Specification, name: str) -> None:
+    store = Store.open(tmp_path)
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    shelf.finish(design_id, {"words": ["a"]}, "")
+    assert list(check_catalogue(store)) == []
+    file = tmp_path / "designs" / design_id / name
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(DesignDamaged):
+        _ = shelf.answer(design_id) if name == "answer.json" else shelf.get(design_id)
+    assert [design_id in line for line in check_catalogue(store)] == [True]
+    store.close()
+
+
+def test_a_backup_holds_the_designs(tmp_path: Path, asked: Specification) -> None:
+    source, target = Store.open(tmp_path / "a"), Store.open(tmp_path / "b")
+    shelf = Shelf(tmp_path / "a")
+    design_id = kept_design(shelf, asked).id
+    shelf.finish(design_id, {"words": ["a"]}, "report")
+    running = shelf.put(read_specification("antenna-mast"), 10)[0]
+    copied: list[Any] = [copy_store(source, target) for _ in range(2)]
+    assert copied[0].bytes > 0
+    assert copied[1].bytes == 0
+    there = Shelf(tmp_path / "b")
+    assert there.answer(design_id) == {"words": ["a"]}
+    assert there.waiting() == [running]
+    # what ends, and what goes on after it had ended
+    shelf.end(running.id, "cancelled")
+    shelf.resume(design_id)
+    copy_store(source, target)
+    assert (there.get(running.id), there.get(design_id)) == (shelf.get(running.id), shelf.get(design_id))
+    source.close()
+    target.close()
