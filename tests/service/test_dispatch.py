@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
@@ -25,7 +27,7 @@ class Gate(SharedCluster):
     """A cluster that is lent once the gate is open."""
 
     def __init__(self) -> None:
-        super().__init__(workers=1, scheduler=None)
+        super().__init__(partial(connect, workers=1))
         self.asked = threading.Event()
         self.open = threading.Event()
 
