@@ -1,7 +1,8 @@
 """Ask a running service whatever its OpenAPI document allows, and what it does not: ``python -m tests.fuzz --cases 500``.
 
-schemathesis, which ``requirements-bench.lock`` holds, runs all of its checks over all operations, DELETE among them. Studies
-that it deletes are submitted again, so that there is always something to ask.
+schemathesis, which ``requirements-bench.lock`` holds, runs all of its checks over all operations, DELETE among them. What it
+deletes is put back, so that there is always something to ask: studies that are done, one that runs, a suite, uploaded records,
+promised answers.
 """
 
 import argparse
@@ -16,46 +17,71 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
-from tests.service.conftest import CURVE, SUITE, Running, ended, start_service, wait_for
+from tests.service.conftest import CURVE, SUITE, Running, ended, long_study, start_service, wait_for
 
-STUDIES = (CURVE, CURVE | {"name": "another", "damping_ratio": 0.004}, SUITE)
 FRICTION = {
     "name": "friction",
     "particle": False,
     "axes": {"friction_ratio": [0.05, 0.2, 0.4], "frequency_ratio": [0.95, 1, 1.05]},
 }
+STUDIES = (CURVE, CURVE | {"name": "another", "damping_ratio": 0.004}, FRICTION, SUITE)
+HARMONIC = 3
+"""So many of them are no suites."""
+RECORDS = tuple({"kanai_tajimi": {"seed": seed, "duration_s": 20, "peak_g": 0.2}} for seed in (1, 2))
+POINT = {"frequency_ratio": 1, "clearance_ratio": 10, "cycles": 3}
 HERE = Path(__file__).parent
 
 
 def submit(client: httpx.Client) -> list[str]:
     """Submit every study that is not there."""
-    return [client.post("/api/v1/studies", json=each).json()["id"] for each in (*STUDIES, FRICTION)]
+    return [client.post("/api/v1/studies", json=each).json()["id"] for each in STUDIES]
+
+
+def put_back(client: httpx.Client) -> dict[str, list[str]]:
+    """Make anew what is not there; what may be named in a request, by the parameter that names it."""
+    studies = submit(client)
+    running = client.post("/api/v1/studies", json=long_study("running")).json()["id"]
+    client.post(f"/api/v1/studies/{running}/resume")
+    records = [client.post("/api/v1/records", json=each).json()["id"] for each in RECORDS]
+    at_once = {"Prefer": "respond-async, wait=0"}
+    promised = [client.post("/api/v1/simulate", json=POINT, headers=at_once) for _ in range(2)]
+    answers = [each.headers["location"].rpartition("/")[2] for each in promised if each.status_code == 202]
+    return {
+        "study_id": [*studies, running, "curve"],
+        "record_id": ["northridge", "el-centro", *records],
+        "answer_id": answers,
+    }
 
 
 @contextmanager
-def something_to_ask(url: str) -> Iterator[list[str]]:
-    """Keep studies at hand while the block runs."""
+def something_to_ask(url: str, there: Path) -> Iterator[None]:
+    """Keep something at hand while the block runs; its names are in the file `there`."""
     over = threading.Event()
+
+    def note(client: httpx.Client) -> None:
+        new = there.with_suffix(".new")
+        new.write_text(json.dumps(put_back(client)))
+        new.replace(there)
 
     def again() -> None:
         with httpx.Client(base_url=url, timeout=60) as client:
             while not over.wait(2):
                 try:
-                    submit(client)
+                    note(client)
                 except (httpx.HTTPError, KeyError, json.JSONDecodeError):
                     continue  # refused by a limit: next time
 
     with httpx.Client(base_url=url, timeout=300) as client:
-        ids = submit(client)
-        for each in ids:
+        for each in submit(client):
             wait_for(client, each, ended)
         # kernels warm: one point, one comparison
-        client.post("/api/v1/simulate", json={"frequency_ratio": 1, "clearance_ratio": 10, "cycles": 3})
+        client.post("/api/v1/simulate", json=POINT)
         client.post("/api/v1/earthquake-comparisons", json={"record": "northridge"})
+        note(client)
     keeper = threading.Thread(target=again)
     keeper.start()
     try:
-        yield ids
+        yield
     finally:
         over.set()
         keeper.join()
@@ -63,9 +89,11 @@ def something_to_ask(url: str) -> Iterator[list[str]]:
 
 def run(running: Running, folder: str, program: str, cases: int, more: list[str]) -> int:
     """Run schemathesis over one service; its exit status."""
-    with something_to_ask(running.url) as ids:
+    there = Path(folder) / "there.json"
+    with something_to_ask(running.url, there):
         environment = os.environ | {
-            "FUZZ_STUDIES": ",".join([*ids, "curve"]),
+            "FUZZ_THERE": str(there),
+            "FUZZ_HARMONIC": str(HARMONIC),
             "SCHEMATHESIS_HOOKS": "hooks",
             "PYTHONHASHSEED": "0",
             "PYTHONPATH": str(HERE),

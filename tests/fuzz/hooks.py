@@ -1,25 +1,29 @@
-"""What schemathesis is told of a service that has something to ask: ids of studies and records that are there."""
+"""What schemathesis is told of a service that has something to ask: ids of what is there now."""
 
+import json
 import os
+from pathlib import Path
 from typing import Any
 
 import schemathesis
 from hypothesis import strategies as st
 
-KNOWN = {
-    "study_id": os.environ.get("FUZZ_STUDIES", "").split(","),
-    "record_id": ["northridge", "el-centro"],
-    "key": ["zarr.json", "amplitude_ratio/c/0/0/0/0/0/0", "status/zarr.json"],
-}
+KEYS = ("zarr.json", "amplitude_ratio/c/0/0/0/0/0/0", "status/zarr.json")
+"""Of the cube of a study that is no suite."""
 
 
 @schemathesis.hook
 def before_call(context: Any, case: Any, kwargs: Any) -> None:
     """Name what is there in three of four requests, chosen by the request alone so that a failure can be repeated."""
-    chosen = hash(repr((case.query, case.body, case.operation.label)))
-    for name, known in KNOWN.items():
-        if name in (case.path_parameters or {}) and chosen % 4:
-            case.path_parameters[name] = known[chosen // 4 % len(known)]
+    asked = case.path_parameters or {}
+    chosen = hash(repr((case.query, case.body, asked, case.operation.label)))
+    there = json.loads(Path(os.environ["FUZZ_THERE"]).read_text())
+    for name, known in there.items():
+        if name in asked and known and chosen % 4:
+            asked[name] = known[chosen // 4 % len(known)]
+    if "key" in asked and chosen % 4:
+        harmonic = asked["study_id"] in there["study_id"][: int(os.environ["FUZZ_HARMONIC"])]
+        asked["key"] = KEYS[chosen // 64 % len(KEYS)] if harmonic else "zarr.json"
 
 
 @schemathesis.hook
