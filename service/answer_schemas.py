@@ -381,7 +381,7 @@ def answer_schemas() -> dict[str, Schema]:
         ),
         "PromisedAnswer": {"anyOf": [of("Simulated"), of("Readiness"), of("Compared")]},
         "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
-        "GroundMotion": _object(**_GROUND_MOTION),
+        "GroundMotion": _object(("submitted_by",), **_GROUND_MOTION, submitted_by=TEXT),
         "GroundMotions": _object(records=_list(of("GroundMotion"))),
         "DesignAnswer": _DESIGN_ANSWER,
         "DesignSummary": _object(**_DESIGN_LISTED),

@@ -43,7 +43,7 @@ def submit_list(
     StudyFaults
         With every fault of every study, its place first, as in ``[3].axes.friction_ratio``.
     """
-    studies = _parse(documents, Shelf(service.settings.data_dir), key)
+    studies = _parse(documents, service.settings.records, key)
     plans = [make_plan(study, seconds_per_point) for study in studies]
     if dry_run:
         sizes = [

@@ -22,7 +22,6 @@ from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake, read_earthquake
-from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.ground.comparison import scenes_of
@@ -61,7 +60,7 @@ async def list_records(service: TheService) -> Document:
 
 
 def _list(service: Service) -> Document:
-    return Document({"records": Shelf(service.settings.data_dir).summaries()})
+    return Document({"records": service.settings.records.summaries()})
 
 
 @router.post(
@@ -90,7 +89,7 @@ async def add_record(
 
 
 def _add(service: Service, motion: GroundMotion) -> Document:
-    record_id, new = Shelf(service.settings.data_dir).put(motion)
+    record_id, new = service.settings.records.put(motion)
     document = {"id": record_id, **motion.summary()}
     return Document(document, 201 if new else 200)
 
@@ -148,7 +147,7 @@ def remove_record(
     record_id: Annotated[str, Path(max_length=100, description="Whole id of an uploaded record.")],
 ) -> Response:
     """Remove a record; studies that use it keep their own copy."""
-    shelf = Shelf(service.settings.data_dir)
+    shelf = service.settings.records
     require_owner(caller, shelf.owner(record_id), "record")
     shelf.remove(record_id)
     return Response(status_code=204)
@@ -175,5 +174,5 @@ async def compare_dampers(
 
 
 def _asked(service: Service, body: bytes) -> tuple[Earthquake, list[Scene]]:
-    asked = read_earthquake(load_text(body, "json"), Shelf(service.settings.data_dir))
+    asked = read_earthquake(load_text(body, "json"), service.settings.records)
     return asked, scenes_of(asked)

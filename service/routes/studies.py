@@ -22,7 +22,6 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import StudyFaults
-from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
@@ -120,7 +119,7 @@ def _submit(
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
         return submit_list(service, document, dry_run=query.dry_run, reuse=reuse, key=key)
-    study = parse_study(document, Shelf(service.settings.data_dir))
+    study = parse_study(document, service.settings.records)
     plan = make_plan(study, seconds_per_point)
     if query.dry_run:
         return Document(estimate_document(study, plan, service.store))

@@ -3,24 +3,26 @@
 import io
 import json
 import os
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.durable import sync_path
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.sealed import PLACEHOLDER, is_sealed, require_seal, seal
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed
+from damperlab.studies.store.submitter import SUBMITTED_BY, signed, submitter
 
 MOST_RECORDS = 1000
-"""Uploaded records that one data directory keeps."""
+"""Uploaded records that one data directory keeps, where nothing else is said."""
 
 _SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
 """The entries of a record's summary."""
@@ -42,6 +44,26 @@ class ShelfFull(StoreFault):
     """No more records can be kept."""
 
 
+@dataclass(frozen=True)
+class RecordQuota:
+    """The most records that are kept; None for any number.
+
+    Parameters
+    ----------
+    records : int, optional
+        Of everybody together.
+    of_owner : int, optional
+        Of each owner of keys.
+    """
+
+    records: int | None = MOST_RECORDS
+    of_owner: int | None = None
+
+
+_putting = threading.Lock()
+"""Held from counting to writing, so that records that come at the same time are counted too."""
+
+
 class Shelf:
     """The records of one data directory; a record is two files that are never changed: samples and summary.
 
@@ -49,10 +71,13 @@ class Shelf:
     ----------
     data_dir : Path
         The data directory; its folder `records` is made when the first record comes.
+    quota : RecordQuota
+        How many it keeps.
     """
 
-    def __init__(self, data_dir: Path) -> None:
+    def __init__(self, data_dir: Path, quota: RecordQuota = RecordQuota()) -> None:
         self.folder = Path(data_dir) / "records"
+        self._quota = quota
 
     @classmethod
     def none(cls) -> "Shelf":
@@ -64,14 +89,9 @@ class Shelf:
         return (*builtin_ids(), *self._uploaded())
 
     def summaries(self) -> list[dict[str, Any]]:
-        """Return id and summary of every record, without reading the samples of uploaded ones."""
+        """Return id and summary of every record, and whose it is, without reading the samples of uploaded ones."""
         built_in = [{"id": name, **builtin_record(name).summary()} for name in builtin_ids()]
-        return built_in + [{"id": name, **self._summary(name)} for name in self._uploaded()]
-
-    def _summary(self, record_id: str) -> dict[str, Any]:
-        kept = self._kept(record_id)
-        kept.pop(SUBMITTED_BY, None)
-        return kept
+        return built_in + [{"id": name, **self._kept(name)} for name in self._uploaded()]
 
     def _kept(self, record_id: str) -> dict[str, Any]:
         """Read a record's summary; raise `RecordDamaged` unless it is what was written."""
@@ -170,7 +190,7 @@ class Shelf:
 
     def _motion(self, record_id: str) -> GroundMotion:
         """Read an uploaded record; raise `RecordDamaged` unless it is what was written, as its id says."""
-        kept = self._summary(record_id)
+        kept = self._kept(record_id)
         try:
             samples = np.load(self.folder / f"{record_id}.npy", allow_pickle=False)
             motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
@@ -194,18 +214,20 @@ class Shelf:
         Raises
         ------
         ShelfFull
-            Beyond `MOST_RECORDS`.
+            If as many are kept as may be, in all or of this owner.
         """
+        with _putting:
+            return self._put(motion)
+
+    def _put(self, motion: GroundMotion) -> tuple[str, bool]:
         record_id = f"u-{motion.digest}"
         kept = set(self._uploaded())
         if record_id in kept:
             with suppress(RecordDamaged):
                 self._motion(record_id)
                 return record_id, False
-        elif len(kept) >= MOST_RECORDS:
-            advice = "remove some with DELETE /api/v1/records/{id}"
-            told = f"{len(kept)} records are stored, and at most {MOST_RECORDS} may be."
-            raise ShelfFull(Fault("record", f"{len(kept)} records", f"at most {MOST_RECORDS}", advice, told))
+        else:
+            self._require_room(kept)
         self.folder.mkdir(parents=True, exist_ok=True)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
@@ -215,6 +237,19 @@ class Shelf:
         self._keep(f"{record_id}.json", seal(json.dumps(summary).encode()))
         return record_id, True
 
+    def _require_room(self, kept: set[str]) -> None:
+        _require_fewer("quota_records", len(kept), self._quota.records)
+        owner = submitter.get()
+        if owner is not None and self._quota.of_owner is not None:
+            his = sum(self._owner_or_nobody(record_id) == owner for record_id in kept)
+            _require_fewer("key_quota_records", his, self._quota.of_owner)
+
+    def _owner_or_nobody(self, record_id: str) -> str | None:
+        with suppress(RecordDamaged):
+            owner: str | None = self._kept(record_id).get(SUBMITTED_BY)
+            return owner
+        return None
+
     def _keep(self, name: str, content: bytes) -> None:
         """Write a file that is there whole or not at all, also after a power cut."""
         with NamedTemporaryFile(dir=self.folder, suffix=".new", delete=False) as file:
@@ -223,6 +258,14 @@ class Shelf:
             os.fsync(file.fileno())
         Path(file.name).replace(self.folder / name)
         sync_path(self.folder)
+
+
+def _require_fewer(setting: str, count: int, most: int | None) -> None:
+    if most is None or count < most:
+        return
+    advice = "remove some with DELETE /api/v1/records/{id}"
+    told = f"{{field}} is reached: {counted(count, 'record')} of at most {most:,} are stored."
+    raise ShelfFull(Fault(setting, counted(count, "record"), f"at most {most:,}", advice, told))
 
 
 def _damaged(record_id: str, why: str) -> RecordDamaged:

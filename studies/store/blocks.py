@@ -155,11 +155,13 @@ class Blocks(Lookup):
             If somebody works on it.
         NothingToDo
             If no block was given up, or the study is of another solver.
+        TooManyUnfinished
+            If as many studies wait or run as may.
         """
         record, blocks = self.find(study_id), self.given_up(study_id)
         if not blocks or record.outdated:
             raise _nothing_to_retry(record)
-        self.forget(study_id, blocks, "to be tried again")
+        self.forget(study_id, blocks, "to be tried again", in_turn=True)
         return self.set_state(study_id, "queued", "")
 
     def given_up(self, study_id: str) -> Sequence[int]:
@@ -170,7 +172,7 @@ class Blocks(Lookup):
             failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
             return connection.execute(failed).scalars().all()
 
-    def forget(self, study_id: str, blocks: Sequence[int], why: str) -> Record:
+    def forget(self, study_id: str, blocks: Sequence[int], why: str, *, in_turn: bool = False) -> Record:
         """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
 
         Parameters
@@ -181,6 +183,8 @@ class Blocks(Lookup):
             Indices of blocks; those without a mark count for nothing.
         why : str
             Kept among the study's events.
+        in_turn : bool
+            Whether the study, which is queued by this, counts as one that somebody submits.
 
         Raises
         ------
@@ -188,11 +192,15 @@ class Blocks(Lookup):
             If there is no such study.
         StudyBusy
             If somebody works on it.
+        TooManyUnfinished
+            If as many studies wait or run as may, and it is to count.
         """
         b, c = done_blocks.c, studies.c
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
             require_free(row, "take blocks back from")
+            if in_turn:
+                self._require_turn(connection, row)
             shelf = self.cube_shelf(study_id, row.number)
             try:
                 # first: should this be cut short, what the cube says of itself is too little and never too much

@@ -9,6 +9,7 @@ from damperlab.studies.faults import Fault, describe, listing, printable
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.manifest import keep_marks
+from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.store.rows import (
     ALIVE,
@@ -22,6 +23,7 @@ from damperlab.studies.store.rows import (
     unknown_study,
 )
 from damperlab.studies.store.rowsum import require_row
+from damperlab.studies.store.submitter import SUBMITTED_BY
 from damperlab.studies.store.tables import events, studies
 from damperlab.studies.vocabulary import ENDED, STATES
 
@@ -177,6 +179,8 @@ class Lookup(StoreBase):
         ------
         StudyNotFound
             If there is no such study.
+        TooManyUnfinished
+            If it has ended, shall be queued again, and as many wait or run as may.
         """
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
@@ -190,8 +194,8 @@ class Lookup(StoreBase):
         with self.catalogue.writing() as connection:
             return self._change_state(connection, study_id, state, message, only_from, owner, now)
 
-    @staticmethod
     def _change_state(
+        self,
         connection: Connection,
         study_id: str,
         state: str,
@@ -203,6 +207,8 @@ class Lookup(StoreBase):
         row = study_row(connection, study_id)
         if not _may_change(row, only_from, owner):
             return record_of(row)
+        if state == "queued":
+            self._require_turn(connection, row)
         change: dict[str, Any] = {"state": state} | _phase(None)
         if message is not None:
             change["message"] = message or None
@@ -217,6 +223,12 @@ class Lookup(StoreBase):
         if row.state != state:
             log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
         return record_of(study_row(connection, study_id))
+
+    def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
+        """Refuse to queue a study that has ended where as many wait or run as may; raise `TooManyUnfinished`."""
+        if row.state in ENDED:
+            owner = record_of(row).provenance.get(SUBMITTED_BY)
+            Ledger(connection, self.quota).enter(owner, 0, 0, 1)
 
     def set_phase(
         self,

@@ -18,7 +18,7 @@ A_MINUTE = 40
 def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
     folder = tmp_path_factory.mktemp("limited")
     data: Path = folder / "data"
-    keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve")}
+    keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve", "dan")}
     running = helpers.start_service(
         data,
         folder / "log",
@@ -27,6 +27,8 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         DAMPERLAB_KEY_QUOTA_UNFINISHED="2",
         DAMPERLAB_KEY_QUOTA_POINTS="240100",
         DAMPERLAB_KEY_QUOTA_BYTES="none",
+        DAMPERLAB_KEY_QUOTA_RECORDS="2",
+        DAMPERLAB_QUOTA_RECORDS="3",
     )
     try:
         yield Guarded(running, data, keys)
@@ -58,6 +60,50 @@ def test_points_and_studies_are_counted_for_each_owner(limited: Guarded, helpers
             "key_quota_points",
         )
         assert ann.delete(f"{STUDIES}/{long[0].json()['id']}").status_code == 204
+
+
+def test_a_study_that_goes_on_counts_as_one_that_is_new(limited: Guarded, helpers: Any) -> None:
+    with limited.client("dan") as dan:
+        urls = []
+        for damping in (0.011, 0.012, 0.013):
+            made = dan.post(STUDIES, json=helpers.long_study("going on", damping, frequencies=10)).json()
+            urls.append(f"{STUDIES}/{made['id']}")
+            assert dan.post(f"{urls[-1]}/cancel").status_code == 200
+        assert [dan.post(f"{url}/resume").status_code for url in urls[:2]] == [200, 200]
+        refused = dan.post(f"{urls[2]}/resume")
+        assert _code(refused) == (429, "key_quota_unfinished")
+        assert int(refused.headers["retry-after"]) > 0
+        assert dan.get(urls[2]).json()["state"] == "cancelled"
+        # one that waits already is refused by nothing
+        assert dan.post(f"{urls[0]}/resume").status_code == 200
+        assert dan.post(f"{urls[0]}/cancel").status_code == 200
+        assert dan.post(f"{urls[2]}/resume").status_code == 200
+        for url in urls:
+            dan.post(f"{url}/cancel")
+
+
+def test_records_are_counted_for_each_owner(limited: Guarded) -> None:
+    def generate(client: httpx.Client, seed: int) -> httpx.Response:
+        return client.post("/api/v1/records", json={"kanai_tajimi": {"seed": seed, "duration_s": 20}})
+
+    with limited.client("ann") as ann, limited.client("bob") as bob:
+        made = [generate(ann, seed) for seed in (1, 2)]
+        assert [each.status_code for each in made] == [201, 201]
+        refused = generate(ann, 3)
+        assert _code(refused) == (507, "key_quota_records")
+        assert "DELETE /api/v1/records" in refused.text
+        # what is there is never refused, and what is refused for one is not for another
+        assert generate(ann, 1).status_code == 200
+        third = generate(bob, 3)
+        assert third.status_code == 201
+        assert _code(generate(bob, 4)) == (507, "quota_records")
+        records = {each["id"]: each for each in ann.get("/api/v1/records").json()["records"]}
+        assert records[third.json()["id"]]["submitted_by"] == "bob"
+        assert not any("submitted_by" in each for key, each in records.items() if not key.startswith("u-"))
+        gone = f"/api/v1/records/{made[0].json()['id']}"
+        assert bob.delete(gone).status_code == 403
+        assert ann.delete(gone).status_code == 204
+        assert generate(ann, 4).status_code == 201
 
 
 def test_a_key_has_so_many_requests_a_minute(limited: Guarded) -> None:
