@@ -2,15 +2,21 @@
 
 import asyncio
 import re
+from collections.abc import AsyncIterator
+from contextlib import suppress
 from functools import lru_cache
-from typing import Any, cast
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import IO, Any, cast
 
 from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
 from fastapi import FastAPI
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import Response
+from starlette.responses import Response, StreamingResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.problems import Problem, install, respond
 from damperlab.service.routes import queries, refine, report, studies, tmd
 from damperlab.service.settings import Settings
@@ -24,7 +30,11 @@ QUESTION = re.compile(
 )
 _SENT_ON = ("accept", "x-request-id")
 
-Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
+PART_BYTES = 1 << 20
+"""Of a long answer, which is sent as its client reads it."""
+
+Answer = tuple[int, list[tuple[bytes, bytes]], bytes | None]
+"""Status, headers and body; None for a body that lies in a file."""
 
 
 class Apart:
@@ -50,27 +60,28 @@ class Apart:
             return
         service: Service = scope["app"].state.service
         request = Request(scope, receive)
-        try:
-            answer = await self._ask(service.work, service.settings, request)
-        except Problem as problem:
-            await respond(request, problem)(scope, receive, send)
-            return
-        except ClientDisconnect:
-            return
-        status, headers, body = answer
-        response = Response(body, status)
-        response.raw_headers = [*headers]
-        await response(scope, receive, send)
+        with NamedTemporaryFile() as file:
+            try:
+                answer = await self._ask(service.work, service.settings, request, Path(file.name))
+            except Problem as problem:
+                await respond(request, problem)(scope, receive, send)
+                return
+            except ClientDisconnect:
+                return
+            status, headers, body = answer
+            response = Response(body, status) if body is not None else StreamingResponse(_parts(file), status)
+            response.raw_headers = [*headers]
+            await response(scope, receive, send)
 
     @staticmethod
-    async def _ask(work: Work, settings: Settings, request: Request) -> Answer:
+    async def _ask(work: Work, settings: Settings, request: Request, place: Path) -> Answer:
         scope = request.scope
         sent_on = [(name, value) for name, value in scope["headers"] if name.decode("latin-1") in _SENT_ON]
         asked = {
             **{name: scope[name] for name in ("path", "raw_path", "query_string", "request_id", "caller")},
             "headers": sent_on,
         }
-        return await work.run(request, answer, settings, asked)
+        return await work.run(request, answer, settings, asked, place)
 
 
 def prepare() -> None:
@@ -78,9 +89,19 @@ def prepare() -> None:
     import damperlab.service.work.functions  # noqa: F401
 
 
-def answer(settings: Settings, asked: dict[str, Any]) -> Answer:
-    """Answer a question in this process, as the service would."""
-    return asyncio.run(_answer(_application(settings), asked))
+async def _parts(file: IO[bytes]) -> AsyncIterator[bytes]:
+    while part := await run_sync(file.read, PART_BYTES):
+        yield part
+
+
+def answer(settings: Settings, asked: dict[str, Any], place: Path) -> Answer:
+    """Answer a question in this process, as the service would; a long answer is left in the file `place`."""
+    status, headers, body = asyncio.run(_answer(_application(settings), asked))
+    if len(body) > TAGGED_BYTES:
+        with suppress(OSError):  # where there is no room the service takes it as it is
+            place.write_bytes(body)
+            return status, headers, None
+    return status, headers, bytes(body)
 
 
 @lru_cache(maxsize=1)
@@ -97,7 +118,7 @@ def _application(settings: Settings) -> FastAPI:
     return app
 
 
-async def _answer(app: FastAPI, asked: dict[str, Any]) -> Answer:
+async def _answer(app: FastAPI, asked: dict[str, Any]) -> tuple[int, list[tuple[bytes, bytes]], bytearray]:
     status, headers, body = 500, [], bytearray()
 
     async def receive() -> Message:
@@ -122,4 +143,4 @@ async def _answer(app: FastAPI, asked: dict[str, Any]) -> Answer:
         **asked,
     }
     await app(scope, receive, send)
-    return status, headers, bytes(body)
+    return status, headers, body
