@@ -113,7 +113,10 @@ def described(field: Field) -> str:
 
 def _single(field: Field) -> Any:
     """Define the parameter of one field."""
-    text: Any = Annotated[str, WithJsonSchema({"type": "string", "enum": list(field.allowed)})]
+    # which words are right is the question's to judge; that there is one is judged here, where nothing means the default
+    text: Any = Annotated[
+        str, Described(min_length=1), WithJsonSchema({"type": "string", "enum": list(field.allowed)})
+    ]
     kind: Any = field.core if not field.allowed else text
     limits: dict[str, Any] = {"ge": field.least, "gt": field.above, "le": field.most}
     default = field.default

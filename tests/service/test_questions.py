@@ -148,6 +148,8 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
         ("frequency-response?frequency_ratio=1", "frequency_ratio"),
         ("resonance-map?x=frequency_ratio&y=clearance_m", "y"),
         ("frequency-response?metric=growth", "metric"),
+        ("frequency-response?metric=", "metric"),
+        ("optimal-designs?objective=", "objective"),
         ("tmd-comparison?frequency_ratio=1", "frequency_ratio"),
         ("optimal-designs?frequency_ratio=0.9,1.1", "frequency_ratio"),
         ("optimal-designs?band=2,1", "band"),
