@@ -41,7 +41,7 @@ class _Run:
 
 
 class Dispatcher:
-    """Runs what is queued in a store, oldest first.
+    """Runs what is queued in a store: those who submit take turns, and of each the oldest study comes first.
 
     The catalogue is the queue: a study is picked up because its state says so, whoever put it there and
     whichever process died while at it. A claim in the catalogue keeps two services from running one study.
@@ -72,6 +72,8 @@ class Dispatcher:
         self._not_before: dict[str, float] = {}
         # small studies that could not be run with others
         self._alone: set[str] = set()
+        # who has begun a study, and as which one of all: who had to wait longest comes next
+        self._turns: dict[str | None, int] = {}
         self._wake = threading.Event()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
@@ -218,7 +220,9 @@ class Dispatcher:
     def _start_runs(self) -> None:
         waiting = self._waiting()
         while waiting:
-            # a handful of small ones, where the oldest is one of them and has company
+            # the list is oldest first, and stays so for each who submits
+            waiting.sort(key=lambda one: self._turns.get(one.owner, 0))
+            # a handful of small ones, where the first is one of them and has company
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -232,6 +236,7 @@ class Dispatcher:
                     name = f"study-{ids[0]}"
                     thread = threading.Thread(target=work, args=(about, stop), name=name, daemon=True)
                     self._runs |= {study_id: _Run(thread, stop) for study_id in ids}
+                    self._turns[waiting[0].owner] = 1 + max(self._turns.values(), default=0)
                     thread.start()
             taken = set(ids) | ({waiting[0].id} if not together else set(small))
             waiting = [one for one in waiting if one.id not in taken]

@@ -21,7 +21,7 @@ from damperlab.worker.scheduler import SchedulerProcess
 
 LOOK_SECONDS = 2.0
 """Between two looks at who has come and gone."""
-AGAIN_SECONDS = 30.0
+AGAIN_SECONDS = 10.0
 """Between two submissions: jobs that end as soon as they begin shall not flood a batch system."""
 
 _log = logging.getLogger(__name__)

@@ -1,6 +1,8 @@
 """Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
 
+import json
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +13,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StudyBusy
 from damperlab.studies.store.rows import alive_row, claim_owner
+from damperlab.studies.store.submitter import SUBMITTED_BY
 from damperlab.studies.store.tables import WAITING, studies
 
 CLAIM_SECONDS = 60.0
@@ -33,10 +36,13 @@ class Waiting:
         Its whole id.
     small : bool
         Whether it is one block of a few points, and was never begun.
+    owner : str, optional
+        Who submitted it; None where nobody asked who that is.
     """
 
     id: str
     small: bool
+    owner: str | None
 
 
 class Claims(StoreBase):
@@ -86,7 +92,7 @@ class Claims(StoreBase):
         dead : callable
             Whether an owner can be seen to be gone before its claim ends.
         most : int, optional
-            No more are looked for.
+            Of each submitter no more are looked for.
         """
         c = studies.c
         # few columns, page by page: ten thousand studies may wait, and each that comes makes somebody look
@@ -99,27 +105,32 @@ class Claims(StoreBase):
             c.blocks_total,
             c.points_total,
             c.started,
+            c.provenance,
         )
         query = query.where(WAITING).order_by(c.created, c.number).limit(_PAGE)
         found: list[Waiting] = []
+        counts: Counter[str | None] = Counter()
         with self.catalogue.reading() as connection:
             page: Sequence[Any] = connection.execute(query).all()
             while page:
-                found += [
-                    Waiting(
-                        row.id,
-                        (row.blocks_total, row.started) == (1, None) and row.points_total <= FEW_POINTS,
-                    )
-                    for row in page
-                    if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner)))
-                ]
-                if len(page) < _PAGE or (most is not None and len(found) >= most):
+                for row in page:
+                    owner = _submitter(row.provenance)
+                    if most is not None and counts[owner] >= most:
+                        continue
+                    if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
+                        small = (row.blocks_total, row.started) == (
+                            1,
+                            None,
+                        ) and row.points_total <= FEW_POINTS
+                        found.append(Waiting(row.id, small, owner))
+                        counts[owner] += 1
+                if len(page) < _PAGE:
                     break
                 last = page[-1]
                 page = connection.execute(
                     query.where(tuple_(c.created, c.number) > tuple_(last.created, last.number))
                 ).all()
-        return found[:most]
+        return found
 
     def _holds(self, row: Row[Any]) -> bool:
         if row.claim_owner is None:
@@ -145,6 +156,17 @@ class Claims(StoreBase):
     ) -> None:
         change = update(studies).where(studies.c.number == number)
         connection.execute(change.values(claim_owner=owner, claim_expires=expires))
+
+
+def _submitter(provenance: str) -> str | None:
+    """Read who submitted a study; a row that cannot be read is nobody's, and is told of where it is used."""
+    if SUBMITTED_BY not in provenance:
+        return None
+    try:
+        owner = json.loads(provenance).get(SUBMITTED_BY)
+    except (ValueError, AttributeError):
+        return None
+    return owner if isinstance(owner, str) else None
 
 
 def _end(seconds: float | None) -> float:

@@ -16,6 +16,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.studies.store.submitter import submitter
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -104,3 +105,29 @@ def test_a_study_that_was_cancelled_while_its_run_began_never_runs(
         time.sleep(0.05)
     assert store.find(record.id).state == "cancelled"
     assert [what for _, what in store.events(record.id)] == ["submitted", "queued to cancelled"]
+
+
+def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store: Store) -> None:
+    def submit(owner: str, damping_ratio: float) -> str:
+        # too many points for the small ones that run together
+        axes = {"friction_ratio": 0, "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 40}}
+        study = parse_study({"damping_ratio": damping_ratio, "axes": axes, "particle": False})
+        token = submitter.set(owner)
+        try:
+            return store.submit(study, make_plan(study, seconds_per_point), provenance())[0].id
+        finally:
+            submitter.reset(token)
+
+    anns = [submit("ann", 0.01 + 0.001 * k) for k in range(5)]
+    bobs = [submit("bob", 0.05 + 0.001 * k) for k in range(2)]
+    # one of each is looked for, though ann's five are older
+    assert [one.id for one in store.unclaimed(lambda owner: False, 1)] == [anns[0], bobs[0]]
+    cluster = SharedCluster(partial(connect, workers=1))
+    dispatcher = Dispatcher(store, store, cluster, 1)
+    dispatcher.start()
+    try:
+        began = {name: ended(store, name).started for name in (*anns, *bobs)}
+    finally:
+        dispatcher.close()
+    order = sorted(began, key=lambda name: began[name] or 0.0)
+    assert order == [anns[0], bobs[0], anns[1], bobs[1], *anns[2:]]
