@@ -10,8 +10,8 @@ from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
 
 SMALL = {
-    "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4),
-    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.2),
+    "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4, finest=1 / 32),
+    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.2, finest=1 / 32),
 }
 """Of the searches for what the answer is compared with."""
 OF_DAMPER = {

@@ -26,7 +26,7 @@ __all__ = ["Ask", "Found", "Rounds", "designing", "next_round"]
 
 AMPLITUDES = 7
 """Base amplitudes under which the recommended damper is looked at."""
-SHOWN = 9
+SHOWN = 7
 """Base amplitudes of the figure that shows where the damper stops working."""
 
 

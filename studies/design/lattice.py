@@ -13,7 +13,7 @@ Candidate = tuple[float, ...]
 
 FIRST = {1: 1 / 16, 2: 1 / 8, 3: 1 / 4, 4: 1 / 4}
 """The first step, by the number of quantities that are chosen."""
-FINEST = 1 / 128
+FINEST = 1 / 64
 FULL = 2
 """Quantities up to which every neighbour of a candidate is looked at; of more only those along one quantity."""
 

@@ -1,6 +1,7 @@
 """How far each quantity of a damper may move alone."""
 
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
@@ -8,7 +9,7 @@ from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import CHOSEN, LIMITED, Specification
 
-MOVES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
+MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
 WITHIN = 1.1
 """How much above the stated worst case one may come that is moved, where no limit says it."""
@@ -41,22 +42,29 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
             kept = [each for each in values if low <= each <= top]
             moved[name, sign] = [(each, replace(build, **{name: each})) for each in kept]
-    yield from search.known((each for row in moved.values() for _, each in row), CLOSE)
+    yield from search.known((each for row in moved.values() for _, each in row), 0)
+
+    def fails(moved_build: Build) -> bool:
+        judged = search.score(moved_build)
+        return judged.violation > stated.violation or (judged.value > bound and not _limited(asked))
+
+    # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a closer one
+    near = (list(takewhile(lambda one: not fails(one[1]), row)) for row in moved.values())
+    yield from search.known((each for row in near for _, each in row), CLOSE)
     found: dict[str, Margin] = {}
     for name in names:
         ends: list[float] = []
-        fails: list[float | None] = []
+        beyond: list[float | None] = []
         for sign in (-1, 1):
             end, failed = getattr(build, name), None
             for value, each in moved[name, sign]:
-                judged = search.score(each)
-                if judged.violation > stated.violation or (judged.value > bound and not _limited(asked)):
+                if fails(each):
                     failed = value
                     break
                 end = value
             ends.append(end)
-            fails.append(failed)
-        found[name] = Margin(ends[0], ends[1], fails[0], fails[1])
+            beyond.append(failed)
+        found[name] = Margin(ends[0], ends[1], beyond[0], beyond[1])
     return found
 
 

@@ -47,6 +47,11 @@ class Score:
         return self.violation, self.value
 
     @property
+    def sure(self) -> tuple[float, float]:
+        """As `rank`, by what is not exceeded: of many noisy values the smallest is small by chance."""
+        return self.violation, self.most
+
+    @property
     def most(self) -> float:
         """What the measure does not exceed with the confidence asked for."""
         return self.value + self.error

@@ -12,7 +12,7 @@ well; a candidate whose nominal worst case is already above another's worst need
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
 from itertools import product
-from math import isinf
+from math import inf, isinf
 
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
@@ -28,6 +28,10 @@ CLOSE = 1
 """How closely a candidate is known before the lattice is halved around it: every frequency of the survey."""
 CLOSEST = 3
 """How closely one is known that may be recommended: two rounds of brackets around its maxima more."""
+ENOUGH = 1 / 32
+"""Step from which the lattice is no longer halved where the last halving gained less than the noise of the best one."""
+NOISY = 0.01
+"""Share of a value from which its error counts as noise: of a response that repeats it is far less."""
 FACTORIAL = 3
 """Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
 HADAMARD = (
@@ -57,12 +61,15 @@ class Effort:
         Steps of the search around the best of them.
     reserve : float
         Share of the budget that the search leaves for what comes after.
+    finest : float
+        Step at which it ends in any case; 0 where tolerances and noise decide.
     """
 
     kept: int = 6
     finalists: int = 8
     rounds: int = 2
     reserve: float = 0.5
+    finest: float = 0.0
 
 
 @dataclass
@@ -156,9 +163,10 @@ class Search:
                 break
 
     def _halve(self) -> Asks:
-        """Halve the lattice around the best until it is fine enough."""
+        """Halve the lattice around the best until it is fine enough, or shows no more than noise."""
         yield from self._settle(self.effort.kept, CLOSE)
         while self.lattice.names and not self.lattice.fine(self.step):
+            before = self._leader()
             finer = self.step / 2
             self._tell(
                 f"around the best {self.effort.kept}, with steps of 1/{round(1 / finer)} of the ranges"
@@ -168,20 +176,33 @@ class Search:
             yield from self._add([each for each in around if each not in known])
             yield from self._settle(self.effort.kept, CLOSE)
             self.step = finer
+            after = self._leader()
+            gained = before.violation > after.violation or before.value - after.value > after.error
+            noisy = after.error > NOISY * after.value
+            if finer <= self.effort.finest or (finer <= ENOUGH and noisy and not gained):
+                return
 
     def _polish(self) -> Asks:
-        """Know the best as closely as can be, until it stays the best."""
+        """Know as closely as can be every candidate whose worst case may be less than what the best is sure to keep."""
         while True:
-            best = self.best()
-            builds = self.with_corners(best)
-            if all(self.close(build) for build in builds):
+            known = [each for each in self.robust if all(map(self.close, self.with_corners(each)))]
+            bar = min((self.robust[each].sure for each in known), default=(inf, inf))
+            behind = [each for each in self.robust if each not in known and self.robust[each].rank < bar]
+            if not behind:
                 return
+            next_best = min(behind, key=lambda each: (*self.robust[each].rank, each))
+            builds = self.with_corners(next_best)
             yield from self.known(builds, CLOSEST)
-            self.robust[best] = worst(self.score(build) for build in builds)
+            self.robust[next_best] = worst(self.score(build) for build in builds)
+
+    def _leader(self) -> Score:
+        """Give the score of the best as drawn."""
+        (best,) = self._top(1)
+        return self.score(self.lattice.build(best))
 
     def best(self) -> Candidate:
         """Give the best of those judged with their tolerances."""
-        return min(self.robust, key=lambda each: (*self.robust[each].rank, each))
+        return min(self.robust, key=lambda each: (*self.robust[each].sure, each))
 
     def score(self, build: Build) -> Score:
         """Judge a build by what is known."""
@@ -248,7 +269,7 @@ class Search:
         ranked = sorted(candidates, key=lambda each: (*self.score(self.lattice.build(each)).rank, each))
         for each in ranked:
             nominal = self.score(self.lattice.build(each))
-            if self.robust and nominal.rank > self.robust[self.best()].rank:
+            if self.robust and nominal.rank > self.robust[self.best()].sure:
                 break
             builds = self.with_corners(each)
             yield from self.known(builds, CLOSE + 1)
@@ -279,16 +300,14 @@ class Search:
     def _diverse(self) -> list[Candidate]:
         """Choose finalists: the best, and further ones that are not the same damper within a step of the first lattice."""
         far = FIRST.get(len(self.lattice.names), 0.5) / 2
-        chosen: list[Candidate] = []
         ranked = self._top(len(self.pool))
-        for each in ranked:
-            if isinf(self.score(self.lattice.build(each)).value) and chosen:
+        chosen = ranked[: (self.effort.finalists + 1) // 2]
+        for each in ranked[len(chosen) :]:
+            if isinf(self.score(self.lattice.build(each)).value) or len(chosen) == self.effort.finalists:
                 break
             near = sum(self.lattice.apart(each, other) < far for other in chosen)
             if near < 2:
                 chosen.append(each)
-            if len(chosen) == self.effort.finalists:
-                break
         return chosen
 
 

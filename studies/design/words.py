@@ -1,6 +1,7 @@
 """A design in words: what to build, what it does, what decides it, and what is not known."""
 
 from collections.abc import Iterator
+from math import isinf
 
 from damperlab.studies.design.absorber import Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
@@ -9,7 +10,8 @@ from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Motion, Specification
+from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Motion, Specification
+from damperlab.studies.variables import ResponseClass
 
 CALLED = {
     "clearance_m": "clearance",
@@ -146,7 +148,7 @@ def _limits(found: Found) -> Iterator[str]:
         yield (
             f"{best if drawn > limit else ''}The {what} reaches {spelled(reached, unit)}, "
             f"{_excess(reached / limit)} the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
-            f"{spelled(reached, unit)}, or widen what may be chosen."
+            f"{spelled(reached, unit)}, or {'widen what may be chosen' if drawn > limit else 'narrow the tolerances'}."
         )
 
 
@@ -190,18 +192,34 @@ def _starts(found: Found) -> Iterator[str]:
 def at_ends(found: Found) -> dict[str, str]:
     """Give the chosen quantities that are at the end of their range, and which end."""
     ends: dict[str, str] = {}
-    for name in found.asked.free:
-        choice, value = found.asked.choices[name], getattr(found.build, name)
+    asked = found.asked
+    for name in (each for each in CHOSEN if each in asked.free or each in asked.bounds):
+        choice, value = asked.choices[name], getattr(found.build, name)
         if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
             continue
         if value in (choice.start, choice.stop):
-            ends[name] = "lower" if value == choice.start else "upper"
+            # of a range that a limit left one value of, the upper end is the limit's
+            ends[name] = "upper" if value == choice.stop else "lower"
     return ends
+
+
+def locked(found: Found) -> bool:
+    """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
+    curve = found.book.curve(found.build, found.asked.excitation.highest_m)
+    return bool((curve["response_class"] == ResponseClass.LOCKED).all())
 
 
 def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
+    held = locked(found)
+    if held:
+        yield (
+            "Friction holds the structure at its base at every frequency: it moves as its base does, nothing is damped, and "
+            "more friction changes nothing. Let `friction_force_n` end lower for a damper."
+        )
     for name, end in at_ends(found).items():
+        if held and name == "friction_force_n":
+            continue
         choice = asked.choices[name]
         limit = asked.bounds.get(name) if end == "upper" else None
         if limit:
@@ -243,6 +261,9 @@ def _beside(found: Found) -> Iterator[str]:
     for name, other in found.alternatives.items():
         called = ALTERNATIVES[name]
         keeps = "" if other.score.violation == 0.0 else ", and exceeds a limit"
+        if isinf(other.score.value):
+            yield f"Of {called}, {judged}, nothing bounds the response."
+            continue
         yield (
             f"The best of {called}, {judged}, reaches {response(asked, other.score.value)}"
             f"{_times(other.score.value, ours.value)}{keeps}."

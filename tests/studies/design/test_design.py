@@ -274,3 +274,46 @@ def test_under_a_constant_acceleration_every_frequency_has_its_own_displacement_
     assert truth >= 0.98 * found.nominal.value - found.nominal.error
     worst_of = max(displacement(replace(found.build, natural_frequency_hz=0.02), float(r)) for r in fine)
     assert worst_of <= 1.02 * found.stated.most
+
+
+def answered(**changes: Any) -> str:
+    """Give the sentences about a damper of which the friction alone is chosen, unless told otherwise."""
+    document = DAMPED | {"tolerances": {}, "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}}}
+    document |= changes
+    if "clearance_m" not in document["choose"]:
+        document |= {"clearance_m": 0.006}
+    found, _ = pursued(document)
+    return " ".join(answer_document(found)["words"])
+
+
+def test_friction_without_bound_is_said_to_hold_the_structure() -> None:
+    words = answered(choose={"friction_force_n": {"start": 0.0, "stop": 1e5}})
+    assert "Friction holds the structure at its base at every frequency" in words
+    assert "beyond it there may be a better damper" not in words
+
+
+def test_a_limit_that_leaves_one_value_of_a_range_is_said_to_bind() -> None:
+    words = answered(
+        choose={
+            "friction_force_n": {"start": 0.0, "stop": 60.0},
+            "clearance_m": {"start": 0.002, "stop": 0.012},
+        },
+        limits={"cavity_length_m": 0.004},
+    )
+    assert "as large as `limits.cavity_length_m` allows" in words
+
+
+def test_a_response_without_bound_is_no_number() -> None:
+    structure = {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0}
+    choose = {"clearance_m": {"start": 0.01, "stop": 0.03}}
+    words = answered(structure=structure, choose=choose, friction_force_n=0.0)
+    assert "Of friction alone, under the same band, nothing bounds the response." in words
+    assert "inf" not in words
+
+
+def test_tolerances_that_exceed_a_limit_are_to_be_narrowed() -> None:
+    structure = {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.04}
+    document = DAMPED | {"structure": structure, "limits": {"displacement_m": 0.0035}, "builds": 2}
+    found, _ = pursued(document | {"tolerances": {"clearance_m": "40%", "friction_force_n": "50%"}})
+    assert found.nominal.value <= 0.0035 < found.stated.value
+    assert "narrow the tolerances" in " ".join(answer_document(found)["words"])
