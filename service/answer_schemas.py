@@ -339,7 +339,7 @@ def answer_schemas() -> dict[str, Schema]:
             respects=_by_name(TEXT, RESPECTS),
             tunings=_by_name(TEXT, CRITERIA),
         ),
-        "Axes": _object(
+        "StudyAxes": _object(
             study=TEXT,
             axes=_by_name({"type": "array", "items": {"type": ["number", "string"]}}, EVERY_DIMENSION),
             variables=TEXTS,

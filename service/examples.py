@@ -196,14 +196,21 @@ def complete(document: dict[str, Any]) -> None:
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
     study = Study.model_json_schema(ref_template="#/components/schemas/{model}")
-    schemas.update(study.pop("$defs", {}))
-    schemas["Study"] = study
-    schemas["Suite"] = suite_json_schema()
-    schemas["Simulation"] = simulation_schema()
-    schemas["EarthquakeComparison"] = comparison_schema()
-    schemas["Specification"] = specification_schema()
-    schemas["Problem"] = PROBLEM_SCHEMA
-    schemas.update(answer_schemas())
+    by_hand = {
+        "Study": study,
+        "Suite": suite_json_schema(),
+        "Simulation": simulation_schema(),
+        "EarthquakeComparison": comparison_schema(),
+        "Specification": specification_schema(),
+        "Problem": PROBLEM_SCHEMA,
+    }
+    for some in (study.pop("$defs", {}), by_hand, answer_schemas()):
+        twice = schemas.keys() & some.keys()
+        if twice:
+            raise ValueError(
+                f"two schemas have one name, and one would take the other's place: {sorted(twice)}"
+            )
+        schemas.update(some)
     document["components"]["securitySchemes"] = {
         "key": {
             "type": "http",

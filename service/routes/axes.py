@@ -15,7 +15,7 @@ router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries
 @router.get(
     "/axes",
     response_class=Document,
-    responses={200: gives("Axes"), **documented(404, 503)},
+    responses={200: gives("StudyAxes"), **documented(404, 503)},
     summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:

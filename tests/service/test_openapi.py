@@ -5,6 +5,7 @@ import re
 from typing import Any
 
 import httpx
+import jsonschema
 
 ROUTES = {
     ("post", "/api/v1/studies"),
@@ -43,6 +44,19 @@ def test_every_reference_leads_somewhere(client: httpx.Client) -> None:
     named = set(re.findall(r'"#/components/schemas/(\w+)"', json.dumps(document)))
     assert named
     assert named <= set(document["components"]["schemas"])
+
+
+def test_every_example_is_what_its_schema_allows(client: httpx.Client) -> None:
+    """A schema that took another one's name would refuse what the service takes."""
+    document = client.get("/openapi.json").json()
+    tried = 0
+    for (_, path), operation in _operations(client).items():
+        for kind, content in operation.get("requestBody", {}).get("content", {}).items():
+            schema = {**content["schema"], "components": document["components"]}
+            for example in content.get("examples", {}).values() if kind == "application/json" else ():
+                jsonschema.Draft202012Validator(schema).validate(example["value"])
+                tried += "/studies" in path
+    assert tried >= 4
 
 
 def test_every_example_works_when_pasted(client: httpx.Client, helpers: Any) -> None:
