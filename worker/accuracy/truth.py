@@ -200,6 +200,11 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
 def compared(point: Point, cycles: int) -> Compared | None:
     """One answer against a march of `cycles` from rest, of which the second half is measured; None where either failed."""
     response, end = settle(*point, SETTINGS, point.rest())
+    return _held(point, response, end, cycles)
+
+
+def _held(point: Point, response: Response, end: State, cycles: int) -> Compared | None:
+    """An answer, whose run ended in a state, against a march; see `compared`."""
     if response.status > Status.MAX_CYCLES:
         return None
     halves = np.empty((cycles, 3))
@@ -261,8 +266,8 @@ def extreme_answers(cases: Iterable[Extreme], cycles: int) -> list[dict[str, Any
         if friction is None and design.particle is None:
             continue
         point = Point(design.damping_ratio, design.frequency_ratio, friction, design.particle)
-        response, _ = settle(*point, SETTINGS, point.rest())
-        one = compared(point, cycles) if response.status <= Status.MAX_CYCLES else None
+        response, end = settle(*point, SETTINGS, point.rest())
+        one = _held(point, response, end, cycles)
         rows.append(
             {
                 "name": case.name,

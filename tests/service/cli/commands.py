@@ -1,10 +1,14 @@
-"""The command `damperlab` as users run it: in a process of its own."""
+"""The command `damperlab` in a process of its own."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+
+from tests.ready import ready
+
+COMMAND = "damperlab.service.cli.main"
 
 END_SECONDS = 900.0
 """Far more than any command here takes: a hang fails, a loaded machine does not."""
@@ -20,7 +24,7 @@ LINEAR: dict[str, Any] = {
 
 
 def command(*arguments: str | Path) -> list[str]:
-    return [sys.executable, "-m", "damperlab.service.cli.main", *map(str, arguments)]
+    return [sys.executable, "-m", COMMAND, *map(str, arguments)]
 
 
 def environment() -> dict[str, str]:
@@ -31,14 +35,7 @@ def environment() -> dict[str, str]:
 def run(
     *arguments: str | Path, status: int = 0, seconds: float = END_SECONDS
 ) -> subprocess.CompletedProcess[str]:
-    ended = subprocess.run(
-        command(*arguments),
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        env=environment(),
-        timeout=seconds,
-    )
+    ended = ready().run(COMMAND, list(map(str, arguments)), environment(), seconds)
     assert ended.returncode == status, f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
     return ended
 

@@ -69,6 +69,17 @@ def test_a_command_loads_what_it_needs_alone(
     assert set(loaded) <= needed
 
 
+def test_a_command_ends_without_looking_through_what_it_loaded() -> None:
+    program = (
+        "import atexit, gc, sys\nfrom damperlab.__main__ import main\n"
+        "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
+        "sys.argv[1:] = ['--version']\nmain()"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    kept, left = map(int, ended.stdout.splitlines()[-1].split())
+    assert kept > 10 * left
+
+
 def test_help_names_every_command() -> None:
     text = run("--help").stdout
     commands = "run resume simulate map response optimum export studies show cancel delete serve doctor"
