@@ -30,7 +30,12 @@ def take(browser: Browser, url: str, study: str) -> None:
         Of the service, and the id of a finished study with a map.
     """
     page = browser.new_page(viewport={"width": 1280, "height": 1000})
-    for name, place in (("studies", ""), ("new", "#/new"), ("tmd", f"#/studies/{study}/tmd")):
+    for name, place in (
+        ("studies", ""),
+        ("new", "#/new"),
+        ("design", "#/designs/new"),
+        ("tmd", f"#/studies/{study}/tmd"),
+    ):
         _go(page, f"{url}/{place}", drawn=name == "tmd")
         page.screenshot(path=FIGURES / f"page-{name}.png")
     _go(page, f"{url}/#/studies/{study}", drawn=True)

@@ -329,6 +329,7 @@ def answer_schemas() -> dict[str, Schema]:
         "Differences": differences,
         "Catalog": _object(
             studies=_list(_object(name=TEXT, about=TEXTS, definition={"type": "object"})),
+            specifications=_list(_object(name=TEXT, about=TEXTS, definition={"type": "object"})),
             dimensions=_list(_object(**_BOUNDS, default=NUMBER)),
             physical=_list(_object(**_BOUNDS)),
             variables=_list(_object(name=TEXT, units=TEXT, long_name=TEXT, doc=TEXT, coded=FLAG)),

@@ -8,6 +8,7 @@
 import { KEY_NEEDED, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
+import { designsView } from "./design_list.js";
 import { documentationLink } from "./help.js";
 import { showSession, signInForm } from "./sign_in.js";
 import { studiesView } from "./studies.js";
@@ -15,7 +16,7 @@ import { studyForm } from "./study_form.js";
 import { studyView } from "./study.js";
 
 /** @type {Record<string, View>} */
-const VIEWS = { "": studiesView, new: studyForm, studies: studyView, accuracy: accuracyView };
+const VIEWS = { "": studiesView, new: studyForm, studies: studyView, designs: designsView, accuracy: accuracyView };
 
 /** @type {Leave} */
 let leave;

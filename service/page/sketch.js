@@ -24,7 +24,7 @@ const STUCK = 1e-9;
 const RIDES = 1e-6;
 
 /** @param {string} name @param {Record<string, any>} attributes @param {...Element} children @returns {any} */
-function svg(name, attributes, ...children) {
+export function svg(name, attributes, ...children) {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
   element.append(...children);
@@ -32,14 +32,14 @@ function svg(name, attributes, ...children) {
 }
 
 /** A spring from 0 to a length. @param {number} length */
-function coil(length) {
+export function coil(length) {
   const turns = 12;
   const points = Array.from({ length: turns + 1 }, (_, i) => `${(16 + ((length - 32) * i) / turns).toFixed(1)},${i % 2 ? -9 : 9}`);
   return `M0,0 H16 L${points.slice(1, -1).join(" ")} L${(length - 16).toFixed(1)},0 H${length.toFixed(1)}`;
 }
 
 /** A dashpot from 0 to a length: a piston in a cylinder. @param {number} length */
-function cylinder(length) {
+export function cylinder(length) {
   const middle = length / 2;
   return `M0,0 H${middle - 4} M${middle - 4},-8 V8 M${middle - 20},-12 H${middle + 18} V12 H${middle - 20} M${middle + 18},0 H${length}`;
 }

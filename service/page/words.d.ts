@@ -1,3 +1,12 @@
+/** A field of a specification: its name, what people call it, its unit, and what a value is multiplied with to be in that. */
+export interface SpecifiedField {
+  name: string;
+  label: string;
+  unit: string;
+  scale: number;
+  /** What is meant where nothing is said. */
+  usual_value?: number | null;
+}
 /** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
 export const WORDS: {
   /** Symbols of the six dimensions, as the paper writes them. */
@@ -32,4 +41,16 @@ export const WORDS: {
   export_formats: Record<string, string>;
   /** When a response counts as steady, where a study says nothing. */
   steady: { max_cycles: number; tolerance: number };
+  /** The fields of a specification. */
+  specification: {
+    /** `usual`: shown though it is not given; `loose`: has a tolerance. */
+    structure: (SpecifiedField & { usual: boolean; loose: boolean })[];
+    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[] };
+    /** Quantities of the damper, each with the ratio that may stand for it. */
+    damper: (SpecifiedField & { ratio: string })[];
+    ratios: Record<string, SpecifiedField>;
+    limits: SpecifiedField[];
+    numbers: SpecifiedField[];
+    tables: { measures: Record<string, string> };
+  };
 };

@@ -12,6 +12,11 @@ from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
+from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
+from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
+from damperlab.studies.specification.scene import EXCITATION_KEYS, STRUCTURE_KEYS
+from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
+from damperlab.studies.specification.specification import CHOSEN, MEASURES, MOTIONS, OF_STRUCTURE, RATIO_OF
 from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
@@ -60,7 +65,58 @@ def _words() -> dict[str, Any]:
         "export_formats": EXPORT_FORMATS,
         "acceleration_units": list(ACCELERATION_UNITS),
         "steady": Steady().model_dump(),
+        "specification": _specification(),
     }
+
+
+def _specification() -> dict[str, Any]:
+    """Give every field of a specification, as its form shows it."""
+    chosen = [_specified(name, SPECIFIED[name].meaning) | {"ratio": RATIO_OF[name]} for name in CHOSEN]
+    return {
+        "structure": [
+            _specified(name, OF_SCENE[name].meaning)
+            | {"usual": name in OF_STRUCTURE, "loose": name in OF_STRUCTURE}
+            for name in STRUCTURE_KEYS
+        ],
+        "excitation": {
+            "motions": [_specified(name, OF_SCENE[name].meaning) for name in MOTIONS],
+            "frequency": [
+                _specified(name, OF_SCENE[name].meaning) for name in EXCITATION_KEYS if name not in MOTIONS
+            ],
+        },
+        "damper": chosen,
+        "ratios": {
+            name: _specified(name, quantity.meaning)
+            for name, quantity in SPECIFIED.items()
+            if name not in CHOSEN
+        },
+        "limits": [
+            _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
+            for name in LIMIT_KEYS
+        ],
+        "numbers": [
+            _specified(name, about["description"]) | {"usual_value": about.get("default")}
+            for name, about in specification_schema()["properties"].items()
+            if about.get("type") in ("number", "integer") and name not in SPECIFIED
+        ],
+        "tables": {"measures": {name: each.words for name, each in MEASURES.items()}},
+    }
+
+
+def _specified(name: str, meaning: str) -> dict[str, Any]:
+    """Give a field of a specification: what people call it, its unit, and that unit in the unit of its name."""
+    unit = _unit_of(meaning).strip("[]")
+    label = meaning.removesuffix(f" [{unit}]")
+    return {
+        "name": name,
+        "label": label,
+        "unit": "mm" if unit == "m" else unit,
+        "scale": 1e3 if unit == "m" else 1.0,
+    }
+
+
+def _unit_of(meaning: str) -> str:
+    return meaning[meaning.rindex("[") :] if meaning.endswith("]") else ""
 
 
 def _prototype() -> dict[str, float]:

@@ -12,6 +12,7 @@ from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.reading import named_texts
+from damperlab.studies.specification.reading import named_specifications
 from damperlab.studies.text import load_text
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
 from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES
@@ -30,6 +31,7 @@ def catalog() -> Document:
     return Document(
         {
             "studies": [_study(name, text) for name, text in named_texts().items()],
+            "specifications": [_study(name, text) for name, text in named_specifications().items()],
             "dimensions": [
                 _bounds(quantity) | {"long_name": DIMENSION_LONG_NAMES[name], "default": DEFAULTS.get(name)}
                 for name, quantity in RATIOS.items()
@@ -70,7 +72,7 @@ def _variable(variable: Variable) -> dict[str, Any]:
 
 
 def _study(name: str, text: bytes) -> dict[str, Any]:
-    """Give a named study as it was written, and the comment that it opens with."""
+    """Give a named study or specification as it was written, and the comment that it opens with."""
     opening = []
     for line in text.decode().splitlines():
         if not line.startswith("#"):

@@ -60,10 +60,14 @@ def specification_schema() -> Schema:
             "measure": {"type": "string", "enum": list(MEASURES), "default": next(iter(MEASURES))},
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
-            "budget_points": {"type": "integer", "minimum": 100, "maximum": 10_000_000},
-            "builds": {"type": "integer", "minimum": 0, "maximum": 10_000, "default": 60},
+            "budget_points": _count("most points, in place of core minutes", 100),
+            "builds": _count("builds drawn within the tolerances", 0, 10_000) | {"default": 60},
         },
     }  # fmt: skip
+
+
+def _count(meaning: str, lowest: int, highest: int = 10_000_000) -> Schema:
+    return {"type": "integer", "description": meaning, "minimum": lowest, "maximum": highest}
 
 
 def _object(properties: Schema, description: str) -> Schema:

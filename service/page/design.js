@@ -1,0 +1,226 @@
+/** One design: how far it is and the best so far while it is searched; then its answer in drawing values, its figures, its report. */
+
+import { address, ask, refusalBox } from "./api.js";
+import { capital, confirmed, el, fill, prose, say } from "./dom.js";
+import { CURVES, figure } from "./figure.js";
+import { help } from "./help.js";
+import { modelSketch } from "./model_sketch.js";
+import { count, counted, short } from "./numbers.js";
+import { badge, isActive } from "./progress.js";
+import { WORDS } from "./words.js";
+
+const LOOK_MILLISECONDS = 1500;
+const { damper, tables } = WORDS.specification;
+
+/** @type {import("./main.js").View} */
+export async function designView(root, { parts }) {
+  const path = `designs/${encodeURIComponent(parts[0])}`;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let timer;
+  let left = false;
+  let design = await ask(path);
+  const head = el("div", { class: "head" });
+  const body = el("div", { class: "left" });
+  fill(root, head, body);
+
+  function draw() {
+    drawHead();
+    drawBody();
+  }
+
+  function drawHead() {
+    const name = design.name || `(no name) ${design.id}`;
+    fill(
+      head,
+      el("div", { class: "row spread" }, el("h1", {}, name), help("how-to/design/", "designs")),
+      el("div", { class: "row" }, badge(design.state), el("code", {}, design.id), buttons()),
+      design.message && el("p", { class: "box fault" }, design.message),
+    );
+  }
+
+  function drawBody() {
+    fill(body, ...(design.answer ? answered(design) : underWay(design)));
+  }
+
+  function buttons() {
+    /** @param {string} label @param {() => Promise<any>} act */
+    const button = (label, act) =>
+      el("button", { type: "button", class: "small", onclick: () => act().catch((error) => fill(body, refusalBox(error))) }, label);
+    const steer = (/** @type {string} */ verb) => async () => {
+      design = await ask(`${path}/${verb}`, {}, { method: "POST" });
+      say(`${design.name || design.id}: ${design.state}`);
+      draw();
+      again();
+    };
+    const remove = async () => {
+      if (!(await confirmed("Delete this design?", "Its answer and its report will be gone; its studies stay.", "Delete it"))) return;
+      await ask(path, {}, { method: "DELETE" });
+      location.hash = "#/designs";
+    };
+    const stopped = design.state === "cancelled" || design.state === "failed";
+    return el(
+      "span",
+      { class: "row" },
+      isActive(design.state) && button("Cancel", steer("cancel")),
+      stopped && button("Resume", steer("resume")),
+      !isActive(design.state) && button("Delete", remove),
+      el("a", { class: "button small", href: `#/designs/new?from=${encodeURIComponent(design.id)}` }, "Change and ask again"),
+      design.answer && el("a", { class: "button small primary", href: address(`${path}/report`).href, target: "_blank", rel: "noopener" }, "Report"),
+    );
+  }
+
+  function again() {
+    clearTimeout(timer);
+    if (!left && isActive(design.state)) timer = setTimeout(look, LOOK_MILLISECONDS);
+  }
+
+  async function look() {
+    try {
+      const now = await ask(path);
+      if (left) return;
+      const before = design;
+      design = now;
+      drawBody();
+      // its buttons may have the focus: they stay while they mean the same
+      if (now.state !== before.state || now.message !== before.message) drawHead();
+      if (!isActive(now.state)) say(`${design.name || design.id}: ${design.state}`);
+    } catch (error) {
+      if (!left) fill(body, refusalBox(error));
+    }
+    again();
+  }
+
+  draw();
+  again();
+  return () => {
+    left = true;
+    clearTimeout(timer);
+  };
+}
+
+/** What is known so far, and what is left. @param {any} design */
+function underWay(design) {
+  const done = design.points + design.points_of_round;
+  return [
+    el(
+      "section",
+      { class: "box", "aria-label": "Progress" },
+      el("h2", {}, "How far it is"),
+      el("progress", { max: design.budget_points, value: done, "aria-label": `Points of ${design.name || design.id}` }),
+      el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
+      design.stage && el("p", {}, `${capital(design.stage)}: ${design.studies_done} of the ${design.studies.length} studies of round ${design.round} are done.`),
+      !design.stage && el("p", {}, "It waits for its turn."),
+    ),
+    design.known && el(
+      "section",
+      { class: "box", "aria-label": "The best so far" },
+      el("h2", {}, "The best so far"),
+      facts(design.known.design, design.known.worst),
+      !design.known.feasible && el("p", { class: "quiet" }, "It does not keep every limit."),
+    ),
+  ];
+}
+
+/** @param {any} design */
+function answered(design) {
+  const { answer } = design;
+  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest base amplitude", name: `design-${design.id}`, height: 420 });
+  const [metres, unit] = answer.worst.units === "m" ? [1000, "mm"] : [1, "over the base amplitude"];
+  const inHertz = answer.response.frequency_hz !== undefined;
+  curve.draw(
+    () => [{ x: answer.response[inHertz ? "frequency_hz" : "frequency_ratio"], y: answer.response.value.map((/** @type {number | null} */ each) => each === null ? null : each * metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0] }, name: "as drawn" }],
+    () => ({ xaxis: { title: { text: inHertz ? "frequency [Hz]" : "frequency ratio r" } }, yaxis: { title: { text: `${measure(answer)} [${unit}]` }, rangemode: "tozero" } }),
+  );
+  return [
+    el(
+      "section",
+      { class: "box headline", "aria-label": "Recommended damper" },
+      el("h2", {}, answer.feasible ? "Recommended damper" : "No damper keeps every limit"),
+      facts(answer.design, answer.worst, answer.probability),
+      el("ul", {}, answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence)))),
+    ),
+    el("div", { class: "grid" }, el("section", { class: "box" }, el("h2", {}, "The model"), modelSketch(answer.design.particle_mass_kg !== 0)), margins(answer)),
+    curve.element,
+    others(answer),
+    answer.pareto.length > 1 && front(design, metres, unit),
+    el("details", { class: "box" }, el("summary", {}, "The specification as JSON"), el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2))),
+  ];
+}
+
+/** A damper and its worst case, as on a drawing. @param {any} built @param {any} worst @param {number | null} [probability] */
+function facts(built, worst, probability = null) {
+  const rows = damper.filter(({ name }) => quantity(built, name) !== "").map(({ name, label }) => [label, quantity(built, name)]);
+  rows.push([`worst ${measure({ worst })}`, response(worst)]);
+  if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
+  return el("dl", { class: "facts" }, rows.map(([label, value]) => el("div", {}, el("dt", {}, capital(label)), el("dd", {}, value))));
+}
+
+/** A quantity of a damper: in its unit, or as a ratio; empty where there is none. @param {any} built @param {string} name */
+function quantity(built, name) {
+  const of = damper.find((each) => each.name === name);
+  if (!of) return "";
+  const value = built[name] ?? null;
+  if (value !== null) return `${short(value * of.scale, 4)} ${of.unit}`.trim();
+  const ratio = built[of.ratio] ?? null;
+  return ratio === null ? "" : `${of.ratio.replaceAll("_", " ")} ${short(ratio, 4)}`;
+}
+
+/** @param {any} worst */
+function response(worst) {
+  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : `${short(worst.value, 4)} times the base amplitude`;
+  const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
+  return at ? `${value} at ${at}` : value;
+}
+
+/** @param {any} answer */
+function measure(answer) {
+  return tables.measures[answer.worst.measure] ?? "response";
+}
+
+/** @param {any} answer */
+function margins(answer) {
+  const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => (value === null ? "–" : answer.worst.units === "m" || name === "restitution" ? quantity({ [name]: value }, name) : short(value, 4));
+  const rows = damper.filter(({ name }) => answer.margins[name]);
+  if (!rows.length) return null;
+  return table("How far each quantity may move alone", ["Quantity", "From", "To", "Seen to fail at"], rows.map(({ name, label }) => {
+    const one = answer.margins[name];
+    const fails = [one.fails_below, one.fails_above].filter((each) => each !== null).map((each) => spelled(name, each));
+    return [capital(label), spelled(name, one.low), spelled(name, one.high), fails.join(", ") || "–"];
+  }));
+}
+
+/** @param {any} answer */
+function others(answer) {
+  const rows = [["Recommended", response(answer.compared ?? answer.worst), "1"]];
+  for (const [name, title] of [["friction_alone", "Friction alone"], ["particle_alone", "The particle alone"], ["tuned_mass_damper", "Tuned mass damper"]]) {
+    const one = answer[name];
+    if (one) rows.push([title + (one.feasible === false ? ", exceeds a limit" : ""), response(one.worst), short(one.ratio, 3)]);
+  }
+  return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
+}
+
+/** @param {any} design @param {number} metres @param {string} unit */
+function front(design, metres, unit) {
+  const rows = design.answer.pareto;
+  const inUnits = rows[0].particle_mass_kg !== undefined;
+  const chart = figure({ label: "The best response of every mass that none lighter reaches", name: `front-${design.id}`, height: 420 });
+  chart.draw(
+    () => [{ x: rows.map((/** @type {any} */ each) => each[inUnits ? "particle_mass_kg" : "mass_ratio"]), y: rows.map((/** @type {any} */ each) => each.worst * metres), mode: "lines+markers", line: { color: CURVES()[1] }, name: "best" }],
+    () => ({ xaxis: { title: { text: inUnits ? "mass of the particle [kg]" : "mass ratio β" } }, yaxis: { title: { text: `worst ${measure(design.answer)} [${unit}]` }, rangemode: "tozero" } }),
+  );
+  return chart.element;
+}
+
+/** @param {string} title @param {string[]} columns @param {string[][]} rows */
+function table(title, columns, rows) {
+  return el(
+    "section",
+    { class: "box" },
+    el("h2", {}, title),
+    el(
+      "div",
+      { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
+      el("table", {}, el("thead", {}, el("tr", {}, columns.map((each) => el("th", { scope: "col" }, each)))), el("tbody", {}, rows.map(([first, ...rest]) => el("tr", {}, el("th", { scope: "row" }, first), rest.map((each) => el("td", {}, each)))))),
+    ),
+  );
+}

@@ -1,0 +1,111 @@
+"""Designs on the page, in a real browser: asked for in a form, followed, answered in drawing values."""
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+from tests.service.page.looking import serious
+
+NARROW = {"width": 390, "height": 844}
+
+
+def test_a_design_is_asked_for_in_the_form_followed_and_answered(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    page = open_page().go()
+    page.get_by_role("navigation").get_by_role("link", name="Designs").click()
+    page.get_by_role("link", name="New design").click()
+    expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
+    page.get_by_label("The specification as JSON").fill(json.dumps(helpers.SPECIFICATION))
+    # the fields follow the text, in the units of a drawing
+    clearance = page.get_by_role("group", name="Clearance d on either side")
+    expect(clearance.get_by_label("Value")).to_have_value("5")
+    clearance.get_by_label("Value").fill("5.6")
+    friction = page.get_by_role("group", name="Coulomb friction force")
+    expect(friction.get_by_label("It is")).to_have_value("range")
+    page.get_by_label("Name").fill("asked on the page")
+    asked = json.loads(page.get_by_label("The specification as JSON").input_value())
+    assert asked == helpers.SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+    page.get_by_role("button", name="Search the damper").click()
+    expect(page.get_by_role("heading", name="asked on the page", level=1)).to_be_visible()
+    expect(page.get_by_role("region", name="Progress")).to_be_visible()
+    expect(page.get_by_role("region", name="The best so far")).to_contain_text("N")
+    recommended = page.get_by_role("region", name="Recommended damper")
+    expect(recommended).to_be_visible(timeout=300_000)
+    design_id = re.search(r"#/designs/(\w+)", page.url).group(1)  # type: ignore[union-attr]
+    found = client.get(f"/api/v1/designs/{design_id}").json()
+    for sentence in found["answer"]["words"]:
+        expect(recommended).to_contain_text(sentence.replace("`", ""))
+    expect(recommended).to_contain_text("5.6 mm")
+    report = page.get_by_role("link", name="Report").get_attribute("href")
+    assert "asked on the page" in httpx.get(report, timeout=60).text
+    page.go_back()
+    expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
+    page.go_forward()
+    expect(recommended).to_be_visible()
+    page.get_by_role("link", name="Change and ask again").click()
+    expect(page.get_by_label("Name")).to_have_value("asked on the page, changed")
+    page.goto(f"{page.url.partition('#')[0]}#/designs")
+    page.get_by_role("link", name="asked on the page").click()
+    page.get_by_role("button", name="Delete").click()
+    page.get_by_role("button", name="Delete it").click()
+    expect(page.get_by_role("heading", name="Designs", level=1)).to_be_visible()
+    assert client.get(f"/api/v1/designs/{design_id}").status_code == 404
+
+
+def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers: Any) -> None:
+    watched = open_page()
+    watched.allowed = ("422",)
+    page = watched.go("#/designs/new")
+    wrong = helpers.SPECIFICATION | {
+        "restitution": 2,
+        "choose": {"friction_force_n": {"start": 60, "stop": 5}},
+        "tolerances": {"clearance_m": 0.006},
+        "nonsense": 1,
+    }
+    page.get_by_label("The specification as JSON").fill(json.dumps(wrong))
+    expect(page.locator(".estimate")).to_contain_text("faults to fix")
+    expect(page.locator('[data-field="restitution"] .faults').first).to_contain_text("0 to 1")
+    expect(page.locator('[data-field="choose.friction_force_n"] .faults')).to_contain_text("start")
+    expect(page.locator('[data-field="tolerances.clearance_m"] .faults')).to_contain_text("closes")
+    expect(page.get_by_role("region", name="What it may take")).to_contain_text("nonsense")
+
+
+def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callable[..., Any]) -> None:
+    page = open_page().go("#/designs/new?specification=antenna-mast")
+    text = page.get_by_label("The specification as JSON")
+    restitution = page.get_by_role("group", name="Coefficient of restitution")
+    values = restitution.get_by_label("Values")
+    expect(values).to_have_value("rubber 0.3, polyurethane 0.5, steel 0.8")
+    values.fill("soft rubber 0.25, 0.9")
+    chosen = json.loads(text.input_value())["choose"]["restitution"]
+    assert chosen == [{"name": "soft rubber", "restitution": 0.25}, 0.9]
+    restitution.get_by_label("It is").select_option("range")
+    assert json.loads(text.input_value())["choose"]["restitution"] == {"start": 0.25, "stop": 0.9}
+    restitution.get_by_label("It is").select_option("given")
+    asked = json.loads(text.input_value())
+    assert (asked["restitution"], "restitution" in asked["choose"]) == (0.25, False)
+    page.get_by_label("Constant over the band").select_option("base_acceleration_m_per_s2")
+    assert json.loads(text.input_value())["excitation"].keys() == {
+        "base_acceleration_m_per_s2",
+        "frequency_hz",
+    }
+
+
+@pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
+def test_each_view_of_designs_is_for_everybody_and_fits(
+    open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]
+) -> None:
+    watched = open_page(viewport=viewport)
+    for place in ("#/designs", "#/designs/new", f"#/designs/{design['id']}"):
+        page = watched.go(place)
+        page.wait_for_load_state("networkidle")
+        if place.endswith(design["id"]):
+            page.wait_for_selector(".plot .main-svg")
+        assert serious(page) == [], place
+        assert page.evaluate("document.documentElement.scrollWidth") <= viewport["width"], place
