@@ -1,12 +1,9 @@
-/** A field of a specification: its name, what people call it, its unit, and what a value is multiplied with to be in that. */
-export interface SpecifiedField {
-  name: string;
-  label: string;
-  unit: string;
-  scale: number;
-  /** What is meant where nothing is said. */
-  usual_value?: number | null;
-}
+/**
+ * A field of a specification: its name, what people call it, its unit, what a value is multiplied with to be in that, and
+ * what is meant where nothing is said.
+ */
+export type SpecifiedField = { name: string; label: string; unit: string; scale: number; usual_value?: number | null };
+
 /** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
 export const WORDS: {
   /** Symbols of the six dimensions, as the paper writes them. */
