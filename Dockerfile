@@ -24,7 +24,8 @@ RUN python -m pip install --no-deps --no-build-isolation . \
     && python -m damperlab.worker.shipping \
     && useradd --create-home --uid 1000 damperlab \
     && install --directory --owner damperlab --group damperlab /data \
-    && install --directory --owner damperlab --group damperlab --mode 0700 /certificates
+    && install --directory --owner damperlab --group damperlab --mode 0700 /certificates \
+    && install --directory --owner damperlab --group damperlab /database-key /store-key /objects
 
 USER damperlab
 WORKDIR /home/damperlab

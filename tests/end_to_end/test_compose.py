@@ -1,7 +1,8 @@
 """docker-compose.yml without Docker: each service's own command as a process, and a study through all of them.
 
 What Docker would provide is put in its place by one substitution over commands and environments: names of hosts become
-the loopback address, ports become free ones, the volume becomes a folder.
+the loopback address, ports become free ones, volumes become folders. The object store is started by its own command; of the
+database's image, which is not here, only the server: a real one, whose address stands in the place of the image's.
 """
 
 import os
@@ -17,11 +18,14 @@ from typing import Any
 import httpx
 import pytest
 import yaml
+from tests.faults.processes import Database
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 START_SECONDS = 300.0
 WORK_SECONDS = 600.0
+STORE_ROLES = ("master", "volume", "filer", "s3", "admin")
+"""Parts of the object store that listen, each at two ports."""
 
 
 def _compose() -> dict[str, Any]:
@@ -41,52 +45,67 @@ def _wait(true: Callable[[], bool], process: subprocess.Popen[bytes], log: Path,
 def stack(tmp_path: Path) -> Iterator[str]:
     """The address of the service, once every part is healthy by its own check."""
     compose = _compose()
-    scheduler_port, service_port = str(free_port()), str(free_port())
-    data = tmp_path / "data"
-    data.mkdir()
+    scheduler_port, service_port, store_port = (str(free_port()) for _ in range(3))
+    database = Database(tmp_path / "database")
+    folders = ("certificates", "database-key", "store-key", "objects", "data")
+    for folder in folders:
+        (tmp_path / folder).mkdir()
 
     def here(text: str) -> str:
+        text = text.replace("postgresql://damperlab@database/damperlab", database.address)
         text = re.sub(r"\bscheduler:8786\b", f"127.0.0.1:{scheduler_port}", text)
-        text = text.replace("'scheduler'", "'127.0.0.1'").replace("0.0.0.0", "127.0.0.1")
-        text = re.sub(r"\b8786\b", scheduler_port, text)
-        text = re.sub(r"\b8000\b", service_port, text)
-        text = text.replace("/certificates", str(tmp_path / "certificates"))
-        return re.sub(r"^/data$", str(data), text)
+        text = text.replace('"scheduler"', '"127.0.0.1"').replace("0.0.0.0", "127.0.0.1")
+        text = text.replace("objects:8333", "127.0.0.1:8333")
+        for port, free in (("8786", scheduler_port), ("8000", service_port), ("8333", store_port)):
+            text = re.sub(rf"\b{port}\b", free, text)
+        text = re.sub(rf"(?<![\w/])/({'|'.join(folders)})\b", rf"{tmp_path}/\1", text)
+        return text.replace("$$", "$")
+
+    path = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
     # what is made once, at the first start
-    made = compose["services"]["certificates"]
-    command = [here(word) for word in made["command"]]
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    command = [here(word) for word in compose["services"]["keys"]["command"]]
+    made = []
     for _ in range(2):
-        subprocess.run(command, check=True, env={**os.environ, "PATH": path}, timeout=START_SECONDS)
-    assert sorted(file.name for file in (tmp_path / "certificates").iterdir()) == [
-        "ca.pem",
-        "cert.pem",
-        "key.pem",
-    ]
+        subprocess.run(command, check=True, env={**os.environ, **path}, timeout=START_SECONDS)
+        kept = [
+            *(f"certificates/{name}.pem" for name in ("ca", "cert", "key")),
+            *("database-key/password", "database-key/pgpass", "store-key/env"),
+        ]
+        made.append([(tmp_path / name).read_text() for name in kept])
+    assert made[0] == made[1]
+    assert len(set(made[0])) == len(kept)
+    assert (tmp_path / "database-key" / "pgpass").stat().st_mode & 0o777 == 0o600
+    password = made[0][kept.index("database-key/password")].strip()
+    assert len(password) == 48
+    assert made[0][kept.index("database-key/pgpass")] == f"database:5432:damperlab:damperlab:{password}\n"
 
     started: list[tuple[str, subprocess.Popen[bytes]]] = []
     try:
-        for name in ("scheduler", "worker", "service"):
+        for name in ("objects", "scheduler", "worker", "service"):
             part = compose["services"][name]
-            command = [here(word) for word in part["command"]]
-            command[0] = str(Path(sys.executable).with_name(command[0]))
+            command = [here(word) for word in (*part.get("entrypoint", ()), *part["command"])]
+            if name == "objects":
+                # a container has all ports to itself
+                flags = [f"{role}.port{kind}" for role in STORE_ROLES for kind in ("", ".grpc")]
+                command[-1] += "".join(f" -{flag}={free_port()}" for flag in flags if flag != "s3.port")
             environment = {key: here(value) for key, value in part.get("environment", {}).items()}
             log = tmp_path / f"{name}.log"
             with log.open("wb") as out:
                 process = subprocess.Popen(
                     command,
                     cwd=tmp_path,
-                    env={**os.environ, **environment},
+                    env={**os.environ, **path, **environment},
                     stdout=out,
                     stderr=subprocess.STDOUT,
                 )
             started.append((name, process))
             check = [here(word) for word in part["healthcheck"]["test"][1:]]
-            check[0] = sys.executable
 
             def healthy(check: list[str] = check) -> bool:
-                done = subprocess.run(check, capture_output=True, timeout=30, check=False)
+                done = subprocess.run(
+                    check, env={**os.environ, **path}, capture_output=True, timeout=30, check=False
+                )
                 return done.returncode == 0
 
             _wait(healthy, process, log, START_SECONDS)
@@ -102,9 +121,10 @@ def stack(tmp_path: Path) -> Iterator[str]:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        database.close()
 
 
-def test_study_runs_through_scheduler_worker_and_service(stack: str) -> None:
+def test_study_runs_through_all_parts(stack: str, tmp_path: Path) -> None:
     study = {
         "name": "composed",
         "particle": False,
@@ -121,6 +141,8 @@ def test_study_runs_through_scheduler_worker_and_service(stack: str) -> None:
         assert (record["state"], record["points_done"], record["points_failed"]) == ("done", 9, 0), record
         params = {"x": "frequency_ratio", "y": "friction_ratio", "metric": "relative_amplitude_ratio"}
         answer = client.get(f"/studies/{record['id']}/resonance-map", params=params).raise_for_status().json()
+    # what was computed is in the object store, and not in the data folder
+    assert not list((tmp_path / "data").rglob("zarr.json"))
     assert (answer["x"], answer["y"], answer["complete"]) == ([0.9, 1.0, 1.1], [0.0, 0.2, 0.6], 1.0)
     # Closed form without friction: |x - z|/Z = r²/√((1 - r²)² + (2ζr)²), at resonance 1/(2ζ).
     assert answer["values"][0][1] == pytest.approx(1 / (2 * 0.0038), rel=1e-9)
@@ -132,22 +154,27 @@ def test_cluster_is_reached_with_a_certificate_alone_and_nothing_grows_without_b
     services = _compose()["services"]
     assert services["service"]["environment"]["DAMPERLAB_SCHEDULER"].startswith("tls://")
     assert "--protocol=tls" in services["scheduler"]["command"]
-    # the scheduler knows no data, and only who makes the certificates may write them
+    # the scheduler knows no data, the workers no database, and only who makes keys and certificates may write them
     assert services["scheduler"]["volumes"] == ["certificates:/certificates:ro"]
-    assert services["certificates"]["volumes"] == ["certificates:/certificates"]
+    assert services["worker"]["volumes"] == ["certificates:/certificates:ro", "store-key:/store-key:ro"]
+    for name, part in services.items():
+        secret = [each for each in part["volumes"] if re.match("certificates|.*-key", each)]
+        assert all(each.endswith(":ro") is (name != "keys") for each in secret)
     assert all("mem_limit" in part and part["read_only"] for part in services.values())
 
 
-def test_parts_share_one_volume_and_publish_on_loopback_alone() -> None:
+def test_results_are_in_database_and_store_and_one_port_is_published_on_loopback() -> None:
     services = _compose()["services"]
-    shared = ["data:/data", "certificates:/certificates:ro"]
-    assert services["worker"]["volumes"] == services["service"]["volumes"] == shared
-    assert services["service"]["environment"]["DAMPERLAB_DATA_DIR"] == "/data"
+    environment = services["service"]["environment"]
+    assert (environment["DAMPERLAB_STORE"], environment["DAMPERLAB_DATA_DIR"]) == ("s3://cubes", "/data")
+    assert "data:/data" in services["service"]["volumes"]
+    assert environment["DAMPERLAB_CATALOGUE"].startswith("postgresql://")
     published = [port for part in services.values() for port in part.get("ports", [])]
     assert published == ["127.0.0.1:8000:8000"]
     lasting = [part for part in services.values() if part["restart"] != "no"]
-    assert len(lasting) == 3
+    assert len(lasting) == 5
     assert all(part["healthcheck"]["test"][0] == "CMD" for part in lasting)
+    assert all(":latest" not in part["image"] for part in services.values())
 
 
 def test_image_runs_as_a_user_and_installs_what_the_lock_file_says() -> None:
