@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures bench fuzz contract faults kernels dist lock audit clean
+.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -59,6 +59,9 @@ docs-figures: install-dev ## the figures, printed answers, notebooks and screens
 	$(BIN)/python -m docs.console README.md docs/tutorial.md docs/contact.md docs/how-to/earthquakes.md
 	$(BIN)/python -m docs.executed
 	$(BIN)/python -m docs.screens
+
+docs-designs: install-dev ## the named specifications designed again, and their page written
+	$(BIN)/python -m docs.designs
 
 install-bench: $(VENV)/.installed-bench
 
