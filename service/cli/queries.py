@@ -20,6 +20,16 @@ from damperlab.service.cli.words import (
 )
 from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Varied
 
+RANKED = {
+    "value": "amplitude_ratio",
+    "error": "amplitude_error",
+    "amplitude": "amplitude_ratio",
+    "mass": "mass_ratio",
+    "clearance": "clearance_ratio",
+    "impact_speed": "impact_speed_max",
+}
+"""What columns of a ranking mean."""
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
@@ -42,6 +52,7 @@ def map_(
     check_file(output)
     record, cube = ask(study, data_dir)
     from damperlab.service.answers import map_document
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.resonance_map import resonance_map
     from damperlab.studies.answers.selection import main_metric
     from damperlab.studies.answers.shown import shown_axes
@@ -59,8 +70,9 @@ def map_(
         return draw_map(answer, metric)
 
     def tell() -> None:
-        say(slice_sentence(answer, metric, label(record)))
-        print_table(*map_table(answer, metric))
+        phrases = Phrases.of(cube)
+        say(slice_sentence(answer, metric, label(record), phrases))
+        print_table(*map_table(answer, metric, phrases))
         say_if(columns_left_out(answer, metric))
         say_if(completeness_sentence(answer))
 
@@ -84,6 +96,7 @@ def response(
     from damperlab.service.answers import response_document
     from damperlab.studies.answers.compared_response import compared_response
     from damperlab.studies.answers.frequency_response import frequency_response
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.selection import main_metric
 
     metric = selection.metric or main_metric(cube)
@@ -103,8 +116,11 @@ def response(
         return draw_response(answer, metric) if second.with_ is None else draw_compared(answer, metric, names)
 
     def tell() -> None:
-        say(slice_sentence(answer, metric, label(record)))
-        print_table(*rows_table(answer))
+        phrases = Phrases.of(cube)
+        say(slice_sentence(answer, metric, label(record), phrases))
+        print_table(
+            *rows_table(answer, phrases, {"other": metric, "other_amplitude_error": "amplitude_error"})
+        )
         say_if(completeness_sentence(answer))
 
     hand_out(record, answer, output, as_json, draw, lambda: response_document(answer, metric), tell)
@@ -123,6 +139,7 @@ def optimum(
     check_file(output)
     record, cube = ask(study, data_dir)
     from damperlab.service.answers import ranking_document
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.ranking import ranked_designs
 
     def opened(others: "Iterable[str]") -> "dict[str, xr.Dataset]":
@@ -141,7 +158,8 @@ def optimum(
         for sentence in (*ranking_sentences(answer), words_of(answer)["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
-            print_table(*rows_table(answer.drop_vars(["lowest", "highest"], errors="ignore")))
+            shown = answer.drop_vars(["lowest", "highest"], errors="ignore")
+            print_table(*rows_table(shown, Phrases.of(cube), RANKED))
 
     hand_out(record, answer, output, as_json, draw, lambda: ranking_document(answer), tell)
 
@@ -159,6 +177,7 @@ def importance(
     record, cube = ask(study, data_dir)
     from damperlab.service.comparisons import columns_document
     from damperlab.studies.answers.importance import importance as shared_out
+    from damperlab.studies.answers.phrases import Phrases
 
     with working("Reading the cube"):
         answer = shared_out(cube, varied)
@@ -169,15 +188,15 @@ def importance(
         return draw_importance(answer)
 
     def tell() -> None:
+        phrases = Phrases.of(cube)
+        of = answer.attrs["metric"]
         say(words_of(answer)["note"])
-        units = answer["effect"].attrs["units"]
-        head = ("parameter", "share", "effect" if units == "1" else f"effect [{units}]", "values")
         columns = (answer[name].values.tolist() for name in ("dimension", "share", "effect", "number"))
         rows = (
-            (name, number(share, 4), number(effect), str(size))
+            (phrases.label(name), number(share, 4), number(phrases.printed(of, effect)), str(size))
             for name, share, effect, size in zip(*columns, strict=True)
         )
-        print_table(head, rows)
+        print_table(("parameter", "share", phrases.column("effect", of), "values"), rows)
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 

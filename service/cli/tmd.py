@@ -6,7 +6,7 @@ from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
 from damperlab.service.cli.output import print_table, say, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
-from damperlab.service.cli.words import completeness_sentence, rows_table, span, words_of
+from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
 from damperlab.studies.questions import Amplitudes, Design, Judging, Tuning
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def tmd(
     check_file(output)
     record, cube = ask(study, data_dir, "tmd")
     from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.phrases import FREQUENCY, Phrases
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
@@ -38,13 +39,18 @@ def tmd(
 
     def tell() -> None:
         say(words_of(answer)["note"])
-        better = ", ".join(span(low, high) for low, high in answer.attrs["hybrid_better"])
+        # a force has no base amplitude that its static deflection could be over
+        of_force = tuning.excitation == "force"
+        phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
+        better = ", ".join(phrases.span(FREQUENCY, low, high) for low, high in answer.attrs["hybrid_better"])
         say(
-            f"The study's damper is better at r = {better}."
+            f"The study's damper is better at {better}."
             if better
             else "The study's damper is better at no frequency."
         )
-        print_table(*rows_table(answer))
+        print_table(
+            *rows_table(answer, phrases, dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio"))
+        )
         say_if(completeness_sentence(answer))
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
@@ -63,13 +69,19 @@ def robust(
     check_file(output, (".csv",))
     record, cube = ask(study, data_dir, "robust")
     from damperlab.service.answers import designs_document
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.robust import robust_designs
 
     with working("Following the rays"):
         answer = robust_designs(cube, amplitudes.amplitudes, judging, amplitudes.top)
 
     def tell() -> None:
-        say(answer.attrs["note"])
-        print_table(*rows_table(answer))
+        phrases = Phrases.of(cube)
+        say(words_of(answer)["note"])
+        shown = answer.rename(amplitude="base_amplitude")
+        if phrases.unit("amplitude_ratio"):
+            # the ratios of the grid point are over the base amplitude of the worst case; `distance` says how far off it is
+            shown = shown.drop_vars([name for name in answer.data_vars if str(name).endswith("_used")])
+        print_table(*rows_table(shown, phrases, {"base_amplitude": "amplitude_ratio"}))
 
     hand_out(record, answer, output, as_json, None, lambda: designs_document(answer), tell)

@@ -5,24 +5,20 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import DAMPER, RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.variables import DIMENSIONS, SYMBOLS, VARIABLES, Status
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray as xr
 
+    from damperlab.studies.answers.phrases import Phrases
+
 MAP_COLUMNS = 12
 """Most columns of a map on a terminal; what is left out is said."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
-
-
-def span(low: float, high: float) -> str:
-    """Spell a range; a range of one value by that value."""
-    first, last = f"{low:.6g}", f"{high:.6g}"
-    return first if first == last else f"{first} to {last}"
 
 
 def cell(name: str, value: float | str) -> str:
@@ -34,7 +30,7 @@ def cell(name: str, value: float | str) -> str:
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 
 
-def map_table(answer: "xr.Dataset", metric: str) -> Table:
+def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Table:
     """Lay a map out with y upwards and x across, as a figure has it.
 
     Parameters
@@ -43,16 +39,31 @@ def map_table(answer: "xr.Dataset", metric: str) -> Table:
         Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
         Which variable.
+    phrases : Phrases
+        Of the study.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     shown = answer.isel({x: slice(None, None, step)})
-    head = (f"{SYMBOLS.get(y, y)} \\ {SYMBOLS.get(x, x)}", *(f"{value:.6g}" for value in shown[x].values))
+    head = (
+        " \\ ".join(_corner(name, phrases) for name in (y, x)),
+        *(_spelled(x, value, phrases) for value in shown[x].values.tolist()),
+    )
     rows = [
-        (f"{shown[y].values[row]:.6g}", *(cell(metric, value) for value in shown[metric].values[row]))
-        for row in reversed(range(shown.sizes[y]))
+        (_spelled(y, at, phrases), *(_spelled(metric, value, phrases) for value in row))
+        for at, row in zip(shown[y].values.tolist(), shown[metric].values.tolist(), strict=True)
     ]
-    return head, rows
+    return head, rows[::-1]
+
+
+def _corner(name: str, phrases: "Phrases") -> str:
+    """Name an axis of a map by its symbol, with its unit."""
+    unit = phrases.unit(name).strip()
+    return f"{phrases.symbol(name)} [{unit}]" if unit else phrases.symbol(name)
+
+
+def _spelled(name: str, value: float | str, phrases: "Phrases") -> str:
+    return cell(name, value if isinstance(value, str) else phrases.printed(name, value))
 
 
 def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
@@ -64,8 +75,18 @@ def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
     return f"One column in {step} is shown of {answer.sizes[x]}; --json and -o FILE have all of them."
 
 
-def rows_table(answer: "xr.Dataset") -> Table:
-    """Lay an answer with one dimension out, one row for each of its values; what all rows share is left out."""
+def rows_table(answer: "xr.Dataset", phrases: "Phrases", meant: "Mapping[str, str] | None" = None) -> Table:
+    """Lay an answer with one dimension out, one row for each of its values; what all rows share is left out.
+
+    Parameters
+    ----------
+    answer : Dataset
+        Of one study.
+    phrases : Phrases
+        Of the study.
+    meant : mapping of str, optional
+        The quantity that stands under a name of the answer's own.
+    """
     (dimension,) = (str(name) for name in answer.sizes)
     names = [dimension] if dimension in DIMENSIONS else []
     names += [
@@ -77,11 +98,12 @@ def rows_table(answer: "xr.Dataset") -> Table:
         and len(set(answer[name].values.tolist())) > 1
     ]
     names += [str(name) for name in answer.data_vars]
-    columns = {name: answer[name].values.tolist() for name in names}
-    head = tuple(f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name for name in names)
-    return head, [
-        tuple(cell(name, columns[name][row]) for name in names) for row in range(answer.sizes[dimension])
+    means = {name: name for name in names} | dict(meant or {})
+    columns = [
+        [_spelled(means[name], value, phrases) for value in answer[name].values.tolist()] for name in names
     ]
+    head = tuple(phrases.column(name, means[name]) for name in names)
+    return head, list(zip(*columns, strict=True))
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
@@ -89,10 +111,14 @@ def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 
-def slice_sentence(answer: "xr.Dataset", metric: str, study: str) -> str:
+def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
     """Say what a map or a curve shows, and of what."""
-    long_name = str(answer[metric].attrs.get("long_name", metric))
-    reduced = f", {answer.attrs['reduce']} over {answer.attrs['over']}" if "over" in answer.attrs else ""
+    long_name = phrases.about(str(answer[metric].attrs.get("long_name", metric)))
+    reduced = (
+        f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"
+        if "over" in answer.attrs
+        else ""
+    )
     return f"{study}: {long_name}{reduced}. {words_of(answer)['note']}"
 
 

@@ -200,12 +200,13 @@ def _answer(
         },
         {"dimension": np.array([row[0] for row in rows], dtype=str)},
     )
-    shares = answer["share"].values
+    rest = float(1 - answer["share"].values.sum())
     answer.attrs = {
         **completeness(sums.computed, sums.failed, sums.points),
         "metric": about["metric"],
         "over": about["over"],
-        "interactions": float(1 - shares.sum()) if rows and not flat else math.nan,
+        # what rounding leaves of one parameter's whole variance is no combination
+        "interactions": (rest if abs(rest) > ROUNDING else 0.0) if rows and not flat else math.nan,
         "mean": (mean + sums.first) * factor,
         "standard_deviation": math.sqrt(max(variance, 0.0)) * factor if known else math.nan,
         "designs": designs,

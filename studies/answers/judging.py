@@ -5,8 +5,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.store.slabs import slabs
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 
@@ -175,6 +177,17 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
     return xr.Dataset(
         {name: ("rank", found[name], attributes) for name, attributes in named.items()}, coordinates
     )
+
+
+def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
+    """Say at which frequencies designs were judged, of how many that were computed."""
+    low, high = question.frequencies[0], question.frequencies[-1]
+    if question.frequencies.size == 1:
+        why = "was computed" if computed == 1 else "counts here"
+        at = phrases.equal(FREQUENCY, low, ".10g")
+        return f"Only one frequency {why}, {at}: the judgement holds at that frequency only. {WHY}"
+    span = phrases.span(FREQUENCY, low, high, ".10g")
+    return f"Judged at {question.frequencies.size} frequencies from {span}."
 
 
 def attributes_of(question: DesignQuestion, tally: Mapping[str, int]) -> dict[str, object]:

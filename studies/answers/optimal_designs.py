@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import DOUBT, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
-from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally, say_judged
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import Phrases, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
@@ -133,18 +132,10 @@ def _folded(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def _note(
     question: DesignQuestion, tally: Mapping[str, int], computed: int, ranked: int, phrases: Phrases
 ) -> str:
-    low, high = question.frequencies[0], question.frequencies[-1]
-    sentences = [f"Ranked by the {phrases.about(question.long_name)}; smaller is better."]
-    if question.frequencies.size == 1:
-        why = "was computed" if computed == 1 else "counts here"
-        sentences.append(
-            f"Only one frequency {why}, {phrases.equal(FREQUENCY, low, '.10g')}: the judgement holds at that frequency "
-            f"only. {WHY}"
-        )
-    else:
-        sentences.append(
-            f"Judged at {question.frequencies.size} frequencies from {phrases.span(FREQUENCY, low, high, '.10g')}."
-        )
+    sentences = [
+        f"Ranked by the {phrases.about(question.long_name)}; smaller is better.",
+        say_judged(question, computed, phrases),
+    ]
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:
         sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")

@@ -1,13 +1,15 @@
 """The designs that no other one beats in every respect at once, and how many more may belong to them within their errors."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally
+from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally, say_judged
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
@@ -74,10 +76,10 @@ def pareto_front(
         found["alike"] = np.zeros(found["value"].size, np.int64)
         found = _joined(front, found)
         front = _front(found, _compared(cube, columns, signs, found))
-    said: dict[str, float] = {}
+    doubt: dict[str, float] = {}
     if doubtful and front:
         belong = int((front["alike"] + 1).sum())
-        said = {"confidence": question.doubt.confidence, "as_good": may_belong["value"].size - belong}
+        doubt = {"confidence": question.doubt.confidence, "as_good": may_belong["value"].size - belong}
     front = {name: array[: question.top] for name, array in front.items()}
     answer = described(cube, question, front)
     for name, column in zip(respects, columns, strict=True):
@@ -89,8 +91,18 @@ def pareto_front(
         front["alike"],
         {"units": "1", "long_name": "further designs that are equal in every respect"},
     )
-    answer.attrs = {**attributes_of(question, tally), "pareto": list(respects), **said}
-    answer.attrs["note"] = _note(respects, question, tally, answer.sizes["rank"], said)
+    answer.attrs = {**attributes_of(question, tally), "pareto": list(respects), **doubt}
+
+    def note(phrases: Phrases) -> dict[str, Any]:
+        wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
+        sentences = [
+            f"{counted(answer.sizes['rank'], 'design')} that no other design beats in all of: {wanted}.",
+            say_judged(question, cube.sizes[FREQUENCY], phrases),
+            *_remarks(tally, doubt),
+        ]
+        return {"note": " ".join(sentences)}
+
+    answer.attrs |= said(cube, note)
     return answer
 
 
@@ -180,27 +192,22 @@ def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.n
     return {name: array[kept] for name, array in found.items()}
 
 
-def _note(
-    respects: Sequence[str],
-    question: DesignQuestion,
-    tally: Mapping[str, int],
-    designs: int,
-    said: Mapping[str, float],
-) -> str:
-    wanted: list[str] = []
-    for name in respects:
-        better = "larger" if name.startswith("-") else "smaller"
-        wanted.append(f"{RESPECTS[name.removeprefix('-')][1]} ({better} is better)")
-    sentences = [
-        f"{counted(designs, 'design')} that no other design beats in all of: {', '.join(wanted)}.",
-        f"Judged at {counted(int(question.frequencies.size), 'frequency ratio')}.",
-    ]
-    if said.get("as_good"):
-        sentences.append(
-            f"{counted(int(said['as_good']), 'more design')} may belong to them within the errors "
-            f"({said['confidence']:.0%} confidence over all designs at once)."
+def _wanted(name: str, question: DesignQuestion, phrases: Phrases) -> str:
+    """Say what is compared, and which way is better."""
+    column, meaning = RESPECTS[name.removeprefix("-")]
+    label = phrases.label(column)
+    named = phrases.about(question.long_name) if column == "value" else meaning if label == column else label
+    return f"{named} ({'larger' if name.startswith('-') else 'smaller'} is better)"
+
+
+def _remarks(tally: Mapping[str, int], doubt: Mapping[str, float]) -> list[str]:
+    remarks = []
+    if doubt.get("as_good"):
+        remarks.append(
+            f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
+            f"({doubt['confidence']:.0%} confidence over all designs at once)."
         )
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:
-        sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
-    return " ".join(sentences)
+        remarks.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
+    return remarks

@@ -70,11 +70,21 @@ class Phrases:
         """Give the unit with the space before it; nothing for a ratio."""
         return f" {PRINTED[name].unit}" if self._has(name) else ""
 
+    def column(self, name: str, quantity: str = "") -> str:
+        """Name a column of a table, with its unit in brackets; `quantity` is what an answer's own name stands for."""
+        quantity = quantity or name
+        if not self._has(quantity):
+            return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
+        label = PRINTED[name].label if name in SYMBOLS else AMPLITUDES.get(name, name).removesuffix("_m")
+        return f"{label} [{PRINTED[quantity].unit}]"
+
+    def printed(self, name: str, value: float) -> float:
+        """Give a value of a ratio as it is written, without its unit."""
+        return value * self.quantities[name].factor * PRINTED[name].scale if self._has(name) else value
+
     def number(self, name: str, value: float, form: str = ".6g") -> str:
         """Spell a value of a ratio without its unit."""
-        if self._has(name):
-            value *= self.quantities[name].factor * PRINTED[name].scale
-        return format(value, form)
+        return format(self.printed(name, value), form)
 
     def value(self, name: str, value: float, form: str = ".6g") -> str:
         """Spell a value of a ratio, with its unit."""
@@ -85,7 +95,9 @@ class Phrases:
         return f"{self.symbol(name)} = {self.value(name, value, form)}"
 
     def span(self, name: str, low: float, high: float, form: str = ".6g") -> str:
-        """Write ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``."""
+        """Write ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``; a range of one value as that value."""
+        if low == high:
+            return self.equal(name, low, form)
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
     def measured(self, value: float, error: float) -> str:

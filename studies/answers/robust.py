@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,8 @@ import xarray as xr
 from damperlab.studies.answers.contenders import ties
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.judging import attributes_of, judge, new_tally
+from damperlab.studies.answers.judging import attributes_of, judge, new_tally, say_judged
+from damperlab.studies.answers.phrases import AMPLITUDE, Phrases, said
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
@@ -121,10 +123,15 @@ def robust_designs(
                 f"may be at most {_span(cube):.4g}.",
             )
         )
-    said = ties(best["value"], best["lowest"], best["highest"], question.standard_errors)
+    equals = ties(best["value"], best["lowest"], best["highest"], question.standard_errors)
     answer = _answer(cube, question, factors, {name: array[:top] for name, array in best.items()}, tally)
-    answer.attrs |= said
-    answer.attrs["note"] = f"{answer.attrs['note']} {say_ties(said)}".strip()
+    answer.attrs |= equals
+
+    def note(phrases: Phrases) -> dict[str, Any]:
+        words = _note(cube, question, factors, answer, phrases)
+        return {"note": f"{words} {say_ties(equals)}".strip()}
+
+    answer.attrs |= said(cube, note)
     return answer
 
 
@@ -265,16 +272,27 @@ def _answer(
     for name in (*OTHERS, *RAY, FREQUENCY):
         answer.coords[name] = ("rank", cube[name].values[best[name]], dict(cube[name].attrs))
     answer.attrs = {**attributes_of(question, tally), "amplitudes": factors.tolist()}
-    answer.attrs["note"] = _note(question, factors, tally, answer)
     return answer
 
 
-def _note(question: DesignQuestion, factors: np.ndarray, tally: Mapping[str, int], answer: xr.Dataset) -> str:
+def _note(
+    cube: xr.Dataset, question: DesignQuestion, factors: np.ndarray, answer: xr.Dataset, phrases: Phrases
+) -> str:
+    steps = counted(factors.size, "step")
+    if phrases.unit(AMPLITUDE):
+        # what multiplies an amplitude ratio is the base amplitude itself
+        low, high = phrases.number(AMPLITUDE, factors[0]), phrases.value(AMPLITUDE, factors[-1])
+        over = f"base amplitudes from {low} to {high} in {steps}; force and clearance stay the same."
+    else:
+        over = (
+            f"{factors[0]:.6g} to {factors[-1]:.6g} times the nominal amplitude in {steps}; force and clearance stay the "
+            "same, so d/Z and γ_F shrink as the amplitude grows."
+        )
     sentences = [
-        f"Ranked by the {answer['value'].attrs['long_name']}, from {factors[0]:.6g} to {factors[-1]:.6g} times the "
-        f"nominal amplitude in {counted(factors.size, 'step')}; force and clearance stay, so d/Z and γ_F shrink as "
-        f"the amplitude grows. Each amplitude is judged at {counted(int(question.frequencies.size), 'frequency ratio')}."
+        f"Ranked by the {question.long_name}, the worst over {over}",
+        say_judged(question, cube.sizes[FREQUENCY], phrases),
     ]
+    tally = answer.attrs
     reasons = {
         "left_grid": "leave the grid",
         "unknown": "meet a point without a value",
