@@ -51,6 +51,48 @@ def test_a_study_is_found_by_the_start_of_its_id_and_by_its_name(stored: Stored)
     assert "0.5 to 1.5, 11 values" in text
 
 
+def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path) -> None:
+    base, hertz = 0.002, 8.0
+    study = {
+        "name": "in units",
+        "damping_ratio": 0.05,
+        "axes": {
+            "clearance_ratio": [3.0],
+            "friction_ratio": [0.0],
+            "restitution": [0.5],
+            "mass_ratio": [0.0],
+        },
+        "physical": {
+            "natural_frequency_hz": hertz,
+            "base_amplitude_m": base,
+            "excitation_frequency_hz": [6.0, 9.0],
+        },
+    }
+    file = tmp_path / "study.json"
+    file.write_text(json.dumps(study))
+    data = ("--data-dir", tmp_path / "data")
+    run("run", file, *data)
+    amplitudes = {f: 1e3 * base * transmissibility(f / hertz, 0.05) for f in (6.0, 9.0)}
+    said, head, *rows = run("response", "in units", *data).stdout.splitlines()
+    assert "amplitude X." in said
+    assert "X/Z" not in said + head
+    assert head.startswith("excitation frequency f [Hz]  amplitude [mm]")
+    for row, (f, amplitude) in zip(rows, amplitudes.items(), strict=True):
+        assert row.split()[:2] == [f"{f:g}", f"{amplitude:.6g}"]
+    map_ = run(
+        "map", "in units", "--x", "clearance_ratio", "--y", "frequency_ratio", *data
+    ).stdout.splitlines()
+    assert map_[1].split() == ["f", "[Hz]", "\\", "d", "[mm]", "6"]
+    assert [line.split() for line in map_[2:]] == [
+        [f"{f:g}", f"{amplitudes[f]:.6g}"] for f in (9.0, 6.0)
+    ]  # upwards
+    tmd = run("tmd", "in units", "--mass-ratio", "0.1", *data).stdout.splitlines()
+    assert tmd[2].split("  ")[:2] == ["excitation frequency f [Hz]", "hybrid [mm]"]
+    assert tmd[1].endswith(" Hz.")
+    for row, (f, amplitude) in zip(tmd[3:], amplitudes.items(), strict=True):
+        assert row.split()[:2] == [f"{f:g}", f"{amplitude:.6g}"]
+
+
 def test_a_response_is_the_transmissibility(stored: Stored, tmp_path: Path) -> None:
     data_dir, record = stored
     asked = ["response", record["id"], "--at", "friction_ratio=0.1", "--data-dir", data_dir]

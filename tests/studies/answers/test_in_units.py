@@ -11,7 +11,9 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.questions import Judging, Selection, Tuning
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -115,6 +117,8 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
         tmd_comparison(cube, Tuning(mass_ratio=0.07)),
         tmd_comparison(alone),
         importance(cube),
+        pareto_front(cube, ("amplitude", "-mass", "clearance")),
+        pareto_front(cube.isel(frequency_ratio=[1]), ("amplitude", "impact_speed")),
     ]
     for answer in answers:
         words = answer.attrs["in_units"]
@@ -139,3 +143,12 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ratios.attrs = {}
     for answer in (optimal_designs(ratios), tmd_comparison(ratios)):
         assert "in_units" not in answer.attrs
+
+
+def test_a_damper_is_followed_over_base_amplitudes_in_millimetres(cube: xr.Dataset) -> None:
+    rays = cube.isel(clearance_ratio=slice(1, None), friction_ratio=slice(1, None))
+    note = robust_designs(rays, (0.5, 1.0)).attrs["in_units"]["note"]
+    assert f"base amplitudes from {0.5e3 * BASE:g} to {1e3 * BASE:g} mm in 2 steps" in note
+    assert f"f = {0.8 * HERTZ:g} to {1.1 * HERTZ:g} Hz" in note
+    # what is ranked is the ratio to each of these amplitudes
+    assert RATIO.sub("", note, count=1).count("ratio") == 0
