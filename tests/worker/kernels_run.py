@@ -1,4 +1,7 @@
-"""Marches every scene a few cycles and prints the bits; run by `test_jit` in processes of their own."""
+"""Marches every scene a few cycles and prints the bits; run by `test_jit` in processes of their own.
+
+As a motion from rest is marched and shown, events logged, so `damperlab warm` has compiled the kernels.
+"""
 
 import sys
 
@@ -6,6 +9,7 @@ import numpy as np
 
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segments import empty_log
 from damperlab.worker.solver.state import BUDGET, METERS, Meter, Particle, Wall
 from damperlab.worker.steady.start import at_rest
 
@@ -23,8 +27,10 @@ def bits(friction: float | None, particle: Particle | None) -> str:
     scene.counts[BUDGET] = 10**6
     state = at_rest(0.97, friction, particle)
     sums = np.zeros(METERS)
+    log = empty_log(1000)
     for _ in range(60):
-        state, _ = half_cycle(state, scene, Meter(sums), None)
+        log.cursor[0] = 0
+        state, _ = half_cycle(state, scene, Meter(sums), log)
     numbers = [state.v, state.w, state.gap, state.p_rate, *sums]
     return " ".join(float(number).hex() for number in numbers)
 

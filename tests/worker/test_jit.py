@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from damperlab.worker.compiler import Whole, target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
-from damperlab.worker.kernel_cache import KernelCache, folder_name, is_private
+from damperlab.worker.kernel_cache import CACHE_FOLDER, KernelCache, folder_name, is_private
 from damperlab.worker.solver.memory import address
 
 ROOT = Path(__file__).parents[2]
 RUN = ROOT / "tests" / "worker" / "kernels_run.py"
 SCENES = [str(index) for index in range(7)]
+HYBRID = "2"
 
 
 def run(cache: Path, *arguments: str, path: Path = ROOT / "src", **variables: str) -> str:
@@ -29,20 +30,30 @@ def run(cache: Path, *arguments: str, path: Path = ROOT / "src", **variables: st
     ).stdout
 
 
-def test_cold_and_warm_processes_give_the_same_bits_in_every_scene(tmp_path: Path) -> None:
-    cache = tmp_path / "cache"
-    cache.mkdir()
-    cold = run(cache, str(RUN), *SCENES)
-    compiled = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")}
+def test_kernels_give_the_same_bits_whoever_compiled_them(tmp_path: Path) -> None:
+    """Compiled by another process, loaded from another place, compiled anew as they are and with every index checked.
+
+    The kernels are those that `damperlab warm` compiles, so that they are here already, or are kept for who comes next.
+    """
+    known = run(CACHE_FOLDER.parent, str(RUN), *SCENES)
+    assert [line.split()[0] for line in known.splitlines()] == SCENES
+    kept, empty = tmp_path / "kept", tmp_path / "empty"
+    (kept / CACHE_FOLDER.name).mkdir(parents=True, mode=0o700)
+    for file in CACHE_FOLDER.glob("*.nbc"):
+        shutil.copy2(file, kept / CACHE_FOLDER.name)
+    copied = {path: path.stat().st_mtime_ns for path in kept.rglob("*.nbc")}
     copy = tmp_path / "elsewhere" / "damperlab"
     shutil.copytree(ROOT / "src" / "damperlab", copy, ignore=shutil.ignore_patterns("__pycache__", "page"))
-    warm = run(
-        cache, str(RUN), *reversed(SCENES), path=copy.parent
-    )  # other places, times and order of loading
-    assert warm == cold
-    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
-    checked = run(cache, str(RUN), *SCENES, NUMBA_BOUNDSCHECK="1")  # every index inside its array
-    assert [line.split()[0] for line in checked.splitlines()] == SCENES
+    # other places, times and order of loading
+    assert run(kept, str(RUN), *reversed(SCENES), path=copy.parent) == known
+    assert {path: path.stat().st_mtime_ns for path in kept.rglob("*.nbc")} == copied
+    empty.mkdir()
+    anew = run(empty, str(RUN), HYBRID)
+    assert anew in known.splitlines(keepends=True)
+    assert len(list(empty.rglob("*.half_cycle-*.nbc"))) == 1
+    checked = run(empty, str(RUN), *SCENES, NUMBA_BOUNDSCHECK="1")  # every index inside its array
+    assert checked == known
+    assert len(list(empty.rglob("*.half_cycle-*.nbc"))) == 1 + len(SCENES)
 
 
 @kernel

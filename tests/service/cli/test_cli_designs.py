@@ -31,7 +31,7 @@ FRICTION: dict[str, Any] = {
 def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("designs")
     (folder / "friction.json").write_text(json.dumps(FRICTION))
-    run("run", folder / "friction.json", "--data-dir", folder / "data", "--workers", "1")
+    run("run", folder / "friction.json", "--data-dir", folder / "data")
     return folder / "data"
 
 
@@ -84,7 +84,7 @@ def test_a_result_may_be_limited_too(data_dir: Path) -> None:
 def test_what_a_study_does_not_store_is_left_out_or_refused(tmp_path: Path) -> None:
     study = tmp_path / "little.json"
     study.write_text(json.dumps({**FRICTION, "name": "little", "metrics": ["amplitude_ratio"]}))
-    run("run", study, "--data-dir", tmp_path / "data", "--workers", "1")
+    run("run", study, "--data-dir", tmp_path / "data")
     asked = ["little", "--data-dir", tmp_path / "data"]
     text = run("optimum", *asked).stdout
     assert "It is largest at r = 1." in text
@@ -113,7 +113,7 @@ def test_refine_computes_follow_ups_until_the_optimum_is_known(tmp_path: Path) -
     axes = {"friction_ratio": {"start": 0.5, "stop": 1.1, "num": 4}, "frequency_ratio": [0.9, 1.0, 1.1, 1.2]}
     study = tmp_path / "locking.json"
     study.write_text(json.dumps({**FRICTION, "name": "locking", "axes": axes}))
-    run("run", study, "--data-dir", tmp_path / "data", "--workers", "1")
+    run("run", study, "--data-dir", tmp_path / "data")
     asked = ["refine", "locking", "--tolerance", "0.03", "--data-dir", tmp_path / "data", "--workers", "1"]
     document = json.loads(run(*asked, "--json").stdout)
     assert document["known"] is True

@@ -64,7 +64,7 @@ def test_a_suite_is_run_asked_and_written_like_any_study(tmp_path: Path) -> None
     )
     data = ("--data-dir", tmp_path)
     assert "4 points" in run("run", file, "--dry-run", *data).stdout
-    record = json.loads(run("run", file, "--workers", 1, "--json", *data).stdout)
+    record = json.loads(run("run", file, "--json", *data).stdout)
     assert (record["state"], record["points_done"]) == ("done", 4)
     assert "northridge-090" in run("show", "dampers", *data).stdout
     best = json.loads(run("optimum", "dampers", "--json", *data).stdout)["designs"]

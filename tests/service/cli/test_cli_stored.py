@@ -184,7 +184,7 @@ def test_a_study_that_is_done_cannot_be_cancelled(stored: Stored) -> None:
 def test_delete_asks_first(stored: Stored, tmp_path: Path) -> None:
     study = tmp_path / "other.yaml"
     study.write_text("{name: other, particle: false, axes: {friction_ratio: 0, frequency_ratio: [0.5, 2]}}")
-    run("run", study, "--data-dir", tmp_path, "--workers", "1")
+    run("run", study, "--data-dir", tmp_path)
     run("delete", "other", "--data-dir", tmp_path, status=1)  # nobody is there to answer
     run("show", "other", "--data-dir", tmp_path)
     run("delete", "other", "--yes", "--data-dir", tmp_path)

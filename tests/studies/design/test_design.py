@@ -158,6 +158,24 @@ def test_an_interrupted_design_ends_as_one_that_was_not(damped) -> None:
     assert answer_document(resumed) == answer_document(found)
 
 
+def test_with_three_quantities_to_choose_it_ends_so_too() -> None:
+    """Interrupted after every fifth of its studies, each time with what was done until then."""
+    document = {name: value for name, value in DAMPED.items() if name != "particle_mass_kg"}
+    document["choose"] = DAMPED["choose"] | {"particle_mass_kg": {"start": 1.0, "stop": 6.0}}
+    document |= {"tolerances": {"friction_force_n": "10%"}, "builds": 2}
+    found, cubes = pursued(document, 8000)
+    asked = parse_specification(document)
+    assert len(asked.free) == 3
+    for part in range(1, 5):
+        done = dict(list(cubes.items())[: part * len(cubes) // 5])
+        ask = next_round(asked, 8000, done)
+        assert isinstance(ask, Ask)
+        assert {study.digest for study in ask.studies} <= cubes.keys()
+    resumed = next_round(asked, 8000, cubes)
+    assert isinstance(resumed, Found)
+    assert answer_document(resumed) == answer_document(found)
+
+
 def test_the_answer_says_what_was_found(damped) -> None:
     found, _ = damped
     document = answer_document(found)
