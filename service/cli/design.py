@@ -51,7 +51,7 @@ def design(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Search the damper of a specification: what to build, how far it may be off, and what else there is."""
+    """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_cluster(workers, scheduler)
     if output is not None and output.suffix.lower() not in (".html", ".htm"):
         raise typer.BadParameter(

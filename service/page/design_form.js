@@ -13,7 +13,7 @@ import { WORDS } from "./words.js";
 const { structure, excitation, damper, ratios, limits, numbers, tables } = WORDS.specification;
 const FIRST = "prototype";
 /** How a quantity of the damper is said. */
-const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "of a list"]]);
+const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "from a list"]]);
 
 /** @type {import("./main.js").View} */
 export async function designForm(root, { query }) {
@@ -30,7 +30,7 @@ export async function designForm(root, { query }) {
   const wrong = el("p", { class: "faults", role: "alert" });
   const budget = el("div", { class: "estimate", role: "status" });
   const elsewhere = el("div", { class: "faults" });
-  const submit = el("button", { type: "submit", class: "primary" }, "Search the damper");
+  const submit = el("button", { type: "submit", class: "primary" }, "Find the damper");
 
   /** @param {string} name */
   function choose(name) {

@@ -46,7 +46,7 @@ def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
 
 
 def alternative(name: str, asked: Specification, book: Book) -> Step[Alternative]:
-    """Search the best damper that has one part alone."""
+    """Search for the best damper that has one part alone."""
     search = Search(without(asked, OF_DAMPER[name]), book, SMALL[name], told=False)
     best = yield from search.run()
     return Alternative(search.lattice.build(best), search.robust[best])

@@ -31,7 +31,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     asked = json.loads(page.get_by_label("The specification as JSON").input_value())
     assert asked == helpers.SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
     expect(page.locator(".estimate")).to_contain_text("At most 500 points")
-    page.get_by_role("button", name="Search the damper").click()
+    page.get_by_role("button", name="Find the damper").click()
     expect(page.get_by_role("heading", name="asked on the page", level=1)).to_be_visible()
     expect(page.get_by_role("region", name="Progress")).to_be_visible()
     expect(page.get_by_role("region", name="The best so far")).to_contain_text("N")

@@ -61,7 +61,9 @@ def test_the_page_leads_to_its_documentation_which_works_under_its_policy(
     for address in (*sorted(helped()), "tutorial/"):  # again: from the browser's store
         documentation.goto(f"{running.url}/docs/{address}")
         expect(documentation.locator("h1")).to_be_visible()
-    documentation.get_by_role("textbox", name="Search").fill("restitution")
+    documentation.get_by_role("textbox", name="Search").press_sequentially(
+        "restitution"
+    )  # it listens to keys
     expect(documentation.locator(".md-search-result__item").first).to_be_visible()
     assert said == []
 
