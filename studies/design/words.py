@@ -184,14 +184,14 @@ def _starts(found: Found) -> Iterator[str]:
     asked, starts = found.asked, found.starts
     if starts is None:
         return
-    looked = f"From {starts.count} starts at each of {counted(starts.frequencies, 'frequency ratio')}"
+    looked = f"Started in {counted(starts.count, 'way')} at each of {counted(starts.frequencies, 'frequency ratio')}"
     if starts.beyond == 0:
-        yield f"{looked}, none leads the damper as drawn beyond what is stated, which holds from rest."
+        yield f"{looked}, the damper as drawn does not exceed what is stated."
         return
     yield (
-        f"{looked}, the damper as drawn is led to as much as {response(asked, starts.worst)}, near "
-        f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of them a disturbance can take it beyond what "
-        "is stated, which holds from rest."
+        f"{looked}, the damper as drawn reaches up to {response(asked, starts.worst)}, near "
+        f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of these ratios a disturbance can take it "
+        "beyond what is stated, which holds from rest."
     )
 
 
@@ -242,12 +242,12 @@ def _margins(found: Found) -> Iterator[str]:
         return
     kept = "every limit holds" if asked.limits else ""
     if found.stated.violation > 0.0:
-        kept = "no limit is exceeded by more than that"
+        kept = "no limit is exceeded by more than stated above"
     limited = any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
-    bound = "" if limited else f"it stays within {response(asked, WITHIN * found.stated.most)}"
+    bound = "" if limited else f"the response stays within {response(asked, WITHIN * found.stated.most)}"
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
     holds = " and ".join(part for part in (kept, bound) if part)
-    yield f"Moved alone, with the others as drawn, {holds} for {'; for '.join(parts)}."
+    yield f"With one quantity changed and the others as drawn, {holds} for {'; for '.join(parts)}."
 
 
 def _margin(asked: Specification, name: str, margin: Margin) -> str:
@@ -268,7 +268,7 @@ def _beside(found: Found) -> Iterator[str]:
         called = ALTERNATIVES[name]
         keeps = "" if other.score.violation == 0.0 else ", and exceeds a limit"
         if isinf(other.score.value):
-            yield f"Of {called}, {judged}, nothing bounds the response."
+            yield f"With {called}, {judged}, nothing bounds the response."
             continue
         yield (
             f"The best of {called}, {judged}, reaches {response(asked, other.score.value)}"

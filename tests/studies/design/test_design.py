@@ -325,7 +325,7 @@ def test_a_response_without_bound_is_no_number() -> None:
     structure = {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0}
     choose = {"clearance_m": {"start": 0.01, "stop": 0.03}}
     words = answered(structure=structure, choose=choose, friction_force_n=0.0)
-    assert "Of friction alone, under the same band, nothing bounds the response." in words
+    assert "With friction alone, under the same band, nothing bounds the response." in words
     assert "inf" not in words
 
 
