@@ -1,7 +1,7 @@
 /** A new design: the fields of a specification and its JSON are two views of one document, and either can be edited. */
 
 import { ask, faultText, Refusal, refusalBox, send } from "./api.js";
-import { capital, debounced, el, fill, picker, prose, say } from "./dom.js";
+import { capital, debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted } from "./numbers.js";
@@ -59,17 +59,9 @@ export async function designForm(root, { query }) {
   }
 
   function typed() {
-    try {
-      const document = JSON.parse(text.value);
-      if (document === null || typeof document !== "object" || Array.isArray(document)) throw new Error("{ } is needed");
-      asked = document;
-    } catch (error) {
-      wrong.textContent = `This is not JSON yet: ${error instanceof Error ? error.message : error}`;
-      submit.disabled = true;
-      return;
-    }
-    wrong.textContent = "";
-    submit.disabled = false;
+    const document = typedObject(text, wrong, submit);
+    if (document === null) return;
+    asked = document;
     draw();
     judge();
   }

@@ -132,3 +132,19 @@ export function debounced(milliseconds, run) {
     timer = setTimeout(() => run(...given), milliseconds);
   };
 }
+
+/** The object that a text of JSON says, as it is typed; null while it is none, which is said and keeps the button from being used.
+ * @param {HTMLTextAreaElement} text @param {HTMLElement} wrong where the fault is said @param {HTMLButtonElement} submit */
+export function typedObject(text, wrong, submit) {
+  try {
+    const document = JSON.parse(text.value);
+    if (document === null || typeof document !== "object" || Array.isArray(document)) throw new Error("{ } is needed");
+    wrong.textContent = "";
+    submit.disabled = false;
+    return document;
+  } catch (error) {
+    wrong.textContent = `This is not JSON yet: ${error instanceof Error ? error.message : error}`;
+    submit.disabled = true;
+    return null;
+  }
+}

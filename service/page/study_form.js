@@ -2,7 +2,7 @@
 
 import { ask, refusalBox, Refusal, send, faultText, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
-import { checkbox, debounced, el, fill, picker, prose, say } from "./dom.js";
+import { checkbox, debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
 import { help } from "./help.js";
 import { count, counted, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
@@ -66,17 +66,9 @@ export async function studyForm(root, { query }) {
   }
 
   function typed() {
-    try {
-      const document = JSON.parse(text.value);
-      if (document === null || typeof document !== "object" || Array.isArray(document)) throw new Error("{ } is needed");
-      study = document;
-    } catch (error) {
-      wrong.textContent = `This is not JSON yet: ${error instanceof Error ? error.message : error}`;
-      submit.disabled = true;
-      return;
-    }
-    wrong.textContent = "";
-    submit.disabled = false;
+    const document = typedObject(text, wrong, submit);
+    if (document === null) return;
+    study = document;
     draw();
     judge();
   }
