@@ -8,6 +8,11 @@ ENV PYTHONUNBUFFERED=1 \
 
 WORKDIR /app
 
+# What prints reports as PDF; a font comes along.
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends libpangoft2-1.0-0 libharfbuzz-subset0 \
+    && rm -rf /var/lib/apt/lists/*
+
 # Dependencies first: they change seldom, and the layer is kept while the code changes.
 COPY requirements-image.lock ./
 RUN python -m pip install --require-hashes -r requirements-image.lock

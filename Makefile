@@ -97,9 +97,9 @@ dist: kernels node_modules/.installed ## the wheel and the source archive, with 
 lock: ## renew the lock files (needs uv); names and hashes only
 	uv pip compile pyproject.toml --extra build --extra service --universal --python-version 3.11 --generate-hashes \
 	    --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements.lock
-	uv pip compile pyproject.toml --extra build --extra service --extra postgresql --extra s3 -c requirements.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra build --extra service --extra pdf --extra postgresql --extra s3 -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-image.lock
-	uv pip compile pyproject.toml --extra build --extra service --extra postgresql --extra s3 --extra docs --extra dev -c requirements.lock --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra build --extra service --extra pdf --extra postgresql --extra s3 --extra docs --extra dev -c requirements.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-dev.lock
 	uv pip compile pyproject.toml --extra service --extra bench -c requirements-dev.lock --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o requirements-bench.lock

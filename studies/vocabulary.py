@@ -86,6 +86,9 @@ EXPORT_SUFFIXES: dict[str, ExportFormat] = {
 }
 """The format that the end of a file's name stands for."""
 
+DocumentFormat = Literal["html", "pdf"]
+"""As what a report is given."""
+
 Method = Literal["event", "rk4"]
 METHODS: tuple[Method, ...] = get_args(Method)
 """How a response is integrated: event-driven, or the paper's Runge–Kutta scheme with fixed steps."""

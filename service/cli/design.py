@@ -1,6 +1,5 @@
 """The command design: from a specification to a damper, with every evaluation a study in the store."""
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
@@ -8,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
-from damperlab.service.cli.output import make_parent, note, print_json, say, working
+from damperlab.service.cli.output import note, print_json, say, working
 from damperlab.service.cli.run import Terms, compute, find_or_submit
 from damperlab.service.cli.store import open_store
 
@@ -38,9 +38,7 @@ def design(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Write the report too, .html; a browser prints it."
-        ),
+        typer.Option("--output", "-o", metavar="FILE", help="Write the report too, as .html or .pdf."),
     ] = None,
     data_dir: DataDir = None,
     workers: Workers = None,
@@ -53,10 +51,7 @@ def design(
 ) -> None:
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_cluster(workers, scheduler)
-    if output is not None and output.suffix.lower() not in (".html", ".htm"):
-        raise typer.BadParameter(
-            f"found {output.name!r}, allowed: a name that ends in .html", param_hint="-o"
-        )
+    check_document(output)
     from damperlab.service.designs import budget_of
     from damperlab.studies.specification.reading import read_specification
 
@@ -72,9 +67,10 @@ def design(
 
     document = answer_document(found)
     if output is not None:
-        make_parent(output)
         with working(f"Writing {output}"):
-            _write(output, found)
+            from damperlab.service.design_report import design_report
+
+            write_document(design_report(found), output)
         note(f"Wrote the report to {output}.")
     if as_json:
         print_json(document)
@@ -161,17 +157,6 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Fo
     except StopIteration as end:
         found: Found = end.value
         return found
-
-
-def _write(output: Path, found: "Found") -> None:
-    from damperlab.service.design_report import design_report
-
-    partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(design_report(found), encoding="utf-8")
-        partial.replace(output)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _print_size(asked: "Specification", budget: int, as_json: bool) -> None:

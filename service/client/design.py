@@ -152,12 +152,12 @@ class Design:
         return answer
 
     def report(self, path: str | Path) -> Path:
-        """Write the report of a design that is done, one page of HTML to sign or to print.
+        """Write the report of a design that is done, to sign or to print.
 
         Parameters
         ----------
         path : path
-            The file to write; it appears when it is complete.
+            The file to write, a page of HTML, or sheets of A4 where its name ends in ``.pdf``; it appears when it is complete.
 
         Returns
         -------
@@ -166,14 +166,17 @@ class Design:
 
         Raises
         ------
+        Refused
+            If it is to be a PDF, and the service cannot print.
         Conflict
             If the design is not done.
         """
         path = Path(path)
         part = path.with_name(f"{path.name}.part")
+        where, how = f"/designs/{self.id}/report", {"format": "pdf" if path.suffix == ".pdf" else "html"}
         try:
             for attempt in self._transport.attempts():
-                with attempt, self._transport.stream(f"/designs/{self.id}/report") as response:
+                with attempt, self._transport.stream(where, params=how) as response:
                     part.write_bytes(response.read())
             return part.replace(path)
         finally:

@@ -1,6 +1,5 @@
 """Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted; their reports."""
 
-import re
 from contextlib import suppress
 from typing import Annotated, Any
 
@@ -15,7 +14,7 @@ from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.examples import SPECIFICATION_BODY
 from damperlab.service.problems import Problem, documented
-from damperlab.service.routes.report import POLICY
+from damperlab.service.routes.report import DOCUMENT, ReportQuery, document, stem
 from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
 from damperlab.service.work.functions import specified
 from damperlab.studies.design.shelf import Kept
@@ -122,24 +121,19 @@ def show(service: TheService, design: TheDesign) -> Document:
 @router.get(
     "/{design_id}/report",
     response_class=HTMLResponse,
-    responses={
-        200: {"description": "The document", "content": {"text/html": {"schema": {"type": "string"}}}},
-        **documented(404, 409, 503),
-    },
+    responses={200: DOCUMENT, **documented(404, 409, 422, 429, 503)},
     summary="The answer as a document to sign or to print",
 )
-def ask_report(service: TheService, design: TheDesign) -> HTMLResponse:
+async def ask_report(
+    request: Request, service: TheService, design: TheDesign, query: Annotated[ReportQuery, Query()]
+) -> Response:
     """Give drawing values with their tolerances, the response beside that of other dampers, and what decides it."""
     if design.state != "done":
         raise Problem(
             409, "design-not-done", f"The design is {design.state}: its report comes with its answer."
         )
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", design.name).strip("-.") or "design"
-    headers = {
-        "Content-Security-Policy": POLICY,
-        "Content-Disposition": f'inline; filename="{stem}-{design.id}.html"',
-    }
-    return HTMLResponse(service.designer.shelf.report(design.id), headers=headers)
+    text = (await run_sync(service.designer.shelf.report, design.id)).decode()
+    return await document(request, service, query, text, f"{stem(design.name, 'design')}-{design.id}")
 
 
 @router.post(

@@ -1,14 +1,21 @@
 """A study as one document."""
 
 import re
+from typing import Annotated, Any
 
-from fastapi import APIRouter
-from starlette.responses import HTMLResponse
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
 
+from damperlab.service.printing import printed
 from damperlab.service.problems import documented
 from damperlab.service.routes.queries import router as queries
-from damperlab.service.state import TheService, TheStudy
+from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.service.study_report import study_report
+from damperlab.studies.store.record import Record
+from damperlab.studies.vocabulary import DocumentFormat
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
 
@@ -19,20 +26,55 @@ POLICY = (
 """The document loads nothing, and runs nothing: its style and its figures are in it."""
 
 
+PDF = "application/pdf"
+
+
+class ReportQuery(BaseModel):
+    """Parameters of a report."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    format: DocumentFormat = Field(
+        "html",
+        description="One page of HTML that loads nothing, or sheets of A4 as PDF, where the service can print.",
+    )
+
+
+DOCUMENT: dict[str, Any] = {
+    "description": "The document",
+    "content": {
+        "text/html": {"schema": {"type": "string"}},
+        PDF: {"schema": {"type": "string", "format": "binary"}},
+    },
+}
+
+
+async def document(request: Request, service: Service, query: ReportQuery, text: str, name: str) -> Response:
+    """Answer with a page of HTML as it is, or printed; `name` is that of the file without what says its format."""
+    headers = {"Content-Disposition": f'inline; filename="{name}.{query.format}"'}
+    if query.format == "pdf":
+        return Response(await service.work.run(request, printed, text), media_type=PDF, headers=headers)
+    return HTMLResponse(text, headers=headers | {"Content-Security-Policy": POLICY})
+
+
+def stem(name: str, otherwise: str) -> str:
+    """Make a part of a file's name of free text."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or otherwise
+
+
 @router.get(
     "/report",
     response_class=HTMLResponse,
-    responses={
-        200: {"description": "The document", "content": {"text/html": {"schema": {"type": "string"}}}},
-        **documented(404, 409, 422, 429, 503),
-    },
+    responses={200: DOCUMENT, **documented(404, 409, 422, 429, 503)},
     summary="The study as a document to keep or to print",
 )
-def ask_report(service: TheService, study: TheStudy) -> HTMLResponse:
-    """Write maps, designs, a tuned mass damper beside the best, accuracy, cost and versions into one page of HTML."""
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
-    headers = {
-        "Content-Security-Policy": POLICY,
-        "Content-Disposition": f'inline; filename="{stem}-{study.id}.html"',
-    }
-    return HTMLResponse(study_report(study, service.store.cube(study.id)), headers=headers)
+async def ask_report(
+    request: Request, service: TheService, study: TheStudy, query: Annotated[ReportQuery, Query()]
+) -> Response:
+    """Write maps, designs, a tuned mass damper beside the best, accuracy, cost and versions into one document."""
+    text = await run_sync(_written, service, study)
+    return await document(request, service, query, text, f"{stem(study.name, 'study')}-{study.id}")
+
+
+def _written(service: Service, study: Record) -> str:
+    return study_report(study, service.store.cube(study.id))
