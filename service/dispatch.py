@@ -11,11 +11,11 @@ from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
-from damperlab.worker.crew import STANDINGS
 from damperlab.worker.handful import MOST, run_handful
 from damperlab.worker.lease import owner_is_dead
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.progress import Progress
+from damperlab.worker.roster import STANDINGS
 from damperlab.worker.runner import run_study
 
 LOOK_SECONDS = 2.0

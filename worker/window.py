@@ -349,9 +349,7 @@ class Window:
 
     def _answers(self, look_on: Callable[[], bool]) -> Mapping[str, Answer] | None:
         """Examine everybody; wait for all of those who are there, but not for long once one has answered."""
-        for member in self.crew.members.values():
-            if member.standing == "usable":
-                member.standing, member.again_at = "joining", 0.0
+        self.crew.examine_again()
         answers: dict[str, Answer] = {}
         first: float | None = None
         while look_on():

@@ -137,7 +137,7 @@ def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(
     cubes, disk = tmp_path / "data" / "cubes", tmp_path / "disk"
 
     # told after each block, which this process computes one after the other
-    monkeypatch.setattr("damperlab.worker.runner.REPORT_SECONDS", 0.0)
+    monkeypatch.setattr("damperlab.worker.account.REPORT_SECONDS", 0.0)
 
     def never() -> AbstractContextManager[Client]:
         raise AssertionError("sixteen points were sent to a cluster")
