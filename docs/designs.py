@@ -107,7 +107,7 @@ def kept(found: Found) -> dict[str, Any]:
 def beside_the_paper(found: Found) -> list[dict[str, float]]:
     """Measure the recommended damper and the paper's: at resonance, over the band, and with the corners of the tolerances."""
     asked = found.asked
-    amplitude_m = asked.excitation.highest_m
+    amplitude_m = asked.excitations[0].highest_m
     force = friction_force_n(amplitude_m, asked.structure.stiffness_n_per_m, asked.structure.damping_ratio)
     paper = replace(found.build, clearance_m=CLEARANCES_M[0], friction_force_n=force)
     rows = []
@@ -117,7 +117,7 @@ def beside_the_paper(found: Found) -> list[dict[str, float]]:
             for one in (-1.0, 1.0)
             for other in (-1.0, 1.0)
         ]
-        band = np.linspace(asked.excitation.low, asked.excitation.high, FREQUENCIES)
+        band = np.linspace(asked.excitations[0].low, asked.excitations[0].high, FREQUENCIES)
         curves = [amplitude_m * curve(asked, each, band) for each in (build, *corners)]
         rows.append(
             {
@@ -134,7 +134,9 @@ def beside_the_paper(found: Found) -> list[dict[str, float]]:
 
 def curve(asked: Specification, build: Build, r: np.ndarray) -> np.ndarray:
     """Compute the displacement of a build over Z, shape (n,), under the largest base amplitude."""
-    damping, restitution, mass, clearance, friction = build.place(asked.structure, asked.excitation.highest_m)
+    damping, restitution, mass, clearance, friction = build.place(
+        asked.structure, asked.excitations[0].highest_m
+    )
     axes = {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
     axes |= {"friction_ratio": friction, "frequency_ratio": r.tolist()}
     study = parse_harmonic({"damping_ratio": damping, "axes": axes, "metrics": ["amplitude_ratio"]})

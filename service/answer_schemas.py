@@ -243,7 +243,7 @@ _BUILT: Schema = {
     "additionalProperties": {"type": ["number", "string", "null"]},
 }
 _WORST = _object(
-    ("measure", "ratio", "frequency_hz", "frequency_ratio", "base_amplitude_m", "error"),
+    ("measure", "ratio", "frequency_hz", "frequency_ratio", "base_amplitude_m", "error", "excitation"),
     measure=TEXT,
     value=NUMBER,
     error=NUMBER,
@@ -252,6 +252,7 @@ _WORST = _object(
     frequency_ratio=NUMBER,
     frequency_hz=NUMBER,
     base_amplitude_m=NUMBER,
+    excitation={"type": ["string", "null"], "description": "Its name, where there are several."},
 )
 _DESIGN_ANSWER = _object(
     name=TEXT,
@@ -259,6 +260,7 @@ _DESIGN_ANSWER = _object(
     design=_BUILT,
     worst=_WORST,
     nominal=_WORST,
+    excitations=_list(_WORST),
     feasible=FLAG,
     limits=_list(_object(limit=TEXT, allowed=NUMBER, reached=NUMBER, kept=FLAG, binds=FLAG, relax_to=NUMBER)),
     probability=NUMBER,

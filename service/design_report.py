@@ -12,7 +12,7 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.words import CALLED as QUANTITIES
-from damperlab.studies.design.words import quantity, response, spelled, words_of
+from damperlab.studies.design.words import frequency, quantity, response, spelled, spelled_out, words_of
 from damperlab.studies.specification.specification import CHOSEN
 
 
@@ -25,6 +25,7 @@ def design_report(found: Found) -> str:
         *(said(sentence) for sentence in words_of(found)),
         "<h2>The damper</h2>",
         table("The damper", ("quantity", "value", "tolerance", "alone, it may move"), _drawing(found)),
+        *_excitations(found),
         "<h2>Beside other dampers</h2>",
         table("Dampers", ("damper", "clearance", "friction force", "particle", "e", "worst case"), _dampers(found)),
         drawing(
@@ -65,6 +66,24 @@ def design_report(found: Found) -> str:
         said(f"damperlab {damperlab.__version__}; specification {asked.digest[:12]}.", "quiet"),
     ]
     return page(title, parts)
+
+
+def _excitations(found: Found) -> Iterable[str]:
+    asked = found.asked
+    if len(asked.excitations) == 1:
+        return
+    rows = (
+        (
+            each.name,
+            spelled_out(asked, each),
+            response(asked, judged.value),
+            frequency(asked, judged.frequency_ratio),
+            "yes" if each == found.binding else "no",
+        )
+        for each, judged in zip(asked.excitations, found.under, strict=True)
+    )
+    yield "<h2>Under each excitation</h2>"
+    yield table("Excitations", ("excitation", "what it is", "worst case as drawn", "near", "binds"), rows)
 
 
 def _drawing(found: Found) -> Iterable[tuple[str, ...]]:

@@ -25,14 +25,14 @@ SAMPLES = 801
 
 
 def draw_alternatives(found: Found) -> Figure:
-    """Draw the damper as drawn, friction alone, the particle alone, and the tuned mass damper, under the largest amplitude."""
-    asked = found.asked
+    """Draw the damper as drawn, friction alone, the particle alone, and the tuned mass damper, at the largest amplitude."""
+    asked, largest = found.asked, found.binding.largest
     with styled():
         figure, axes = _canvas(asked)
-        r = np.linspace(asked.excitation.low, asked.excitation.high, SAMPLES)
-        _line(axes, asked, r, absorber_curve(asked, Absorber(0.0, 1.0, 1.0), r), GREY, "no damper")
+        r = np.linspace(found.binding.low, found.binding.high, SAMPLES)
+        _line(axes, asked, r, absorber_curve(asked, largest, Absorber(0.0, 1.0, 1.0), r), GREY, "no damper")
         if found.absorber is not None:
-            beside = absorber_curve(asked, found.absorber.absorber, r)
+            beside = absorber_curve(asked, largest, found.absorber.absorber, r)
             _line(axes, asked, r, beside, VERMILION, "tuned mass damper")
         for name, colour, called in (
             ("friction_alone", GREEN, "friction alone"),
@@ -51,7 +51,7 @@ def draw_alternatives(found: Found) -> Figure:
 def draw_amplitudes(found: Found) -> Figure:
     """Draw the response of the drawn damper over frequency under several base amplitudes, and its peaks: the backbone."""
     asked = found.asked
-    norm = LogNorm(found.shown[0], found.shown[-1])
+    norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]
     peaks: list[tuple[float, float]] = []
     with styled():
@@ -59,8 +59,8 @@ def draw_amplitudes(found: Found) -> Figure:
         for amplitude in found.shown:
             curve = found.book.curve(found.build, amplitude)
             r, values = curve.r, curve.measured(asked.measure) / curve.base_m
-            name = level(asked, amplitude) if asked.in_units else f"{amplitude:.3g}"
-            axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude)), label=name)
+            name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
+            axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude.reference_m)), label=name)
             place = int(values.argmax())
             peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
         axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
@@ -69,7 +69,7 @@ def draw_amplitudes(found: Found) -> Figure:
         # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
         axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         axes.set_ylabel("Response over base amplitude")
-        axes.legend(title=asked.excitation.motion.words, ncols=3)
+        axes.legend(title=found.shown[0].excitation.motion.words, ncols=3)
     return figure
 
 
@@ -117,8 +117,8 @@ def _line(
 
 
 def _known(found: Found, build: Build) -> tuple[Floats, Floats]:
-    """Give all that is known of a build under the largest base amplitude, in the unit of the measure."""
-    curve = found.book.curve(build, found.asked.excitation.highest_m)
+    """Give all that is known of a build under the largest amplitude of what binds, in the unit of the measure."""
+    curve = found.book.curve(build, found.binding.largest)
     return curve.r, curve.measured(found.asked.measure)
 
 

@@ -14,9 +14,10 @@ from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
+from damperlab.studies.specification.excitation import MOTIONS
 from damperlab.studies.specification.scene import EXCITATION_KEYS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
-from damperlab.studies.specification.specification import CHOSEN, MEASURES, MOTIONS, OF_STRUCTURE, RATIO_OF
+from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
 from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
@@ -46,14 +47,21 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     if mass_ratio <= 0.0:
         return None
     absorber = minimax(mass_ratio, asked.structure.damping_ratio, "base")
-    every = [_peak(asked, absorber, shares) for shares in _corners(asked)]
+    every = [
+        max(_peak(asked, each, absorber, shares) for each in asked.excitations) for shares in _corners(asked)
+    ]
     return Beside(absorber, max(every), every[0])
 
 
-def curve(asked: Specification, absorber: Absorber, r: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the measure over frequency on the nominal structure, under the largest amplitude."""
-    base_m = asked.excitation.base_m(np.full(r.size, asked.excitation.highest_m), r)
-    return asked.measure.factor * base_m * _response(asked, absorber, asked.structure.damping_ratio, r)
+def curve(
+    asked: Specification, amplitude: Amplitude, absorber: Absorber, r: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Give the measure over frequency on the nominal structure, under an amplitude."""
+    return (
+        asked.measure.factor
+        * amplitude.base_m(r)
+        * _response(asked, absorber, asked.structure.damping_ratio, r)
+    )
 
 
 def _corners(asked: Specification) -> Iterator[dict[str, float]]:
@@ -65,7 +73,7 @@ def _corners(asked: Specification) -> Iterator[dict[str, float]]:
         yield {name: sign * asked.tolerances[name].size for name, sign in zip(names, signs, strict=True)}
 
 
-def _peak(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> float:
+def _peak(asked: Specification, excitation: Excitation, tuned: Absorber, shares: dict[str, float]) -> float:
     shift = shares.get("natural_frequency_hz", 0.0)
     damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
     absorber = Absorber(
@@ -73,12 +81,12 @@ def _peak(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> fl
         tuned.tuning / (1.0 + shift),
         tuned.damping_ratio,
     )
-    low, high = asked.excitation.low / (1.0 + shift), asked.excitation.high / (1.0 + shift)
-    factor, level = asked.measure.factor, asked.excitation.highest_m
-    if asked.measure.variable != "relative_amplitude_ratio" and asked.excitation.motion.order == 0:
+    low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
+    factor, level = asked.measure.factor, excitation.highest_m
+    if asked.measure.variable != "relative_amplitude_ratio" and excitation.motion.order == 0:
         return factor * level * highest(absorber, damping, "base", (low, high)).value
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
-    base_m = asked.excitation.base_m(np.full(r.size, level), r * (1.0 + shift))
+    base_m = excitation.base_m(level, r * (1.0 + shift))
     return float((factor * base_m * _response(asked, absorber, damping, r)).max())
 
 

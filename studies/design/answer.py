@@ -8,7 +8,7 @@ import numpy as np
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.score import Score
+from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.words import at_ends, material_of, words_of
 from damperlab.studies.specification.specification import Specification
 
@@ -29,6 +29,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
         "worst": worst_document(asked, stated),
         "nominal": worst_document(asked, found.nominal),
+        "excitations": [worst_document(asked, each) for each in found.under],
         "feasible": stated.violation == 0.0,
         "limits": _limits(found),
         "probability": probability,
@@ -84,6 +85,7 @@ def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
         if asked.in_units
         else None,
         "base_amplitude_m": score.amplitude_m if asked.in_units else None,
+        "excitation": binding(asked, score).name or None,
     }
 
 
@@ -143,9 +145,9 @@ def _absorber(found: Found) -> dict[str, Any] | None:
 
 
 def _response(found: Found) -> dict[str, Any]:
-    """Give the response of the drawn damper under the largest base amplitude, at every frequency that is known."""
+    """Give the response of the drawn damper under the largest amplitude of what binds, at every frequency that is known."""
     asked = found.asked
-    curve = found.book.curve(found.build, asked.excitation.highest_m)
+    curve = found.book.curve(found.build, found.binding.largest)
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),
         "value": curve.measured(asked.measure).tolist(),

@@ -11,6 +11,7 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import Build, Place
+from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Measure, Specification
 from damperlab.studies.variables import Status
 
@@ -37,10 +38,10 @@ class BudgetSpent(Exception):
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build at frequencies over its own natural one, under a base that moves by `amplitude_m` at the nominal one."""
+    """A build at frequencies over its own natural one, under an amplitude of an excitation."""
 
     build: Build
-    amplitude_m: float
+    amplitude: Amplitude
     frequencies: tuple[float, ...]
 
 
@@ -89,7 +90,7 @@ class Book:
         self._known: dict[tuple[Place, float], tuple[float, ...]] = {}
         self._frequencies: dict[Place, set[float]] = {}
         """Where a damper may be known, by its ratios at the natural frequency."""
-        self._curves: dict[tuple[Build, float], Curve] = {}
+        self._curves: dict[tuple[Build, Amplitude], Curve] = {}
 
     @property
     def left(self) -> int:
@@ -102,16 +103,16 @@ class Book:
 
     def _points(self, wanted: Wanted) -> Iterator[tuple[float, tuple[Place, float]]]:
         """Give base amplitude, ratios and frequency of all that is wanted."""
-        build, structure, excitation = wanted.build, self.asked.structure, self.asked.excitation
+        build, structure, amplitude = wanted.build, self.asked.structure, wanted.amplitude
         for r in wanted.frequencies:
-            base_m = excitation.base_m(wanted.amplitude_m, build.nominal(r))
+            base_m = amplitude.base_m(build.nominal(r))
             yield base_m, (build.place(structure, base_m), r)
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study, ...]:
         """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
         lacking: dict[tuple[float, Place], set[float]] = {}
         for each in wanted:
-            place = each.build.place(self.asked.structure, each.amplitude_m)
+            place = each.build.place(self.asked.structure, each.amplitude.reference_m)
             self._frequencies.setdefault(place, set()).update(each.frequencies)
             for base_m, point in self._points(each):
                 if point not in self._known:
@@ -202,28 +203,28 @@ class Book:
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
             for index in np.ndindex(*status.shape[:-1]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
-                if self.asked.excitation.motion.order == 0:
+                if any(each.motion.order == 0 for each in self.asked.excitations):
                     self._frequencies.setdefault(place, set()).update(frequencies)
                 for at, row in zip(frequencies, columns[index].tolist(), strict=True):
                     if (place, at) not in self._known:
                         self._known[place, at] = tuple(row)
                         self.spent += 1
 
-    def curve(self, build: Build, amplitude_m: float) -> "Curve":
-        """Give what is known of a build within the band, under a base amplitude at the nominal natural frequency."""
-        if (build, amplitude_m) not in self._curves:
-            place = build.place(self.asked.structure, amplitude_m)
-            low, high = build.own(self.asked.excitation.low), build.own(self.asked.excitation.high)
+    def curve(self, build: Build, amplitude: Amplitude) -> "Curve":
+        """Give what is known of a build under an amplitude, within the band of its excitation."""
+        if (build, amplitude) not in self._curves:
+            place = build.place(self.asked.structure, amplitude.reference_m)
+            low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
             asked = tuple(r for r in sorted(self._frequencies.get(place, ())) if low <= r <= high)
-            points = self._points(Wanted(build, amplitude_m, asked))
+            points = self._points(Wanted(build, amplitude, asked))
             known = [(base_m, at) for base_m, at in points if at in self._known]
             rows = np.array([self._known[at] for _, at in known]).reshape(len(known), len(VARIABLES))
-            self._curves[build, amplitude_m] = Curve(
+            self._curves[build, amplitude] = Curve(
                 np.array([r for _, (_, r) in known]),
                 np.array([base_m for base_m, _ in known]),
                 dict(zip(VARIABLES, rows.T, strict=True)),
             )
-        return self._curves[build, amplitude_m]
+        return self._curves[build, amplitude]
 
 
 @dataclass(frozen=True)

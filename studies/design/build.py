@@ -64,7 +64,7 @@ class Build:
 
 def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
     """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude."""
-    amplitude = asked.excitation.highest_m
+    amplitude = asked.largest_m
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)
     found: dict[str, float | None] = {
         name: getattr(build, name) if asked.in_units or name == "restitution" else None for name in CHOSEN

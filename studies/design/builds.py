@@ -50,7 +50,7 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
     asked, book = search.asked, search.book
     names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
-    if asked.excitation.motion.order:
+    if any(each.motion.order for each in asked.excitations):
         shares = (2.0 * np.floor(LEVELS * (shares + 1.0) / 2.0) + 1.0) / LEVELS - 1.0
     every = [build.moved(asked, dict(zip(names, row, strict=True))) for row in shares.tolist()]
     wanted = [list(_beside(search, build, each)) for each in every]
@@ -71,11 +71,9 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
 
 
 def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
-    asked = search.asked
-    low, high = build.own(asked.excitation.low), build.own(asked.excitation.high)
     for amplitude in search.amplitudes:
-        mass = build.place(asked.structure, amplitude)[2]
-        sampled = search.survey.sample(mass, build.natural_frequency_hz, True)
+        low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
+        sampled = search.sample(build, amplitude, True)
         curve = search.book.curve(nominal, amplitude)
         near = [r for r in curve.r.tolist() if low <= r <= high]
         yield Wanted(build, amplitude, tuple(sorted({*sampled, *near})))

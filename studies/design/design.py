@@ -15,11 +15,12 @@ from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import front_of
 from damperlab.studies.design.margins import margins_of
-from damperlab.studies.design.score import Score, score, worst
-from damperlab.studies.design.search import CLOSE, Search, amplitudes_of
+from damperlab.studies.design.score import Score, binding, score, worst
+from damperlab.studies.design.search import CLOSE, FEW, Search, amplitudes_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.faults import Fault, StudyFaults, counted
+from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 
 __all__ = ["Ask", "Found", "Rounds", "designing", "next_round"]
@@ -95,7 +96,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
 
 def _ahead(book: Book) -> tuple[Build, Score] | None:
     best = book.ahead
-    return None if best is None else (best, score(book, best, amplitudes_of(book.asked, 3)))
+    return None if best is None else (best, score(book, best, amplitudes_of(book.asked, FEW)))
 
 
 def next_round(asked: Specification, budget: int, cubes: Mapping[str, xr.Dataset]) -> Ask | Found:
@@ -160,7 +161,8 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         front = yield from within(front_of(search), left, "response against mass")
     book.stage = f"the recommended damper from {STARTS} starts"
     yield from within(started(search, build, nominal), left, "other starts than rest")
-    shown = tuple(float(each) for each in np.geomspace(*beyond_of(asked), SHOWN))
+    excitation = binding(asked, nominal)
+    shown = tuple(Amplitude(excitation, float(each)) for each in np.geomspace(*beyond_of(excitation), SHOWN))
     book.stage = "the recommended damper beyond its base amplitudes"
     yield from within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
     scores = [search.score(each) for each in builds]
@@ -170,6 +172,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         book=book,
         build=build,
         nominal=nominal,
+        under=tuple(
+            score(book, build, (*each.amplitudes(AMPLITUDES), *each.amplitudes(FEW)))
+            for each in asked.excitations
+        ),
         compared=compared,
         stated=stated,
         builds=counted_builds(asked, scores, worst(judged).most) if scores else None,
@@ -178,7 +184,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=front or (),
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
-        starts=starts_of(asked, book.from_many_starts, stated.most),
+        starts=starts_of(asked, excitation, book.from_many_starts, stated.most),
         as_good=as_good,
         stopped=search.stopped or "complete",
         step=search.step,
@@ -186,9 +192,9 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     )
 
 
-def beyond_of(asked: Specification) -> tuple[float, float]:
+def beyond_of(excitation: Excitation) -> tuple[float, float]:
     """Give the base amplitudes between which a damper is shown: half the least to twice the largest."""
-    return asked.excitation.lowest_m / 2.0, asked.excitation.highest_m * 2.0
+    return excitation.lowest_m / 2.0, excitation.highest_m * 2.0
 
 
 def _require(search: Search) -> None:

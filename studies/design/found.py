@@ -8,8 +8,9 @@ from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
 from damperlab.studies.design.margins import Margin
-from damperlab.studies.design.score import Score
+from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.starts import Starts
+from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 
 
@@ -36,8 +37,11 @@ class Found:
         The tuned mass damper.
     front : tuple of (float, Score)
         Where the mass is chosen: the best response of every mass looked at that none lighter reaches.
-    shown : tuple of float
-        Base amplitudes under which the damper as drawn is known at every frequency of the survey, also beyond the range.
+    under : tuple of Score
+        As `nominal`, under each excitation alone.
+    shown : tuple of Amplitude
+        Amplitudes of the excitation that binds, also beyond its range, under which the damper as drawn is known at every
+        frequency of the survey.
     starts : Starts or None
         What other starts than rest lead to; None where something else than the displacement is measured,
         or where the budget did not allow it.
@@ -62,9 +66,15 @@ class Found:
     alternatives: dict[str, Alternative]
     absorber: Beside | None
     front: tuple[tuple[float, Score], ...]
-    shown: tuple[float, ...]
+    under: tuple[Score, ...]
+    shown: tuple[Amplitude, ...]
     starts: Starts | None
     as_good: int
     stopped: str
     step: float
     left_out: tuple[str, ...]
+
+    @property
+    def binding(self) -> Excitation:
+        """The excitation under which the stated worst case is."""
+        return binding(self.asked, self.stated)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.specification import Specification
 
 NARROWEST, WIDEST = 0.001, 0.008
@@ -36,7 +37,7 @@ DIGITS = 9
 
 @dataclass(frozen=True)
 class Survey:
-    """The frequency ratios at which every design of a specification is sampled.
+    """The frequency ratios at which every design of a specification is sampled under one excitation.
 
     Parameters
     ----------
@@ -55,9 +56,9 @@ class Survey:
     coarse: tuple[float, ...]
 
     @classmethod
-    def of(cls, asked: Specification) -> "Survey":
-        """Lay out the survey for the heaviest particle of a specification."""
-        low, high = asked.excitation.low, asked.excitation.high
+    def of(cls, asked: Specification, excitation: Excitation) -> "Survey":
+        """Lay out the survey for the heaviest particle of a specification, over the band of an excitation."""
+        low, high = excitation.low, excitation.high
         mass = asked.choices["particle_mass_kg"].stop / asked.structure.mass_kg
         riding = 1.0 / math.sqrt(1.0 + mass)
         zeta = asked.structure.damping_ratio

@@ -10,7 +10,8 @@ import numpy as np
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import overshoot
-from damperlab.studies.specification.specification import LIMITED
+from damperlab.studies.specification.excitation import Amplitude, Excitation
+from damperlab.studies.specification.specification import LIMITED, Specification
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Score:
         Base amplitude Z of the worst case, at its frequency.
     build : Build
         Which has it.
+    under : Amplitude or None
+        Under what; None where nothing is known.
     """
 
     value: float
@@ -40,6 +43,7 @@ class Score:
     frequency_ratio: float
     amplitude_m: float
     build: Build
+    under: Amplitude | None
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -57,7 +61,7 @@ class Score:
         return self.value + self.error
 
 
-def score(book: Book, build: Build, amplitudes: Iterable[float]) -> Score:
+def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
     """Judge a build by what is known of it.
 
     Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
@@ -87,9 +91,11 @@ def score(book: Book, build: Build, amplitudes: Iterable[float]) -> Score:
         most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
         if best is None or values[place] > best.value:
             at = build.nominal(float(curve.r[place]))
-            best = Score(float(values[place]), 0.0, 0.0, reached, at, float(curve.base_m[place]), build)
+            best = Score(
+                float(values[place]), 0.0, 0.0, reached, at, float(curve.base_m[place]), build, amplitude
+            )
     if best is None:
-        return Score(math.inf, 0.0, math.inf, reached, math.nan, math.nan, build)
+        return Score(math.inf, 0.0, math.inf, reached, math.nan, math.nan, build, None)
     violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)
     error = most - best.value if math.isfinite(best.value) else 0.0
     return replace(best, error=error, violation=max(violation, 0.0), reached=reached)
@@ -104,3 +110,8 @@ def worst(scores: Iterable[Score]) -> Score:
     most = max(one.most for one in every)
     error = most - top.value if math.isfinite(top.value) else 0.0
     return replace(top, reached=reached, violation=violation, error=error)
+
+
+def binding(asked: Specification, judged: Score) -> Excitation:
+    """Give the excitation under which a worst case is."""
+    return asked.excitations[0] if judged.under is None else judged.under.excitation

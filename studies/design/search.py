@@ -20,10 +20,13 @@ from damperlab.studies.design.frequencies import Survey, brackets
 from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.faults import counted
+from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
 
 Asks = Generator[list[Wanted], None, None]
 
+FEW = 3
+"""Amplitudes of each excitation under which candidates are judged."""
 CLOSE = 1
 """How closely a candidate is known before the lattice is halved around it: every frequency of the survey."""
 CLOSEST = 3
@@ -100,8 +103,8 @@ class Search:
     def __post_init__(self) -> None:
         """Lay out frequencies, amplitudes and corners."""
         self.lattice = Lattice(self.asked)
-        self.survey = Survey.of(self.asked)
-        self.amplitudes = amplitudes_of(self.asked, 3)
+        self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
+        self.amplitudes = amplitudes_of(self.asked, FEW)
         self.corners = corners_of(self.asked)
         self.cap = self.book.budget
         self._level: dict[Build, int] = {}
@@ -221,7 +224,7 @@ class Search:
         nominal = self.lattice.build(candidate)
         return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
 
-    def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[float] = ()) -> Asks:
+    def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Amplitude] = ()) -> Asks:
         """Make builds known as closely as a level says: 0 coarsely, 1 the survey, each further one a round of brackets."""
         every = list(dict.fromkeys(builds))
         at = tuple(amplitudes) or self.amplitudes
@@ -283,15 +286,19 @@ class Search:
             for one in self._samples_of(self.lattice.build(each), stage, self.amplitudes)
         ]
 
-    def _samples_of(self, build: Build, stage: int, amplitudes: Iterable[float]) -> Iterable[Wanted]:
+    def _samples_of(self, build: Build, stage: int, amplitudes: Iterable[Amplitude]) -> Iterable[Wanted]:
         for amplitude in amplitudes:
             if stage < 2:
-                mass = build.place(self.asked.structure, amplitude)[2]
-                frequencies = self.survey.sample(mass, build.natural_frequency_hz, stage == 1)
+                frequencies = self.sample(build, amplitude, stage == 1)
             else:
                 curve = self.book.curve(build, amplitude)
                 frequencies = brackets(curve.r, curve.measured(self.asked.measure))
             yield Wanted(build, amplitude, frequencies)
+
+    def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:
+        """Give the frequencies at which a build is looked at under an amplitude, over its own natural frequency."""
+        mass = build.place(self.asked.structure, amplitude.reference_m)[2]
+        return self.surveys[amplitude.excitation].sample(mass, build.natural_frequency_hz, fine)
 
     def _top(self, count: int) -> list[Candidate]:
         scores = {each: self.score(self.lattice.build(each)).rank for each in self.pool}
@@ -311,13 +318,9 @@ class Search:
         return chosen
 
 
-def amplitudes_of(asked: Specification, count: int) -> tuple[float, ...]:
-    """Give base amplitudes over the range, by equal shares, ends included; one where there is one."""
-    low, high = asked.excitation.lowest_m, asked.excitation.highest_m
-    if low == high:
-        return (low,)
-    inner = (low * (high / low) ** (k / (count - 1)) for k in range(1, count - 1))
-    return (low, *inner, high)
+def amplitudes_of(asked: Specification, count: int) -> tuple[Amplitude, ...]:
+    """Give amplitudes over the range of each excitation."""
+    return tuple(amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
 
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:

@@ -8,9 +8,10 @@ import xarray as xr
 from damperlab.studies.design.book import Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
-from damperlab.studies.design.score import Score
+from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.specification import Specification
 
 STARTS = 12
@@ -19,7 +20,7 @@ STARTS = 12
 
 @dataclass(frozen=True)
 class Starts:
-    """What other starts than rest lead the damper as drawn to, under the largest base amplitude.
+    """What other starts than rest lead the damper as drawn to, under the largest amplitude of the excitation that binds.
 
     Parameters
     ----------
@@ -45,18 +46,19 @@ class Starts:
 
 def started(search: Search, build: Build, nominal: Score) -> Step[None]:
     """Compute the damper as drawn from several starts."""
-    asked, book = search.asked, search.book
-    mass = build.place(asked.structure, asked.excitation.highest_m)[2]
-    at = (*search.survey.sample(mass, 0.0, False), build.own(nominal.frequency_ratio))
-    yield book.from_starts(Wanted(build, asked.excitation.highest_m, tuple(sorted(set(at)))), STARTS, SEED)
+    largest = binding(search.asked, nominal).largest
+    at = (*search.sample(build, largest, False), build.own(nominal.frequency_ratio))
+    yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))), STARTS, SEED)
 
 
-def starts_of(asked: Specification, cubes: list[xr.Dataset], bound: float) -> Starts | None:
+def starts_of(
+    asked: Specification, excitation: Excitation, cubes: list[xr.Dataset], bound: float
+) -> Starts | None:
     """Sum up what starts lead to, where the displacement is what is measured."""
     if asked.measure.variable != "amplitude_ratio" or not cubes:
         return None
     r = np.concatenate([cube["frequency_ratio"].values for cube in cubes])
-    base_m = asked.excitation.base_m(np.full(r.size, asked.excitation.highest_m), r)
+    base_m = excitation.largest.base_m(r)
     worst_of = base_m * np.concatenate([cube["amplitude_ratio_worst"].values.ravel() for cube in cubes])
     if not np.isfinite(worst_of).any():
         return None

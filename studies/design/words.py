@@ -10,7 +10,8 @@ from damperlab.studies.design.builds import LEVELS, SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Motion, Specification
+from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Specification
 from damperlab.studies.variables import ResponseClass
 
 CALLED = {
@@ -44,9 +45,9 @@ def response(asked: Specification, value: float) -> str:
     return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
 
 
-def level(asked: Specification, reference_m: float) -> str:
+def level(asked: Specification, amplitude: Amplitude) -> str:
     """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
-    value, unit = asked.level(reference_m), asked.excitation.motion.unit
+    value, unit = asked.level(amplitude), amplitude.excitation.motion.unit
     # vibration velocities are read in millimetres per second
     return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
 
@@ -61,6 +62,20 @@ def frequency(asked: Specification, ratio: float) -> str:
     if asked.in_units:
         return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
     return f"r = {ratio:.4g}"
+
+
+def spelled_out(asked: Specification, excitation: Excitation) -> str:
+    """Write an excitation: its band, and its amplitudes where there are units."""
+    low, high = frequency(asked, excitation.low), frequency(asked, excitation.high)
+    over = f"from {low} to {high}" if excitation.high > excitation.low else f"at {low}"
+    if not asked.in_units:
+        return over
+    least, most = (
+        level(asked, Amplitude(excitation, each)) for each in (excitation.lowest_m, excitation.highest_m)
+    )
+    if excitation.highest_m > excitation.lowest_m:
+        return f"{over} with {plural(excitation.motion)} from {least} to {most}"
+    return f"{over} with a {excitation.motion.words} of {least}"
 
 
 def words_of(found: Found) -> list[str]:
@@ -106,24 +121,26 @@ def material_of(asked: Specification, build: Build) -> str:
 
 
 def _worst(found: Found) -> Iterator[str]:
-    asked, stated, band = found.asked, found.stated, found.asked.excitation
-    low, high = frequency(asked, band.low), frequency(asked, band.high)
-    over = f"From {low} to {high}" if band.high > band.low else f"At {low}"
-    amplitude = ""
-    if asked.in_units:
-        motion = band.motion
-        at = [level(asked, each) for each in (band.lowest_m, band.highest_m)]
-        amplitude = f" with a {motion.words} of {at[0]}"
-        if band.highest_m > band.lowest_m:
-            amplitude = f" with {plural(motion)} from {at[0]} to {at[1]}"
+    asked, stated = found.asked, found.stated
+    shaken = spelled_out(asked, found.binding)
+    several = len(asked.excitations) > 1
+    over = f"{shaken[:1].upper()}{shaken[1:]}"
+    if several:
+        over = f"Of {len(asked.excitations)} excitations `{found.binding.name}` binds: {shaken}"
     within = " and within the tolerances" if asked.tolerances else ""
     yield (
-        f"{over}{amplitude}{within}, the largest {asked.measure.words} that was computed is "
+        f"{over}{within}, the largest {asked.measure.words} that was computed is "
         f"{response(asked, stated.value)}, near {frequency(asked, stated.frequency_ratio)}; with a confidence of "
         f"{asked.confidence:.3g} it is at most {response(asked, stated.most)}."
     )
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
+    if several:
+        parts = [
+            f"{response(asked, judged.value)} under `{each.name}` ({spelled_out(asked, each)})"
+            for each, judged in zip(asked.excitations, found.under, strict=True)
+        ]
+        yield f"As drawn it reaches {'; '.join(parts)}."
 
 
 def _limits(found: Found) -> Iterator[str]:
@@ -175,7 +192,7 @@ def _builds(found: Found) -> Iterator[str]:
 
 
 def _where(asked: Specification) -> str:
-    if asked.excitation.motion.order:
+    if any(each.motion.order for each in asked.excitations):
         return f"from the middles of {LEVELS} equal parts of each tolerance"
     return "within the tolerances"
 
@@ -211,7 +228,7 @@ def at_ends(found: Found) -> dict[str, str]:
 
 def locked(found: Found) -> bool:
     """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
-    curve = found.book.curve(found.build, found.asked.excitation.highest_m)
+    curve = found.book.curve(found.build, found.binding.largest)
     return bool((curve["response_class"] == ResponseClass.LOCKED).all())
 
 

@@ -113,27 +113,28 @@ class _Reader(DamperFields):
         """Read all of it; None where something was wrong that the rest depends on."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
-        excitation = self._excitation(structure)
+        excitations = self._excitations(structure)
         name = self._name()
         measure = self._measure()
         confidence = self._number("confidence", CONFIDENCE, 0.9)
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
         builds = self._count("builds", 0, 10_000, 60)
-        if structure is None or excitation is None:
+        if structure is None or excitations is None:
             self._choices(1.0, None)
             self._limit_values()
             self._tolerance_values()
             return None
-        choices = self._choices(excitation.highest_m, structure)
+        largest_m = max(each.highest_m for each in excitations)
+        choices = self._choices(largest_m, structure)
         limits, bounds = self._limits(choices)
-        tolerances = self._tolerances(choices, excitation.highest_m, structure)
+        tolerances = self._tolerances(choices, largest_m, structure)
         if self.faults or measure is None or confidence is None or minutes is None:
             return None
         return Specification(
             name=name,
             structure=structure,
-            excitation=excitation,
+            excitations=excitations,
             choices=choices,
             limits=limits,
             bounds=bounds,

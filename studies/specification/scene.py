@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from damperlab.studies.faults import NOTHING, describe, listing
 from damperlab.studies.physical import (
@@ -12,8 +13,9 @@ from damperlab.studies.physical import (
     NATURAL_FREQUENCY,
 )
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
+from damperlab.studies.specification.excitation import MOTIONS, Excitation
 from damperlab.studies.specification.fields import Fields
-from damperlab.studies.specification.specification import MOTIONS, Excitation, Structure
+from damperlab.studies.specification.specification import Structure
 
 STRUCTURE_KEYS = (
     "mass_kg",
@@ -23,6 +25,9 @@ STRUCTURE_KEYS = (
     "damping_n_s_per_m",
 )
 EXCITATION_KEYS = (*MOTIONS, "frequency_hz", "frequency_ratio")
+MOST_EXCITATIONS = 8
+MOST_LETTERS = 60
+"""Of the name of an excitation."""
 STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
 BASE = {
     "base_amplitude_m": BASE_AMPLITUDE,
@@ -55,16 +60,12 @@ class SceneFields(Fields):
     @property
     def _in_units(self) -> bool:
         structure, excitation = (self.document.get(key) for key in ("structure", "excitation"))
+        every = excitation if isinstance(excitation, list) else [excitation]
         return (
             isinstance(structure, Mapping)
-            and isinstance(excitation, Mapping)
-            and all(
-                (
-                    "mass_kg" in structure,
-                    "natural_frequency_hz" in structure or "stiffness_n_per_m" in structure,
-                    any(key in excitation for key in MOTIONS),
-                )
-            )
+            and "mass_kg" in structure
+            and ("natural_frequency_hz" in structure or "stiffness_n_per_m" in structure)
+            and all(isinstance(each, Mapping) and any(key in each for key in MOTIONS) for each in every)
         )
 
     def _structure(self) -> Structure | None:
@@ -125,19 +126,78 @@ class SceneFields(Fields):
                 return None
         return Structure(mass, frequency, damping)
 
-    def _excitation(self, structure: Structure | None) -> Excitation | None:
+    def _excitations(self, structure: Structure | None) -> tuple[Excitation, ...] | None:
+        """Read one excitation, or a list of them; None where one of them cannot be read."""
         raw = self.document.get("excitation")
+        if not isinstance(raw, list):
+            one = self._excitation("excitation", raw, EXCITATION_KEYS, structure)
+            return None if one is None else (one,)
+        if not 1 <= len(raw) <= MOST_EXCITATIONS:
+            allowed = f"one excitation, or a list of 1 to {MOST_EXCITATIONS}"
+            self._fault("excitation", describe(raw), allowed, "give those that may be the worst")
+            return None
+        found = [
+            self._excitation(f"excitation[{place}]", each, ("name", *EXCITATION_KEYS), structure)
+            for place, each in enumerate(raw)
+        ]
+        # what each of them lacks of the structure is told once
+        self.faults[:] = dict.fromkeys(self.faults)
+        names = [self._name_of(place, each) for place, each in enumerate(raw)]
+        for place, name in enumerate(names):
+            if name in names[:place]:
+                told = f"{{field}} is the name of another excitation too: {name}."
+                self._fault(f"excitation[{place}].name", describe(name), "each name once", "change it", told)
+        have = [isinstance(each, Mapping) and any(key in each for key in MOTIONS) for each in raw]
+        if any(have) and not all(have):
+            place = have.index(False)
+            told = (
+                "{field} has no amplitude, and other excitations have one: which is the worst cannot be told."
+            )
+            advice = "give every excitation an amplitude, or none of them"
+            self._fault(f"excitation[{place}]", NOTHING, f"one of {listing(MOTIONS)}", advice, told)
+        if not all(found):
+            return None
+        return tuple(
+            replace(each, name=name) for each, name in zip(found, names, strict=True) if each is not None
+        )
+
+    def _name_of(self, place: int, raw: object) -> str:
+        """Read the name of one of several excitations; its number where it has none."""
+        otherwise = f"excitation {place + 1}"
+        name = raw.get("name", otherwise) if isinstance(raw, Mapping) else otherwise
+        if isinstance(name, str) and name.strip() and name.isprintable() and len(name) <= MOST_LETTERS:
+            return name.strip()
+        allowed = f"a text of 1 to {MOST_LETTERS} printable characters"
+        self._fault(
+            f"excitation[{place}].name", describe(name), allowed, "write a short text, or leave it out"
+        )
+        return otherwise
+
+    def _excitation(
+        self, field: str, raw: object, known: tuple[str, ...], structure: Structure | None
+    ) -> Excitation | None:
+        """Read one excitation.
+
+        Parameters
+        ----------
+        field : str
+            Where it stands.
+        raw : object
+            What stands there.
+        known : tuple of str
+            What it may hold.
+        structure : Structure or None
+            What it shakes, where that could be read.
+        """
         if isinstance(raw, Mapping):
             for key in set(raw) & set(REFUSED_EXCITATIONS):
                 why = REFUSED_EXCITATIONS[key]
                 advice = (
                     f"give one of {listing(MOTIONS)}, and the band as `frequency_hz: {{start: …, stop: …}}`"
                 )
-                self._fault(
-                    f"excitation.{key}", describe(raw[key]), listing(EXCITATION_KEYS), advice, f"{why}."
-                )
+                self._fault(f"{field}.{key}", describe(raw[key]), listing(EXCITATION_KEYS), advice, f"{why}.")
             raw = {key: value for key, value in raw.items() if key not in REFUSED_EXCITATIONS}
-        raw = self._mapping("excitation", EXCITATION_KEYS, raw)
+        raw = self._mapping(field, known, raw)
         if raw is None:
             return None
         before = len(self.faults)
@@ -145,16 +205,16 @@ class SceneFields(Fields):
         given = [key for key in MOTIONS if key in raw]
         motion = MOTIONS[given[0]] if given else MOTIONS["base_amplitude_m"]
         for key in given[1:]:
-            told = f"{{field}} and `excitation.{given[0]}` are both said to be constant over the band, which cannot be."
+            told = f"{{field}} and `{field}.{given[0]}` are both said to be constant over the band, which cannot be."
             self._fault(
-                f"excitation.{key}",
+                f"{field}.{key}",
                 describe(raw[key]),
                 f"one of {listing(MOTIONS)}",
                 "keep one of them",
                 told,
             )
         if given:
-            level = self._span(f"excitation.{motion.key}", raw[motion.key], BASE[motion.key])
+            level = self._span(f"{field}.{motion.key}", raw[motion.key], BASE[motion.key])
         if motion.order and not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
             told = f"{{field}} is missing: {motion.key} makes a displacement only with a frequency in Hz."
             self._fault(
@@ -169,10 +229,10 @@ class SceneFields(Fields):
             allowed = "either frequency_hz or frequency_ratio, a number or {start, stop}"
             found = "both" if asked else NOTHING
             told = f"{{field}} must be {allowed}, not {found}."
-            self._fault("excitation.frequency_hz", found, allowed, "give one of them", told)
+            self._fault(f"{field}.frequency_hz", found, allowed, "give one of them", told)
             return None
         quantity = EXCITATION_FREQUENCY if asked == ["frequency_hz"] else FREQUENCY_RATIO
-        band = self._span(f"excitation.{asked[0]}", raw[asked[0]], quantity)
+        band = self._span(f"{field}.{asked[0]}", raw[asked[0]], quantity)
         if asked == ["frequency_hz"] and not self._has(
             "structure", "natural_frequency_hz", "stiffness_n_per_m"
         ):
@@ -191,7 +251,7 @@ class SceneFields(Fields):
         if not (FREQUENCY_RATIO.admits(low) and FREQUENCY_RATIO.admits(high)):
             told = f"{{field}} makes frequency ratios from {low:.6g} to {high:.6g}; they must be {FREQUENCY_RATIO.allowed}."
             self._fault(
-                f"excitation.{asked[0]}",
+                f"{field}.{asked[0]}",
                 describe(raw[asked[0]]),
                 FREQUENCY_RATIO.allowed,
                 "check the units",

@@ -14,7 +14,14 @@ from damperlab.studies.specification.damper import (
     QUANTITIES,
 )
 from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
-from damperlab.studies.specification.scene import BASE, EXCITATION_KEYS, STIFFNESS, STRUCTURE_KEYS
+from damperlab.studies.specification.scene import (
+    BASE,
+    EXCITATION_KEYS,
+    MOST_EXCITATIONS,
+    MOST_LETTERS,
+    STIFFNESS,
+    STRUCTURE_KEYS,
+)
 from damperlab.studies.specification.specification import LIMITED, MEASURES, OF_STRUCTURE
 
 Schema = dict[str, Any]
@@ -33,8 +40,13 @@ LIMIT_WORDS = {name: words for name, (_, words) in LIMITED.items()} | {
 }
 
 
+WORDS = "How the base moves: at every frequency of the band with every amplitude of the range."
+NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
+
+
 def specification_schema() -> Schema:
     """Return the JSON schema of a specification, whole in itself."""
+    excitation = {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS}
     return {
         "type": "object",
         "description": "What must be quiet, what may be chosen, and how far what is built may be off; in units, or in ratios.",
@@ -43,10 +55,18 @@ def specification_schema() -> Schema:
         "properties": {
             "name": {"type": "string", "maxLength": MAX_NAME - 20, "default": ""},
             "structure": _object({name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "What must be quiet."),
-            "excitation": _object(
-                {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS},
-                "How the base moves: at every frequency of the band with every amplitude of the range.",
-            ),
+            "excitation": {
+                "anyOf": [
+                    _object(excitation, WORDS),
+                    {
+                        "type": "array",
+                        "description": "Several of them, one at a time: the worst is judged.",
+                        "minItems": 1,
+                        "maxItems": MOST_EXCITATIONS,
+                        "items": _object({"name": NAME} | excitation, WORDS),
+                    },
+                ]
+            },
             "choose": _object(
                 {name: _choice(quantity) for name, quantity in QUANTITIES.items()},
                 "What may be chosen: a range, or a list.",

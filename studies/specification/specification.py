@@ -5,13 +5,9 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-Numbers = TypeVar("Numbers", float, NDArray[np.float64])
-"""A number, or an array of them."""
+from damperlab.studies.specification.excitation import Amplitude, Excitation
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
 """What makes a damper, in this order everywhere."""
@@ -51,65 +47,6 @@ class Structure:
     def stiffness_n_per_m(self) -> float:
         """k = M ω_n²."""
         return self.mass_kg * self.angular_frequency**2
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Which amplitude of the base is the same at every frequency.
-
-    Parameters
-    ----------
-    key : str
-        As the specification has it.
-    order : int
-        Derivative of the displacement: 0, 1 or 2.
-    unit, words : str
-        For sentences.
-    """
-
-    key: str
-    order: int
-    unit: str
-    words: str
-
-
-MOTIONS = {
-    each.key: each
-    for each in (
-        Motion("base_amplitude_m", 0, "m", "base amplitude"),
-        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity"),
-        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration"),
-    )
-}
-"""What may be constant over the band; each an amplitude, not an effective value."""
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """How the base moves: at every frequency of the band with every amplitude of the range.
-
-    Parameters
-    ----------
-    lowest_m, highest_m : float
-        Base amplitude Z at the nominal natural frequency; equal where there is one.
-    low, high : float
-        The band as frequency ratios of the nominal structure; equal where there is one frequency.
-    motion : Motion
-        What is constant over the band.
-    """
-
-    lowest_m: float
-    highest_m: float
-    low: float
-    high: float
-    motion: Motion = MOTIONS["base_amplitude_m"]
-
-    def base_m(self, reference_m: Numbers, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequencies over the nominal one, of what is `reference_m` at that one.
-
-        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω².
-        """
-        return reference_m / frequency_ratio**self.motion.order
 
 
 @dataclass(frozen=True)
@@ -230,8 +167,10 @@ class Specification:
     ----------
     name : str
         Free text.
-    structure, excitation
-        What is to be kept quiet, and what shakes it.
+    structure : Structure
+        What is to be kept quiet.
+    excitations : tuple of Excitation
+        What shakes it, one at a time; the worst of them is judged.
     choices : dict of Choice
         By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
     limits : dict of float
@@ -256,7 +195,7 @@ class Specification:
 
     name: str
     structure: Structure
-    excitation: Excitation
+    excitations: tuple[Excitation, ...]
     choices: dict[str, Choice]
     limits: dict[str, float]
     bounds: dict[str, str]
@@ -274,9 +213,15 @@ class Specification:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
 
-    def level(self, reference_m: float) -> float:
-        """Give the amplitude of what is constant over the band, in its unit, where Z is `reference_m` at ω_n."""
-        return reference_m * float(self.structure.angular_frequency**self.excitation.motion.order)
+    @property
+    def largest_m(self) -> float:
+        """The largest base amplitude Z at the nominal natural frequency, of any excitation; what ratios are over."""
+        return max(each.highest_m for each in self.excitations)
+
+    def level(self, amplitude: Amplitude) -> float:
+        """Give the amplitude of what is constant over the band, in its unit."""
+        order = amplitude.excitation.motion.order
+        return amplitude.reference_m * float(self.structure.angular_frequency**order)
 
     @cached_property
     def digest(self) -> str:

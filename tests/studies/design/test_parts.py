@@ -48,7 +48,8 @@ def test_the_peak_of_a_structure_is_found_whether_its_particle_rides_or_not(
         "base_amplitude_m": 0.0015,
         "frequency_hz": {"start": 2.5 * low, "stop": 2.5 * high},
     }
-    survey = Survey.of(parse_specification(document))
+    asked = parse_specification(document)
+    survey = Survey.of(asked, asked.excitations[0])
     for added in (0.0, mass / 3, mass):
 
         def response(r: np.ndarray, added: float = added) -> np.ndarray:
@@ -119,8 +120,10 @@ def test_the_lattice_keeps_to_the_range_and_to_the_values_of_a_list() -> None:
 
 def test_amplitudes_cover_a_range_by_equal_shares() -> None:
     document = changed("excitation.base_amplitude_m", {"start": 0.001, "stop": 0.004})
-    assert amplitudes_of(parse_specification(document), 3) == pytest.approx((0.001, 0.002, 0.004))
-    assert amplitudes_of(parse_specification(PROTOTYPE), 3) == (0.0015,)
+    assert [each.reference_m for each in amplitudes_of(parse_specification(document), 3)] == pytest.approx(
+        (0.001, 0.002, 0.004)
+    )
+    assert [each.reference_m for each in amplitudes_of(parse_specification(PROTOTYPE), 3)] == [0.0015]
 
 
 @pytest.mark.parametrize("measure", ["worst_displacement", "worst_relative_displacement"])

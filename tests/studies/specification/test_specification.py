@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.reading import (
     named_specifications,
     parse_specification,
@@ -52,7 +53,7 @@ def faults_of(document: object) -> dict[str, str]:
 
 def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
     asked = parse_specification(PROTOTYPE)
-    assert (asked.excitation.low, asked.excitation.high) == (0.8, 1.25)
+    assert (asked.excitations[0].low, asked.excitations[0].high) == (0.8, 1.25)
     assert asked.free == ("clearance_m", "friction_force_n")
     assert asked.in_units
 
@@ -155,7 +156,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("tolerances.clearance_m", 0.002, "tolerances.clearance_m", "closes the smallest clearance"),
         ("tolerances.mass_kg", "60%", "tolerances.mass_kg", "0 to 0.5"),
         ("structure.stiffness_n_per_m", 4.0, "structure.stiffness_n_per_m", "twice"),
-        ("choose.restitution", 0.5, "choose.restitution", "outside `choose`"),
+        ("choose.restitution", 0.5, "choose.restitution", "outside `choose"),
         ("choose.restitution", {"start": 0.1, "stop": 0.5}, "restitution", "twice"),
         ("choose", 3, "choose", "a mapping"),
     ],
@@ -242,11 +243,11 @@ def test_a_base_motion_makes_the_displacement_that_its_derivative_has(order: int
     document = changed("excitation", {f"base_{key}": {"start": 0.02, "stop": 0.05}, "frequency_hz": 3.0})
     asked = parse_specification(document)
     omega = 2 * math.pi * 3.0
-    for told, reference_m in ((0.02, asked.excitation.lowest_m), (0.05, asked.excitation.highest_m)):
+    for told, reference_m in ((0.02, asked.excitations[0].lowest_m), (0.05, asked.excitations[0].highest_m)):
         # z = Z sin ωt has derivatives of the amplitudes ωZ and ω²Z
-        amplitude_m = asked.excitation.base_m(reference_m, asked.excitation.low)
+        amplitude_m = asked.excitations[0].base_m(reference_m, asked.excitations[0].low)
         assert omega**order * amplitude_m == pytest.approx(told, rel=1e-14)
-        assert asked.level(reference_m) == pytest.approx(told, rel=1e-14)
+        assert asked.level(Amplitude(asked.excitations[0], reference_m)) == pytest.approx(told, rel=1e-14)
     assert asked.in_units
 
 
@@ -254,3 +255,33 @@ def test_a_base_velocity_needs_a_frequency_in_hertz() -> None:
     document = changed("structure", {"damping_ratio": 0.01})
     document["excitation"] = {"base_velocity_m_per_s": 0.01, "frequency_ratio": {"start": 0.9, "stop": 1.1}}
     assert "makes a displacement" in faults_of(document)["structure.natural_frequency_hz"]
+
+
+ONE = {"name": "idle", "base_amplitude_m": 0.001, "frequency_hz": {"start": 2.0, "stop": 3.0}}
+
+
+def test_several_excitations_are_read_with_their_names_and_ratios_are_over_the_largest() -> None:
+    other = {"base_acceleration_m_per_s2": {"start": 0.2, "stop": 1.0}, "frequency_ratio": 1.1}
+    asked = parse_specification(PROTOTYPE | {"excitation": [ONE, other]})
+    assert [each.name for each in asked.excitations] == ["idle", "excitation 2"]
+    assert [(each.low, each.high) for each in asked.excitations] == [(0.8, 1.2), (1.1, 1.1)]
+    assert asked.largest_m == pytest.approx(1.0 / (2 * math.pi * 2.5) ** 2)
+    assert asked.largest_m > 0.001
+
+
+@pytest.mark.parametrize(
+    ("excitation", "field"),
+    [
+        ([], "excitation"),
+        ([ONE] * 9, "excitation"),
+        ([ONE, ONE], "excitation[1].name"),
+        ([ONE, {"frequency_ratio": 1.0}], "excitation[1]"),
+        ([ONE, 3], "excitation[1]"),
+        ([ONE, {"name": "", **{key: ONE[key] for key in ONE if key != "name"}}], "excitation[1].name"),
+        ([ONE, {"base_amplitude_m": -1, "frequency_hz": 2.5}], "excitation[1].base_amplitude_m"),
+        ([ONE, {"base_amplitude_m": 0.001}], "excitation[1].frequency_hz"),
+    ],
+)
+def test_each_excitation_of_a_list_is_checked_where_it_stands(excitation: list[Any], field: str) -> None:
+    faults = faults_of(PROTOTYPE | {"excitation": excitation})
+    assert [told for told in faults if told.startswith("excitation")] == [field]

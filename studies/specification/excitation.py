@@ -1,0 +1,105 @@
+"""What shakes a structure: how its base moves, over a band and a range of amplitudes."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+"""A number, or an array of them."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Which amplitude of the base is the same at every frequency.
+
+    Parameters
+    ----------
+    key : str
+        As the specification has it.
+    order : int
+        Derivative of the displacement: 0, 1 or 2.
+    unit, words : str
+        For sentences.
+    """
+
+    key: str
+    order: int
+    unit: str
+    words: str
+
+
+MOTIONS = {
+    each.key: each
+    for each in (
+        Motion("base_amplitude_m", 0, "m", "base amplitude"),
+        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity"),
+        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration"),
+    )
+}
+"""What may be constant over the band; each an amplitude, not an effective value."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """How the base moves: at every frequency of the band with every amplitude of the range.
+
+    Parameters
+    ----------
+    lowest_m, highest_m : float
+        Base amplitude Z at the nominal natural frequency; equal where there is one.
+    low, high : float
+        The band as frequency ratios of the nominal structure; equal where there is one frequency.
+    motion : Motion
+        What is constant over the band.
+    name : str
+        What it is called where there are several.
+    """
+
+    lowest_m: float
+    highest_m: float
+    low: float
+    high: float
+    motion: Motion = MOTIONS["base_amplitude_m"]
+    name: str = ""
+
+    def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
+        """Give the base amplitude Z [m] at frequencies over the nominal one, of what is `reference_m` at that one.
+
+        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω².
+        """
+        return reference_m / frequency_ratio**self.motion.order
+
+    @property
+    def largest(self) -> "Amplitude":
+        """Its largest amplitude."""
+        return Amplitude(self, self.highest_m)
+
+    def amplitudes(self, count: int) -> tuple["Amplitude", ...]:
+        """Give amplitudes over its range, by equal shares, ends included; one where there is one."""
+        low, high = self.lowest_m, self.highest_m
+        if low == high:
+            return (self.largest,)
+        inner = (low * (high / low) ** (k / (count - 1)) for k in range(1, count - 1))
+        return tuple(Amplitude(self, each) for each in (low, *inner, high))
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """One amplitude of an excitation, over its band.
+
+    Parameters
+    ----------
+    excitation : Excitation
+        Which one.
+    reference_m : float
+        Base amplitude Z at the nominal natural frequency.
+    """
+
+    excitation: Excitation
+    reference_m: float
+
+    def base_m(self, frequency_ratio: Numbers) -> Numbers:
+        """Give the base amplitude Z [m] at frequencies over the nominal natural one."""
+        return self.excitation.base_m(self.reference_m, frequency_ratio)
