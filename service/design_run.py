@@ -19,7 +19,8 @@ from damperlab.service.logs import start_logging
 from damperlab.service.settings import Settings
 from damperlab.studies.design.answer import answer_document, known_document
 from damperlab.studies.design.design import Ask, Found, designing
-from damperlab.studies.design.shelf import Kept, Round, Shelf, now
+from damperlab.studies.design.kept import Kept, Round, now
+from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.specification.reading import parse_specification

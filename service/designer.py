@@ -11,7 +11,8 @@ from multiprocessing.process import BaseProcess
 from damperlab.service.design_run import DESIGNS, TRY_AGAIN, run_design
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.settings import Settings
-from damperlab.studies.design.shelf import DesignBusy, Kept, Shelf
+from damperlab.studies.design.faults import DesignBusy
+from damperlab.studies.design.kept import Kept
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.store import Store
@@ -50,7 +51,7 @@ class Designer:
     """
 
     def __init__(self, settings: Settings, store: Store, dispatcher: Dispatcher) -> None:
-        self.shelf = Shelf(settings.data_dir)
+        self.shelf = settings.designs
         self._settings = settings
         self._store = store
         self._dispatcher = dispatcher

@@ -12,6 +12,7 @@ from damperlab.studies.store.opening import default_data_dir
 from damperlab.studies.vocabulary import BatchSystem, Scope
 
 if TYPE_CHECKING:
+    from damperlab.studies.design.shelf import Shelf as Designs
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.store.store import Store
 
@@ -51,6 +52,7 @@ class Settings(BaseSettings):
     quota_points: int | None = Field(None, ge=0, description="Most points that studies may have.")
     quota_unfinished: int | None = Field(None, ge=1, description="Most studies that wait or run.")
     quota_records: int | None = Field(1000, ge=0, description="Most uploaded ground-motion records.")
+    quota_designs: int | None = Field(1000, ge=0, description="Most designs.")
     requests_per_minute: int | None = Field(
         None, ge=1, description="Most requests a minute of all callers together."
     )
@@ -66,6 +68,7 @@ class Settings(BaseSettings):
     key_quota_records: int | None = Field(
         100, ge=0, description="Most uploaded ground-motion records of one owner of keys."
     )
+    key_quota_designs: int | None = Field(100, ge=0, description="Most designs of one owner of keys.")
     key_requests_per_minute: int | None = Field(
         6000, ge=1, description="Most requests a minute with one key."
     )
@@ -218,11 +221,20 @@ class Settings(BaseSettings):
         return self
 
     @property
+    def designs(self) -> "Designs":
+        """The designs of the data folder."""
+        from damperlab.studies.design.shelf import Shelf
+        from damperlab.studies.store.kept_quota import KeptQuota
+
+        return Shelf(self.data_dir, KeptQuota(self.quota_designs, self.key_quota_designs))
+
+    @property
     def records(self) -> "Shelf":
         """The ground-motion records of the data folder."""
-        from damperlab.studies.ground.shelf import RecordQuota, Shelf
+        from damperlab.studies.ground.shelf import Shelf
+        from damperlab.studies.store.kept_quota import KeptQuota
 
-        return Shelf(self.data_dir, RecordQuota(self.quota_records, self.key_quota_records))
+        return Shelf(self.data_dir, KeptQuota(self.quota_records, self.key_quota_records))
 
     def open_store(self, **options: Any) -> "Store":
         """Open the store that the settings name; see `Store.open`.

@@ -16,7 +16,8 @@ from damperlab.service.readiness import Readiness
 from damperlab.service.security.caller import TheCaller, require_own, require_owner
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
-from damperlab.studies.design.shelf import DesignNotFound, Kept
+from damperlab.studies.design.faults import DesignNotFound
+from damperlab.studies.design.kept import Kept
 from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record

@@ -17,7 +17,7 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.report import DOCUMENT, ReportQuery, document, stem
 from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
 from damperlab.service.work.functions import specified
-from damperlab.studies.design.shelf import Kept
+from damperlab.studies.design.kept import Kept
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.text import Format

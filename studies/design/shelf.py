@@ -5,147 +5,32 @@ searches, the end by who ends it first. So a process that is killed at any momen
 """
 
 import json
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from damperlab.studies.design.faults import DesignDamaged, DesignNotFound, DesignsFull, damaged
+from damperlab.studies.design.kept import Kept, Round, now
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.kept_quota import USUAL, KeptQuota
 from damperlab.studies.store.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 from damperlab.studies.vocabulary import State
 
 DESIGNS = "designs"
 """The folder of the designs, in the data directory."""
-MOST_DESIGNS = 1000
-"""Designs that one data directory keeps."""
 ID_DIGITS = 12
 REQUEST, ROUND, ANSWER, REPORT, END = "request.json", "round.json", "answer.json", "report.html", "end.json"
 
 
-class DesignNotFound(StoreFault):
-    """No design, or more than one, goes by the name or id that was given."""
-
-
-class DesignDamaged(DesignNotFound):
-    """The files of a design are not what was written."""
-
-
-class DesignBusy(StoreFault):
-    """The design is being worked on, so what was asked has to wait."""
-
-
-class DesignsFull(StoreFault):
-    """No more designs can be kept."""
-
-
-@dataclass(frozen=True)
-class Round:
-    """What a search waits for.
-
-    Parameters
-    ----------
-    stage : str
-        What the studies are for.
-    number : int
-        Rounds so far, this one included.
-    points, wanted : int
-        Points known, and points of the studies.
-    studies : tuple of str
-        Their ids.
-    known : dict or None
-        The best damper so far with its worst case as drawn; None before the first look.
-    started : str
-        When the search began, in ISO 8601, UTC.
-    message : str or None
-        What it waits for beside its studies.
-    """
-
-    stage: str
-    number: int
-    points: int
-    wanted: int
-    studies: tuple[str, ...]
-    known: dict[str, Any] | None
-    started: str
-    message: str | None = None
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A design as it is kept.
-
-    Parameters
-    ----------
-    id, name, digest : str
-        The first 12 hex digits of the digest; free text; the specification's digest.
-    state : str
-        One of `STATES`.
-    specification : dict
-        As it was given.
-    budget_points : int
-        Most points.
-    created : str
-        When it was asked for; times are in ISO 8601, UTC.
-    finished : str or None
-        When it ended.
-    message : str or None
-        Why it failed, or what it waits for.
-    owner : str or None
-        Whose it is; None where nobody asked who they are.
-    round : Round or None
-        The last one that was begun.
-    """
-
-    id: str
-    name: str
-    digest: str
-    state: State
-    specification: dict[str, Any]
-    budget_points: int
-    created: str
-    finished: str | None
-    message: str | None
-    owner: str | None
-    round: Round | None
-
-    @property
-    def ended(self) -> bool:
-        """Whether nothing more happens unless somebody asks for it."""
-        return self.finished is not None
-
-    @property
-    def place(self) -> str:
-        """Where it stands among the designs of its folder; texts of this kind are ordered as the designs were asked for."""
-        return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
-
-    def document(self) -> dict[str, Any]:
-        """Give the design as JSON-able values, without its answer."""
-        at = self.round
-        return {
-            "id": self.id,
-            "name": self.name,
-            "state": self.state,
-            "stage": None if at is None else at.stage,
-            "round": 0 if at is None else at.number,
-            "points": 0 if at is None else at.points,
-            "points_wanted": 0 if at is None or self.ended else at.wanted,
-            "budget_points": self.budget_points,
-            "known": None if at is None else at.known,
-            "studies": [] if at is None else list(at.studies),
-            "created": self.created,
-            "started": None if at is None else at.started,
-            "finished": self.finished,
-            "message": self.message,
-            "digest": self.digest,
-            "specification": self.specification,
-        }
+_putting = threading.Lock()
+"""Held from counting to writing, so that designs that come at the same time are counted too."""
 
 
 class Shelf:
@@ -155,10 +40,13 @@ class Shelf:
     ----------
     data_dir : Path
         The data directory; its folder `designs` is made when the first design comes.
+    quota : KeptQuota
+        How many it keeps.
     """
 
-    def __init__(self, data_dir: Path) -> None:
+    def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
         self._folder = Folder(Path(data_dir) / DESIGNS)
+        self._quota = quota
 
     def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
         """Keep what is asked; the same specification is one design.
@@ -173,16 +61,19 @@ class Shelf:
         Raises
         ------
         DesignsFull
-            Beyond `MOST_DESIGNS`.
+            If as many are kept as may be, in all or of this owner.
         """
+        with _putting:
+            return self._put(asked, budget)
+
+    def _put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
         design_id = asked.digest[:ID_DIGITS]
         ids = self.ids()
         if design_id in ids:
             return self.get(design_id), False
-        if len(ids) >= MOST_DESIGNS:
-            told = f"{len(ids)} designs are kept, and at most {MOST_DESIGNS} may be."
-            advice = "delete some with DELETE /api/v1/designs/{id}"
-            raise DesignsFull(Fault("design", f"{len(ids)} designs", f"at most {MOST_DESIGNS}", advice, told))
+        full = self._quota.reached("design", [self._owner(each) for each in ids])
+        if full is not None:
+            raise DesignsFull(full)
         folder = self._folder.at(design_id)
         folder.clear()  # what a deletion left that was cut short
         request = {"specification": asked.document, "budget_points": budget, "created": now()}
@@ -332,7 +223,7 @@ class Shelf:
         try:
             found: dict[str, Any] = self._read(design_id, ANSWER)["answer"]
         except FileNotFoundError:
-            raise _damaged(design_id, f"{ANSWER} is lost") from None
+            raise damaged(design_id, f"{ANSWER} is lost") from None
         return found
 
     def report(self, design_id: str) -> bytes:
@@ -346,7 +237,7 @@ class Shelf:
         try:
             return self._folder.at(design_id).get(REPORT)
         except FileNotFoundError:
-            raise _damaged(design_id, f"{REPORT} is lost") from None
+            raise damaged(design_id, f"{REPORT} is lost") from None
 
     def remove(self, design_id: str) -> None:
         """Remove a design; its studies stay."""
@@ -377,6 +268,12 @@ class Shelf:
                 folder.fill(some)
         return sum(map(len, pieces.values()))
 
+    def _owner(self, design_id: str) -> str | None:
+        with suppress(FileNotFoundError, DesignDamaged):
+            owner: str | None = self._read(design_id, REQUEST).get(SUBMITTED_BY)
+            return owner
+        return None
+
     def _round(self, design_id: str) -> Round | None:
         try:
             found = self._read(design_id, ROUND)
@@ -393,27 +290,10 @@ class Shelf:
             require_seal(content)
             found: dict[str, Any] = json.loads(content)
         except ValueError as error:
-            raise _damaged(design_id, f"{name}: {error}") from error
+            raise damaged(design_id, f"{name}: {error}") from error
         del found["crc32c"]
         return found
 
 
-def now() -> str:
-    """Give the time as designs note it: ISO 8601, UTC."""
-    return datetime.now(UTC).isoformat()
-
-
 def _sealed(document: Mapping[str, Any]) -> bytes:
     return seal(json.dumps({"crc32c": PLACEHOLDER, **document}, allow_nan=False).encode())
-
-
-def _damaged(design_id: str, why: str) -> DesignDamaged:
-    return DesignDamaged(
-        Fault(
-            "design",
-            f"{design_id}, whose files are lost or damaged ({why})",
-            "a design whose files are complete",
-            "delete it and submit its specification again: its studies are in the store, so nothing is computed twice",
-            f"The files of design {design_id} are lost or damaged: {why.rstrip('.')}.",
-        )
-    )

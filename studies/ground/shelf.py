@@ -6,23 +6,20 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import Fault, counted, describe, listing, nearest
+from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.durable import sync_path
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.kept_quota import USUAL, KeptQuota
 from damperlab.studies.store.sealed import PLACEHOLDER, is_sealed, require_seal, seal
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed, submitter
-
-MOST_RECORDS = 1000
-"""Uploaded records that one data directory keeps, where nothing else is said."""
+from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
 _SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
 """The entries of a record's summary."""
@@ -44,22 +41,6 @@ class ShelfFull(StoreFault):
     """No more records can be kept."""
 
 
-@dataclass(frozen=True)
-class RecordQuota:
-    """The most records that are kept; None for any number.
-
-    Parameters
-    ----------
-    records : int, optional
-        Of everybody together.
-    of_owner : int, optional
-        Of each owner of keys.
-    """
-
-    records: int | None = MOST_RECORDS
-    of_owner: int | None = None
-
-
 _putting = threading.Lock()
 """Held from counting to writing, so that records that come at the same time are counted too."""
 
@@ -71,11 +52,11 @@ class Shelf:
     ----------
     data_dir : Path
         The data directory; its folder `records` is made when the first record comes.
-    quota : RecordQuota
+    quota : KeptQuota
         How many it keeps.
     """
 
-    def __init__(self, data_dir: Path, quota: RecordQuota = RecordQuota()) -> None:
+    def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
         self.folder = Path(data_dir) / "records"
         self._quota = quota
 
@@ -227,7 +208,9 @@ class Shelf:
                 self._motion(record_id)
                 return record_id, False
         else:
-            self._require_room(kept)
+            full = self._quota.reached("record", [self._owner_or_nobody(each) for each in kept])
+            if full is not None:
+                raise ShelfFull(full)
         self.folder.mkdir(parents=True, exist_ok=True)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
@@ -236,13 +219,6 @@ class Shelf:
         summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
         self._keep(f"{record_id}.json", seal(json.dumps(summary).encode()))
         return record_id, True
-
-    def _require_room(self, kept: set[str]) -> None:
-        _require_fewer("quota_records", len(kept), self._quota.records)
-        owner = submitter.get()
-        if owner is not None and self._quota.of_owner is not None:
-            his = sum(self._owner_or_nobody(record_id) == owner for record_id in kept)
-            _require_fewer("key_quota_records", his, self._quota.of_owner)
 
     def _owner_or_nobody(self, record_id: str) -> str | None:
         with suppress(RecordDamaged):
@@ -258,14 +234,6 @@ class Shelf:
             os.fsync(file.fileno())
         Path(file.name).replace(self.folder / name)
         sync_path(self.folder)
-
-
-def _require_fewer(setting: str, count: int, most: int | None) -> None:
-    if most is None or count < most:
-        return
-    advice = "remove some with DELETE /api/v1/records/{id}"
-    told = f"{{field}} is reached: {counted(count, 'record')} of at most {most:,} are stored."
-    raise ShelfFull(Fault(setting, counted(count, "record"), f"at most {most:,}", advice, told))
 
 
 def _damaged(record_id: str, why: str) -> RecordDamaged:

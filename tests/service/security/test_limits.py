@@ -29,6 +29,7 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         DAMPERLAB_KEY_QUOTA_BYTES="none",
         DAMPERLAB_KEY_QUOTA_RECORDS="2",
         DAMPERLAB_QUOTA_RECORDS="3",
+        DAMPERLAB_KEY_QUOTA_DESIGNS="1",
     )
     try:
         yield Guarded(running, data, keys)
@@ -104,6 +105,22 @@ def test_records_are_counted_for_each_owner(limited: Guarded) -> None:
         assert bob.delete(gone).status_code == 403
         assert ann.delete(gone).status_code == 204
         assert generate(ann, 4).status_code == 201
+
+
+def test_designs_are_counted_for_each_owner(limited: Guarded, helpers: Any) -> None:
+    designs = "/api/v1/designs"
+    with limited.client("dan") as dan:
+        made = dan.post(designs, json=helpers.SPECIFICATION)
+        assert made.status_code == 201
+        other = helpers.SPECIFICATION | {"confidence": 0.8}
+        assert _code(dan.post(designs, json=other)) == (507, "key_quota_designs")
+        assert dan.post(designs, json=helpers.SPECIFICATION).status_code == 200
+        address = f"{designs}/{made.json()['id']}"
+        assert dan.post(f"{address}/cancel").status_code == 200
+        assert dan.delete(address).status_code == 204
+        made = dan.post(designs, json=other)
+        assert made.status_code == 201
+        assert dan.post(f"{designs}/{made.json()['id']}/cancel").status_code == 200
 
 
 def test_a_key_has_so_many_requests_a_minute(limited: Guarded) -> None:

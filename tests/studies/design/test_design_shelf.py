@@ -5,10 +5,13 @@ from typing import Any
 
 import pytest
 
-from damperlab.studies.design.shelf import DesignDamaged, DesignNotFound, DesignsFull, Kept, Round, Shelf
+from damperlab.studies.design.faults import DesignDamaged, DesignNotFound, DesignsFull
+from damperlab.studies.design.kept import Kept, Round
+from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification, read_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.kept_quota import KeptQuota
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
 from damperlab.studies.store.verify import check_catalogue
@@ -88,14 +91,27 @@ def test_a_design_is_whose_it_is(tmp_path: Path, asked: Specification) -> None:
         submitter.reset(token)
 
 
-def test_so_many_designs_are_kept_and_no_more(
-    tmp_path: Path, asked: Specification, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("damperlab.studies.design.shelf.MOST_DESIGNS", 1)
-    shelf = Shelf(tmp_path)
-    kept_design(shelf, asked)
-    with pytest.raises(DesignsFull):
-        shelf.put(read_specification("antenna-mast"), 1000)
+def test_so_many_designs_are_kept_in_all_and_of_each_owner(tmp_path: Path, asked: Specification) -> None:
+    shelf = Shelf(tmp_path, KeptQuota(3, 2))
+
+    def put(owner: str | None, mass_kg: float) -> None:
+        given = asked.document | {"structure": asked.document["structure"] | {"mass_kg": mass_kg}}
+        token = submitter.set(owner)
+        try:
+            shelf.put(parse_specification(given), 1000)
+        finally:
+            submitter.reset(token)
+
+    put("ada", 2.0)
+    put("ada", 3.0)
+    with pytest.raises(DesignsFull, match="`key_quota_designs` is reached: 2 designs of at most 2"):
+        put("ada", 4.0)
+    put("ada", 2.0)  # what is there is never refused
+    put("bob", 4.0)
+    for owner in ("bob", None):
+        with pytest.raises(DesignsFull, match="`quota_designs` is reached: 3 designs of at most 3"):
+            put(owner, 5.0)
+    assert len(shelf.ids()) == 3
 
 
 @pytest.mark.parametrize("name", ["request.json", "end.json", "answer.json"])

@@ -1,0 +1,33 @@
+"""What may be wrong about a design that is asked of a shelf."""
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.faults import StoreFault
+
+
+class DesignNotFound(StoreFault):
+    """No design, or more than one, goes by the name or id that was given."""
+
+
+class DesignDamaged(DesignNotFound):
+    """The files of a design are not what was written."""
+
+
+class DesignBusy(StoreFault):
+    """The design is being worked on, so what was asked has to wait."""
+
+
+class DesignsFull(StoreFault):
+    """No more designs can be kept."""
+
+
+def damaged(design_id: str, why: str) -> DesignDamaged:
+    """Say that the files of a design are not what was written, and why."""
+    return DesignDamaged(
+        Fault(
+            "design",
+            f"{design_id}, whose files are lost or damaged ({why})",
+            "a design whose files are complete",
+            "delete it and submit its specification again: its studies are in the store, so nothing is computed twice",
+            f"The files of design {design_id} are lost or damaged: {why.rstrip('.')}.",
+        )
+    )

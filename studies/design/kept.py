@@ -1,0 +1,115 @@
+"""A design as it is kept: what was asked, what its search waits for, how it ended."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from damperlab.studies.vocabulary import State
+
+
+@dataclass(frozen=True)
+class Round:
+    """What a search waits for.
+
+    Parameters
+    ----------
+    stage : str
+        What the studies are for.
+    number : int
+        Rounds so far, this one included.
+    points, wanted : int
+        Points known, and points of the studies.
+    studies : tuple of str
+        Their ids.
+    known : dict or None
+        The best damper so far with its worst case as drawn; None before the first look.
+    started : str
+        When the search began, in ISO 8601, UTC.
+    message : str or None
+        What it waits for beside its studies.
+    """
+
+    stage: str
+    number: int
+    points: int
+    wanted: int
+    studies: tuple[str, ...]
+    known: dict[str, Any] | None
+    started: str
+    message: str | None = None
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A design as it is kept.
+
+    Parameters
+    ----------
+    id, name, digest : str
+        The first 12 hex digits of the digest; free text; the specification's digest.
+    state : str
+        One of `STATES`.
+    specification : dict
+        As it was given.
+    budget_points : int
+        Most points.
+    created : str
+        When it was asked for; times are in ISO 8601, UTC.
+    finished : str or None
+        When it ended.
+    message : str or None
+        Why it failed, or what it waits for.
+    owner : str or None
+        Whose it is; None where nobody asked who they are.
+    round : Round or None
+        The last one that was begun.
+    """
+
+    id: str
+    name: str
+    digest: str
+    state: State
+    specification: dict[str, Any]
+    budget_points: int
+    created: str
+    finished: str | None
+    message: str | None
+    owner: str | None
+    round: Round | None
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more happens unless somebody asks for it."""
+        return self.finished is not None
+
+    @property
+    def place(self) -> str:
+        """Where it stands among the designs of its folder; texts of this kind are ordered as the designs were asked for."""
+        return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
+
+    def document(self) -> dict[str, Any]:
+        """Give the design as JSON-able values, without its answer."""
+        at = self.round
+        return {
+            "id": self.id,
+            "name": self.name,
+            "state": self.state,
+            "stage": None if at is None else at.stage,
+            "round": 0 if at is None else at.number,
+            "points": 0 if at is None else at.points,
+            "points_wanted": 0 if at is None or self.ended else at.wanted,
+            "budget_points": self.budget_points,
+            "known": None if at is None else at.known,
+            "studies": [] if at is None else list(at.studies),
+            "created": self.created,
+            "started": None if at is None else at.started,
+            "finished": self.finished,
+            "message": self.message,
+            "digest": self.digest,
+            "specification": self.specification,
+        }
+
+
+def now() -> str:
+    """Give the time as designs note it: ISO 8601, UTC."""
+    return datetime.now(UTC).isoformat()
