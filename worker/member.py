@@ -5,6 +5,8 @@ import os
 import signal
 import sys
 import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.cluster import ONE_THREAD
+from damperlab.worker.notice import ASK_SECONDS, announced
 
 LOOK_SECONDS = 0.2
 """Between two looks for a notice, and at what is left to do."""
@@ -30,6 +33,8 @@ class Terms:
         It leaves so that it is gone after this time [s], as before a batch system ends it.
     notice : Path, optional
         It leaves once this file is there, as a spot market's watcher puts it.
+    notice_url : str, optional
+        It leaves once this address says so, see `damperlab.worker.notice`; nobody is asked without.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
     """
@@ -37,6 +42,7 @@ class Terms:
     leave_within_s: float = 25.0
     lifetime_s: float | None = None
     notice: Path | None = None
+    notice_url: str | None = None
     leave_idle_s: float | None = None
 
 
@@ -83,7 +89,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     )
     if not await _joined(worker, told, terms):
         return 0 if told.done() else 1
-    async with worker:
+    async with worker, _asking(terms.notice_url, told):
         reason = await _until_told(worker, told, terms, began)
         if not reason:
             return 1
@@ -113,6 +119,24 @@ async def _joined(worker: Worker, told: "asyncio.Future[str]", terms: Terms) -> 
         return False
     await joining
     return True
+
+
+@asynccontextmanager
+async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
+    """Ask an address for a notice meanwhile."""
+
+    async def ask(url: str) -> None:
+        while not told.done():
+            if await asyncio.to_thread(announced, url) and not told.done():
+                told.set_result(f"{url} says so")
+            await asyncio.sleep(ASK_SECONDS)
+
+    asking = None if url is None else asyncio.ensure_future(ask(url))
+    try:
+        yield
+    finally:
+        if asking is not None:
+            asking.cancel()
 
 
 async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:

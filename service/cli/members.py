@@ -50,6 +50,15 @@ def worker(
             help="Leave the cluster as soon as this file exists, as when a spot instance is about to be reclaimed.",
         ),
     ] = None,
+    notice_url: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Ask this address every 5 seconds, and leave the cluster once it answers 200 and not FALSE, as addresses of "
+            "spot instances do.",
+            show_default=False,
+        ),
+    ] = None,
     leave_idle: Annotated[
         float | None,
         typer.Option(
@@ -68,8 +77,12 @@ def worker(
     """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
     from damperlab.worker.certificates import security
     from damperlab.worker.member import Terms, serve_worker
+    from damperlab.worker.notice import faulty
 
-    terms = Terms(leave_within, lifetime, None if notice is None else notice.absolute(), leave_idle)
+    if notice_url is not None and (wrong := faulty(notice_url)):
+        raise typer.BadParameter(f"{wrong}. Name an http or https address.", param_hint="--notice-url")
+    notice = None if notice is None else notice.absolute()
+    terms = Terms(leave_within, lifetime, notice, notice_url, leave_idle)
     serve_worker(scheduler, security(tls), terms, memory_limit, name)
 
 

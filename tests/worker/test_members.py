@@ -6,10 +6,13 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import ClassVar
 
 import psutil
 import pytest
@@ -20,6 +23,7 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.certificates import make_certificates, security
 from damperlab.worker.cluster import _probe, connect
+from damperlab.worker.notice import announced, faulty
 from damperlab.worker.outcomes import ClusterUnusable, Failure
 from damperlab.worker.window import Window
 
@@ -114,6 +118,59 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path
         stack.enter_context(member(address))
         assert [each.index for each in pump(window)] == [0]
         assert window.crew.retries == 1
+
+
+class SpotMarket(BaseHTTPRequestHandler):
+    """Answers as the address of a spot instance does."""
+
+    answer: ClassVar[tuple[int, bytes]] = 404, b"not here"
+    asked: ClassVar[int] = 0
+
+    def do_GET(self) -> None:
+        status, body = self.answer
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Location", "http://127.0.0.1:1/")
+        self.end_headers()
+        self.wfile.write(body)
+        SpotMarket.asked += 1
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def spot_market() -> Iterator[str]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), SpotMarket) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/spot/instance-action"
+        server.shutdown()
+
+
+def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("http_proxy", "http://127.0.0.1:1")
+    for answer in ((404, b"TRUE"), (503, b""), (302, b"TRUE"), (200, b"FALSE\n"), (200, b"NONE"), (200, b"")):
+        SpotMarket.answer = answer
+        assert not announced(spot_market), answer
+    for body in (b"TRUE", b'{"action": "terminate", "time": "2017-09-18T08:22:00Z"}'):
+        SpotMarket.answer = 200, body
+        assert announced(spot_market), body
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        assert not announced(f"http://127.0.0.1:{silent.getsockname()[1]}/")
+    assert faulty(spot_market) is None
+    for wrong in ("", "file:///etc/passwd", "http://", "127.0.0.1:80", "http://a:b/"):
+        assert faulty(wrong) is not None
+
+
+def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
+    SpotMarket.answer, before = (404, b"not here"), SpotMarket.asked
+    with scheduler_process() as (address, _), member(address, f"--notice-url={spot_market}") as process:
+        while SpotMarket.asked < before + 2:
+            assert process.poll() is None
+            time.sleep(0.1)
+        SpotMarket.answer = 200, b"TRUE"
+        assert process.wait(GONE_SECONDS) == 0
 
 
 @pytest.mark.parametrize("how", ["told", "idle"])
