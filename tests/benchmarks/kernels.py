@@ -11,8 +11,8 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
+from damperlab.worker.solver.scene import make_scene, point_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,
@@ -64,16 +64,17 @@ SCENES = {
 def _march(state, scene, meter, cycles):  # type: ignore[no-untyped-def]
     """Whole cycles; the peaks of each are set back, as the search for the steady response does."""
     total = 0.0
+    at, sums = point_scene(scene), point_meter(meter)
     for _ in range(cycles):
         if meter is not None:
-            meter.sums[PEAK] = 0.0
-            meter.sums[RELATIVE_PEAK] = 0.0
+            sums.sums[PEAK] = 0.0
+            sums.sums[RELATIVE_PEAK] = 0.0
         for _ in range(2):
-            state, outcome = half_cycle(state, scene, meter, None)
+            state, outcome = pointed_half_cycle(state, at, sums, None)
             if outcome != ARRIVED:
                 return state, outcome, total
         if meter is not None:
-            total += meter.sums[PEAK]
+            total += sums.sums[PEAK]
     return state, ARRIVED, total
 
 

@@ -62,13 +62,14 @@ def half_cycle(
     outcome : int
         Of `state.Outcome`.
     """
-    return _integrate(state, point_scene(scene), _point_meter(meter), point_log(log))
+    return pointed_half_cycle(state, point_scene(scene), point_meter(meter), point_log(log))
 
 
-@inlined
-def _integrate(
+@kernel
+def pointed_half_cycle(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
+    """`half_cycle` where scene, meter and log hold addresses already: for loops, which would find them anew each time."""
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition
     for k in range(base.windows):
@@ -110,7 +111,7 @@ def _integrate(
 
 
 @inlined
-def _point_meter(meter: Meter | None) -> Meter | None:
+def point_meter(meter: Meter | None) -> Meter | None:
     """The same meter with an address for its sums; the array must outlive it."""
     if meter is None:
         return None

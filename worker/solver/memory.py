@@ -43,13 +43,16 @@ else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def address(typingctx: Any, array: Any, first: Any) -> Any:
-        """Address of the element `first` of a contiguous array, to be indexed flat; the array must outlive it."""
-        if not isinstance(array, types.Array) or array.layout != "C" or not isinstance(first, types.Integer):
+        """Address of the element `first` of a contiguous array, or of what an address begins; the array must outlive it."""
+        known = isinstance(array, types.CPointer) or (isinstance(array, types.Array) and array.layout == "C")
+        if not known or not isinstance(first, types.Integer):
             return None
         signature = types.CPointer(array.dtype)(array, first)
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
+            data = arguments[0]
+            if isinstance(signature.args[0], types.Array):
+                data = cgutils.create_struct_proxy(signature.args[0])(context, builder, data).data
             return builder.gep(data, [arguments[1]])
 
         return signature, codegen

@@ -111,13 +111,14 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
 @inlined
 def point_scene(scene: Scene) -> Scene:
     """The same scene with addresses for arrays; the arrays must outlive it."""
-    counts = address(scene.counts, 0)
+    # all of them: one array left among the addresses would be counted, with locked instructions, at every event
+    work, counts = address(scene.work, 0), address(scene.counts, 0)
     base = point_at(scene.base)
     free = point_medium(scene.free)
     if scene.particle is None:
-        return Scene(base, free, None, scene.friction, None, scene.work, counts)
+        return Scene(base, free, None, scene.friction, None, work, counts)
     loaded = _point_loaded(scene.loaded, scene.particle)
-    return Scene(base, free, loaded, scene.friction, scene.particle, scene.work, counts)
+    return Scene(base, free, loaded, scene.friction, scene.particle, work, counts)
 
 
 @inlined

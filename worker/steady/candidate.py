@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix
-from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
+from damperlab.worker.solver.scene import point_scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.eigenvalues import spectral_radius
@@ -115,9 +116,10 @@ def _attracts_all(orbit, point, scene, probe, particle, notes):
         begin_beside(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
         meter = Meter(np.zeros(METERS), notes.meter.energies)
+        at, sums = point_scene(probe), point_meter(meter)
         state = orbit.state
         for _ in range(2):
-            state, outcome = half_cycle(state, probe, meter, None)
+            state, outcome = pointed_half_cycle(state, at, sums, None)
             if outcome != ARRIVED:
                 return False
         return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.integrate import pointed_half_cycle
+from damperlab.worker.solver.scene import Scene, point_scene
 from damperlab.worker.solver.state import ARRIVED, State
-from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.solver.transitions import Transitions, point_log
 from damperlab.worker.steady.variational import SIZE, propagate
 
 _BATCHES = 16
@@ -50,14 +50,15 @@ def is_chaotic(
         tangent[3, 0] = 0.7
     growth = np.empty(HALVES_FOLLOWED)  # in each half cycle
     known = 0
+    at, rows = point_scene(scene), point_log(log_)
     for cycles, least in _RUNGS:
         length = max(min(cycles, most) // _BATCHES, 1)
         while known < 2 * length * (_BATCHES + 1):
-            log_.cursor[0] = 0
-            state, outcome = half_cycle(state, scene, None, log_)
-            if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
+            rows.cursor[0] = 0
+            state, outcome = pointed_half_cycle(state, at, None, rows)
+            if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
                 return False
-            propagate(log_, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, tangent)
+            propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, tangent)
             norm = 0.0
             for i in range(size):
                 norm += tangent[i, 0] ** 2

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.integrate import pointed_half_cycle
+from damperlab.worker.solver.scene import Scene, point_scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State
-from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.solver.transitions import Transitions, point_log
 from damperlab.worker.steady.coordinates import active_size, coordinates, has_contact, same_regime, state_at
 from damperlab.worker.steady.variational import SIZE, propagate
 
@@ -39,12 +39,13 @@ def around(
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
+    at, rows = point_scene(scene), point_log(log)
     for _ in range(lag):
-        log.cursor[0] = 0
-        state, outcome = half_cycle(state, scene, None, log)
-        if outcome != ARRIVED or log.cursor[0] > log.capacity:
+        rows.cursor[0] = 0
+        state, outcome = pointed_half_cycle(state, at, None, rows)
+        if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
             return state, False
-        propagate(log, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, monodromy)
+        propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, monodromy)
     return state, True
 
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import unit_matrix
-from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.scene import Scene, point_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, METERS, SEGMENTS, Meter
 from damperlab.worker.solver.transitions import Transitions, empty_transitions
 from damperlab.worker.steady.coordinates import coordinates
@@ -146,21 +146,21 @@ def advance(state, half, span, row, scene, notes):
         ARRIVED, or how the run ended early.
     """
     # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
-    counts = scene.counts
-    meter, trace, ring = notes.meter, notes.trace, notes.ring
+    at, meter = point_scene(scene), point_meter(notes.meter)
+    trace, ring, counts = notes.trace, notes.ring, at.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, span)
     counts[IDLE] = 0
     outcome = ARRIVED
     for i in range(span):
         if row >= 0:
             clear_peaks(meter.sums)
-            state, outcome = half_cycle(state, scene, meter, None)
-            stored = stored_energy(state, scene.base.frequency_ratio, scene.particle)
+            state, outcome = pointed_half_cycle(state, at, meter, None)
+            stored = stored_energy(state, at.base.frequency_ratio, at.particle)
             note_half(trace[row + 1 + i], meter.sums, counts[IMPACTS], stored)
         else:
-            state, outcome = half_cycle(state, scene, None, None)
+            state, outcome = pointed_half_cycle(state, at, None, None)
         half += 1
         if outcome != ARRIVED:
             break
-        coordinates(state, scene.particle, ring[half % RING])
+        coordinates(state, at.particle, ring[half % RING])
     return state, half, outcome
