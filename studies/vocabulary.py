@@ -54,9 +54,6 @@ CONTACT_MODELS: dict[ContactModel, str] = {
     "compliant": "compliant contact (spring and dashpot)",
 }
 """How an impact is modelled."""
-RecordContactModel = Literal["instant", "dwell"]
-RECORD_CONTACT_MODELS: tuple[RecordContactModel, ...] = get_args(RecordContactModel)
-"""Those of them that a response to a ground-motion record knows."""
 
 START_KINDS: dict[str, str] = {
     "rest": "at rest",

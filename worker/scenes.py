@@ -69,9 +69,8 @@ def every_scene() -> list[Scene]:
     acting: list[tuple[bool, str]] = [(True, "")]
     acting += [(friction, contact) for friction in (True, False) for contact in CONTACT_MODELS]
     found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
-    found += [Scene(purpose, *what) for purpose in ("orbit", "transient") for what in (*acting, (False, ""))]
-    under_record = [what for what in (*acting, (False, "")) if what[1] != "compliant"]
-    found += [Scene(purpose, *what) for purpose in ("record", "record-history") for what in under_record]
+    others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
+    found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
     return sorted(found, key=lambda scene: -scene.seconds)
@@ -91,11 +90,10 @@ def scene_named(name: str) -> Scene:
 def scenes(study: AnyStudy) -> list[Scene]:
     """Scenes that the blocks of a study need; none where every point has a closed form."""
     if isinstance(study, Suite):
-        dwells = "instant" if study.contact.model == "instant" else "dwell"
         forces, masses = (
             _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
         )
-        return sorted(Scene("record", f, dwells if p else "") for f in forces for p in masses)
+        return sorted(Scene("record", f, study.contact.model if p else "") for f in forces for p in masses)
     if not isinstance(study, Study):
         raise TypeError(f"no kernels are known of a {type(study).__name__}")
     rubs = _signs(study.coordinates["friction_ratio"])

@@ -184,13 +184,15 @@ def _point(scene: Scene) -> None:
 
 
 def _record(scene: Scene) -> None:
+    from damperlab.studies.contact import parse_contact
     from damperlab.studies.ground.motion import GroundMotion
     from damperlab.worker.ground.design import Damper, Structure
     from damperlab.worker.ground.response import ground_history, ground_response
 
     still = GroundMotion("", 0.01, np.array([0.0, 1.0, 0.0]))
-    contact = 1e-3 if scene.contact == "dwell" else None
-    damper = Damper(float(scene.friction), float(bool(scene.contact)), contact_time_s=contact)
+    timed = {} if scene.contact in ("", "instant") else {"contact_time": _CONTACT_TIME}
+    contact = parse_contact({"model": scene.contact or "instant"} | timed)
+    damper = Damper(float(scene.friction), float(bool(scene.contact)), contact=contact)
     if scene.purpose == "record-history":
         ground_history(Structure(), damper, still)
     else:

@@ -9,9 +9,9 @@ import typer
 from damperlab.service.cli.asked import Values, asks, names_a_design
 from damperlab.service.cli.options import (
     AsJson,
+    Contact,
+    ContactTime,
     DataDir,
-    RecordContact,
-    RecordContactTime,
     check_file,
     contact_document,
 )
@@ -21,7 +21,6 @@ from damperlab.service.cli.warm import have_ready
 from damperlab.studies.field import given
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
-from damperlab.studies.vocabulary import RECORD_CONTACT_MODELS
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -123,8 +122,8 @@ def earthquake(
     record: Annotated[
         str, typer.Argument(metavar="RECORD", help="Name of an earthquake, id of a record, or a file.")
     ] = Compared.record,
-    contact: RecordContact = "instant",
-    contact_time: RecordContactTime = None,
+    contact: Contact = "instant",
+    contact_time: ContactTime = None,
     units: Annotated[
         str | None,
         typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
@@ -159,7 +158,7 @@ def earthquake(
     document: dict[str, Any] = {**design, **given(compared)}
     if compared.cases is not None:
         document["cases"] = list(compared.cases)
-    document |= contact_document(contact, contact_time, RECORD_CONTACT_MODELS)
+    document |= contact_document(contact, contact_time)
     if kanai_tajimi is not None:
         document["record"] = {"kanai_tajimi": _recipe(kanai_tajimi, duration_s, peak_g)}
     elif Path(record).suffix.lower() in RECORD_SUFFIXES:

@@ -10,10 +10,8 @@ from damperlab.studies.faults import nearest
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
-    RECORD_CONTACT_MODELS,
     BatchSystem,
     ContactModel,
-    RecordContactModel,
 )
 
 DataDir = Annotated[
@@ -120,23 +118,12 @@ ContactTime = Annotated[
     str | None,
     typer.Option(metavar="TIME", help=f"Duration of a contact (dwell or compliant), {_NAMED_TIMES}"),
 ]
-RecordContact = Annotated[
-    RecordContactModel,
-    typer.Option(
-        help=f"Model of an impact: {', '.join(CONTACT_MODELS[name] for name in RECORD_CONTACT_MODELS)}."
-    ),
-]
-RecordContactTime = Annotated[
-    str | None, typer.Option(metavar="TIME", help=f"Duration of a contact (dwell), {_NAMED_TIMES}")
-]
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""
 
 
-def contact_document(
-    contact: ContactModel, written: str | None, models: Iterable[ContactModel] = CONTACT_MODELS
-) -> dict[str, Any]:
+def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
     """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
     if written is None:
         if contact != "instant":
@@ -147,7 +134,7 @@ def contact_document(
             raise typer.BadParameter(message, param_hint="--contact")
         return {}
     if contact == "instant":
-        lasting = " or ".join(f"--contact {model}" for model in models if model != contact)
+        lasting = " or ".join(f"--contact {model}" for model in CONTACT_MODELS if model != contact)
         message = f"found {written} without {lasting}. An instant contact takes no time: add --contact dwell, or leave it out."
         raise typer.BadParameter(message, param_hint="--contact-time")
     try:

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from damperlab.studies.choices import CompliantContact, Contact, InstantContact
+from damperlab.studies.choices import Contact, InstantContact
+from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
 from damperlab.studies.field import fields_of
@@ -14,7 +15,7 @@ from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import read_count
 from damperlab.studies.questions import MOST_SEED, MOST_STARTS, Compared
-from damperlab.studies.vocabulary import CASES, CRITERIA, RECORD_CONTACT_MODELS, Criterion
+from damperlab.studies.vocabulary import CASES, CRITERIA, Criterion
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Earthquake:
         Perturbed starts besides the one at rest; 0 for none.
     seed : int
         Of their draw.
-    contact : InstantContact or DwellContact
+    contact : Contact
         What an impact is.
     """
 
@@ -52,29 +53,6 @@ class Earthquake:
 
 
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
-
-
-def march_contact(contact: Contact) -> Contact:
-    """Return a contact model that the march through a record knows.
-
-    Raises
-    ------
-    StudyFaults
-        For a compliant wall, which it does not.
-    """
-    if isinstance(contact, CompliantContact):
-        advice = "write dwell with the same contact_time; a harmonic study takes compliant"
-        raise StudyFaults(
-            [
-                Fault(
-                    "contact.model",
-                    "compliant",
-                    f"{' or '.join(RECORD_CONTACT_MODELS)} where the base follows a record",
-                    advice,
-                )
-            ]
-        )
-    return contact
 
 
 def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
@@ -119,9 +97,12 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             faults.extend(caught.faults)
     contact: Contact = InstantContact()
     try:
-        contact = march_contact(parse_contact(held.get("contact", {"model": "instant"})))
+        contact = parse_contact(held.get("contact", {"model": "instant"}))
     except StudyFaults as caught:
         faults.extend(caught.faults)
+    if contact.model == "compliant" and "restitution" in values:
+        fault = compliant_fault(values["restitution"], "restitution")
+        faults += [] if fault is None else [fault]
     record_id, motion = "", None
     try:
         record_id, motion = read_record_reference(held.get("record", Compared.record), shelf)

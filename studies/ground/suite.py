@@ -45,7 +45,7 @@ class Suite:
         `NUMBERS`.
     starts, seed : int
         Perturbed starts of each point besides the one at rest, and the seed of their draw.
-    contact : InstantContact or DwellContact
+    contact : Contact
         What an impact is.
     metrics : tuple of str
         What is stored.

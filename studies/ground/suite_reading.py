@@ -7,11 +7,11 @@ from typing import TypeVar
 
 from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
 from damperlab.studies.choices import Contact, InstantContact
+from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
-from damperlab.studies.ground.question import march_contact
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import RecordSource, read_source
 from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
@@ -85,7 +85,10 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     starts = read(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0)
     seed = read(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0)
     instant: Contact = InstantContact()
-    contact = read(lambda: march_contact(parse_contact(held.get("contact", instant.model_dump()))), instant)
+    contact = read(lambda: parse_contact(held.get("contact", instant.model_dump())), instant)
+    if contact.model == "compliant":
+        fault = compliant_fault(float(axis_values(axes["restitution"]).min()), "axes.restitution")
+        faults += [] if fault is None else [fault]
     available = available_variables(starts)
     metrics = read(lambda: read_metrics(held.get("metrics", available), available, "metrics"), available)
     found = _records(held.get("records"), shelf, faults)

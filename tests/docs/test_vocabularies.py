@@ -181,7 +181,6 @@ def test_words_and_their_types_are_the_same() -> None:
         assert set(get_args(kind)) == set(words)
     assert set(vocabulary.CRITERION_NAMES) == set(vocabulary.CRITERIA)
     assert set(vocabulary.EXPORT_SUFFIXES.values()) == set(vocabulary.EXPORT_FORMATS)
-    assert set(vocabulary.RECORD_CONTACT_MODELS) < set(vocabulary.CONTACT_MODELS)
     assert set(vocabulary.OF_PARTICLE) < set(DIMENSIONS) == set(vocabulary.DESIGN_POINT)
     for kind in KINDS:
         assert set(kind.axes) <= set(kind.dimensions)

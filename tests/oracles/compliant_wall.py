@@ -67,15 +67,20 @@ class March:
         self.impacts = self.turns = 0
         self.loss = of(0)
 
+    def _base(self) -> list[Any]:
+        """Taylor coefficients of the base."""
+        phase = self.r * self.t
+        base = [self.numbers.sin(phase), self.r * self.numbers.cos(phase)]
+        for n in range(self.numbers.terms - 2):
+            base.append(-self.r * self.r * base[n] / ((n + 1) * (n + 2)))
+        return base
+
     def _expand(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
         """Taylor coefficients of u, p, the base, and the force of the wall."""
-        phase = self.r * self.t
-        s, c = self.numbers.sin(phase), self.numbers.cos(phase)
-        base, u, p = [s, self.r * c], [self.u, self.u_rate], [self.p, self.p_rate]
+        base, u, p = self._base(), [self.u, self.u_rate], [self.p, self.p_rate]
         force = []
         for n in range(self.numbers.terms - 2):
             below = (n + 1) * (n + 2)
-            base.append(-self.r * self.r * base[n] / below)
             push = self.numbers.of(0)
             if self.pushed:
                 depth = self.side * (u[n] - p[n]) - (self.d if n == 0 else 0)
@@ -90,9 +95,8 @@ class March:
 
     def _judge(self, force: Any) -> None:
         """Stick or slip of a mass that is at rest on the base."""
-        phase = self.r * self.t
-        load = self.r * self.r * self.numbers.sin(phase) - (self.u - self.numbers.sin(phase))
-        load -= self.side * force
+        base = self._base()
+        load = -2 * base[2] - (self.u - base[0]) - self.side * force
         self.held = bool(abs(load) <= self.gamma)
         self.slip = 0 if self.held else (1 if load > 0 else -1)
 
@@ -104,7 +108,7 @@ class March:
         if self.gamma and self.held:
 
             def load(h: Any) -> Any:
-                rest = self.r * self.r * _value(base, h) - (_value(u, h) - _value(base, h))
+                rest = -_curvature(base, h) - (_value(u, h) - _value(base, h))
                 return self.gamma - abs(rest - self.side * _value(force, h))
 
             watches["onset"] = load
@@ -162,7 +166,7 @@ class March:
             self.turns += what == "turn"
             self._judge(push)
             if what == "onset" and self.held:  # at the limit up to rounding
-                load = self.r * self.r * _value(base, h) - (self.u - _value(base, h)) - self.side * push
+                load = -_curvature(base, h) - (self.u - _value(base, h)) - self.side * push
                 self.held, self.slip = False, (1 if load > 0 else -1)
 
 
@@ -178,6 +182,69 @@ def _slope(p: list[Any], h: Any) -> Any:
     for n in range(len(p) - 2, 0, -1):
         total = total * h + n * p[n]
     return total
+
+
+def _curvature(p: list[Any], h: Any) -> Any:
+    total = (len(p) - 1) * (len(p) - 2) * p[-1]
+    for n in range(len(p) - 2, 1, -1):
+        total = total * h + n * (n - 1) * p[n]
+    return total
+
+
+class Recorded(March):
+    """The same march on a base that follows a record: its acceleration is linear from sample to sample.
+
+    Keeps besides the peaks of v and u'' and the integrals of their squares, from a dense scan of every step.
+    """
+
+    def __init__(self, scene: Scene, samples: Sequence[float], step: float) -> None:
+        super().__init__(scene)
+        self.samples, self.sample_step = samples, step
+        self.start = [0.0, 0.0]
+        self.peak = self.acceleration_peak = self.square = self.acceleration_square = 0.0
+        self.sample = 0
+        if self.gamma:
+            self._judge(0.0)
+
+    def _base(self) -> list[Any]:
+        """Taylor coefficients of the base from where it is in its present interval."""
+        h = self.t - self.sample * self.sample_step
+        a = self.samples[self.sample]
+        jerk = (self.samples[self.sample + 1] - a) / self.sample_step
+        z, rate = self.start
+        here = [
+            z + h * (rate + h * (a / 2 + h * jerk / 6)),
+            rate + h * (a + h * jerk / 2),
+            (a + jerk * h) / 2,
+            jerk / 6,
+        ]
+        return here + [0.0] * (self.numbers.terms - 4)
+
+    def run(self) -> None:
+        """March through the whole record."""
+        for sample in range(len(self.samples) - 1):
+            self.sample = sample
+            end = (sample + 1) * self.sample_step
+            while self.t < end:
+                u, _, base, _ = self._expand()
+                began = self.t
+                self.step_to(end)
+                self._look(u, base, self.t - began)
+            a, b, h = self.samples[sample], self.samples[sample + 1], self.sample_step
+            z, rate = self.start
+            self.start = [z + h * rate + h * h * (2 * a + b) / 6, rate + h * (a + b) / 2]
+
+    def _look(self, u: list[Any], base: list[Any], span: float) -> None:
+        """Peaks and squares over a step: Simpson's rule on eight parts of what is short beside every rate."""
+        weights = (1, 4, 2, 4, 2, 4, 2, 4, 1)
+        for i, weight in enumerate(weights):
+            h = span * i / 8
+            v = _value(u, h) - _value(base, h)
+            acceleration = _curvature(u, h)
+            self.peak = max(self.peak, abs(v))
+            self.acceleration_peak = max(self.acceleration_peak, abs(acceleration))
+            self.square += span / 24 * weight * v * v
+            self.acceleration_square += span / 24 * weight * acceleration * acceleration
 
 
 def end_state(

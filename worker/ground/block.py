@@ -10,7 +10,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import SPREAD, STATISTICS, VARIABLES, measure_name, spread_name
 from damperlab.studies.plan import Block
 from damperlab.worker.ground.comparison import spread
-from damperlab.worker.ground.design import Damper, Structure, contact_time_s
+from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import Ready, ground_response, made_ready
 from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import warm
@@ -60,8 +60,7 @@ def solve_suite_block(
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)
             motion = motion_of(source)
             ready = made_ready(structure, motion, 1.0, suite.numbers["tail_s"])
-        contact = contact_time_s(suite.contact, structure)
-        damper = Damper(force, mass, clearance, restitution, contact)
+        damper = Damper(force, mass, clearance, restitution, suite.contact)
         found = _point(suite, structure, damper, motion, scale, ready, draw_of(suite, source, point))
         for name, number in found.items():
             values[name][place] = number

@@ -20,7 +20,7 @@ from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.vocabulary import Criterion
 from damperlab.worker.ground.absorber import absorber_response
-from damperlab.worker.ground.design import Damper, Structure, contact_time_s, scale_of
+from damperlab.worker.ground.design import Damper, Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
 from damperlab.worker.scenes import Scene
 from damperlab.worker.warm import warm
@@ -53,7 +53,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
         values["particle_mass_kg"] if case in ("pid", "hybrid") else 0.0,
         values["clearance_m"],
         values["restitution"],
-        contact_time_s(asked.contact, structure_of(asked)),
+        asked.contact,
     )
 
 
@@ -70,10 +70,9 @@ def absorber_of(asked: Earthquake) -> Absorber | None:
 def scenes_of(asked: Earthquake) -> list[Scene]:
     """Scenes that the cases of a comparison need."""
     dampers = [damper_of(asked, case) for case in asked.cases if case != "tmd"]
-    contact = "instant" if asked.contact.model == "instant" else "dwell"
     return sorted(
         {
-            Scene("record", d.friction_force_n > 0.0, contact if d.particle_mass_kg > 0.0 else "")
+            Scene("record", d.friction_force_n > 0.0, d.contact.model if d.particle_mass_kg > 0.0 else "")
             for d in dampers
         }
     )

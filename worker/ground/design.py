@@ -3,9 +3,12 @@
 from dataclasses import dataclass
 from math import pi
 
-from damperlab.studies.choices import Contact, DwellContact
+from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
+from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.solver.state import Particle
+
+INSTANT = InstantContact()
 
 
 @dataclass(frozen=True)
@@ -47,20 +50,15 @@ class Damper:
         d [m], free way of the particle to either side.
     restitution : float
         e.
-    contact_time_s : float, optional
-        How long a particle stays on a wall that it strikes [s]; None where it leaves at once.
+    contact : Contact
+        What an impact is; a contact time is in units of 1/ω_n of the structure.
     """
 
     friction_force_n: float = 0.0
     particle_mass_kg: float = 0.0
     clearance_m: float = 0.0225
     restitution: float = 0.47
-    contact_time_s: float | None = None
-
-
-def contact_time_s(contact: Contact, structure: Structure) -> float | None:
-    """Contact time of a contact model [s], which has it in 1/ω_n of the structure; None where impacts take no time."""
-    return contact.contact_time / structure.omega if isinstance(contact, DwellContact) else None
+    contact: Contact = INSTANT
 
 
 @dataclass(frozen=True)
@@ -117,10 +115,11 @@ def particle_of(damper: Damper, scale: Scale) -> Particle | None:
     """The particle over the scale; None where none acts on the structure."""
     if damper.particle_mass_kg <= 0.0:
         return None
-    contact = None if damper.contact_time_s is None else damper.contact_time_s * scale.omega
+    restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg
     return Particle(
         damper.clearance_m / scale.length_m,
-        float(damper.restitution),
-        damper.particle_mass_kg / scale.mass_kg,
-        contact,
+        restitution,
+        mass_ratio,
+        contact_time_of(damper.contact),
+        wall_of(damper.contact, restitution, mass_ratio),
     )

@@ -10,20 +10,29 @@ from numpy.typing import NDArray
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
+from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.excitation.record import make_record_base, start_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.observe.record import (
+from damperlab.worker.solver.scene import Scene, make_loaded
+from damperlab.worker.solver.segments import (
+    APPROACH,
+    COLUMNS,
+    GAP,
+    RIDING,
+    SLIP,
+    START,
+    WALL,
+    Log,
+    V,
+    W,
+    empty_log,
+)
+from damperlab.worker.solver.state import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
-    RECORD_METERS,
-    RELATIVE_SQUARE,
-)
-from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.segments import COLUMNS, GAP, RIDING, SLIP, START, WALL, Log, V, W, empty_log
-from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
     COUNTS,
@@ -31,7 +40,9 @@ from damperlab.worker.solver.state import (
     IMPACT_LOSS,
     IMPACTS,
     PEAK,
+    RECORD_METERS,
     RELATIVE_PEAK,
+    RELATIVE_SQUARE,
     SPEED,
     SQUARE,
     STUCK,
@@ -67,7 +78,7 @@ class GroundResponse:
     peak_absolute_displacement_m, rms_absolute_displacement_m : float
         Of the primary mass against where it started, x; the base's own displacement is the record integrated twice.
     peak_absolute_acceleration_m_s2, rms_absolute_acceleration_m_s2 : float
-        x'', between impacts: an impact at once has no finite acceleration.
+        x'', in contact with a compliant wall too; an impact at once has no finite acceleration and is left out.
     impacts : int
         Number of impacts.
     impact_speed_max_m_s : float
@@ -197,7 +208,7 @@ def _march(
     friction = friction_of(damper, scale)
     particle = particle_of(damper, scale)
     base, free = ready or made_ready(structure, motion, factor, tail_s)
-    loaded = None if particle is None else make_medium(base, 1.0 + particle.mass_ratio, None)
+    loaded = None if particle is None else make_loaded(base, particle, None)
     counts = np.zeros(COUNTS, np.int64)
     scene = Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
     time = base.windows * base.window
@@ -265,10 +276,10 @@ def _history(
     """Read the states at the segments' starts, and at the end."""
     rows = log.rows[: min(int(log.cursor[0]), log.rows.shape[0])]
     time = base.windows * base.window
-    read = [START, V, W, SLIP, WALL, GAP, RIDING]
+    read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH]
     last = np.zeros(len(COLUMNS))
-    last[read] = time, end.v, end.w, end.slip, end.wall, end.gap, end.riding
-    start, v, w, slip, wall, gap, riding = np.vstack((rows, last)).T[read]
+    last[read] = time, end.v, end.w, end.slip, end.wall, end.gap, end.riding, approach_speed(end.dwell)
+    start, v, w, slip, wall, gap, riding, approach = np.vstack((rows, last)).T[read]
     window = np.minimum((start / base.window + 1e-9).astype(int), base.windows - 1)
     since = start - window * base.window
     a = base.acceleration[window] + base.jerk[window] * since
@@ -276,8 +287,13 @@ def _history(
         base.rate[window] + since * (base.acceleration[window] / 2 + base.jerk[window] * since / 6)
     )
     offset = 0.0 if friction is None else slip * friction
-    inertia = 1.0 if particle is None else 1.0 + particle.mass_ratio * (riding > 0.0)
-    acceleration = -(2.0 * damping_ratio * w + v + offset) / inertia
+    inertia, push = 1.0, np.zeros(start.size)
+    if particle is not None and particle.wall is None:
+        inertia = 1.0 + particle.mass_ratio * (riding > 0.0)
+    elif particle is not None and particle.wall is not None:
+        pressing = particle.wall.damping * approach - particle.wall.stiffness * gap
+        push = np.where(riding > 0.0, wall * pressing, 0.0)
+    acceleration = -(2.0 * damping_ratio * w + v + offset + push) / inertia
     if friction is not None:
         acceleration = np.where(slip == 0.0, a, acceleration)
     p = np.full(start.size, nan)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.excitation.base import point_at
+from damperlab.worker.solver.excitation.base import drive_of, point_at
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact import make_contact, point_contact
 from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, point_medium
@@ -105,7 +105,7 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
     """`Medium` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
     if particle.wall is None:
         return make_medium(base, 1.0 + particle.mass_ratio, energies)
-    return make_contact(base, particle, particle.wall)
+    return make_contact(drive_of(base), particle, particle.wall)
 
 
 @inlined

@@ -189,6 +189,12 @@ PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
 METERS = 9
 
+# What the meter of a record has besides.
+RELATIVE_SQUARE = METERS  # ∫ v² dτ
+ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
+ACCELERATION_PEAK = METERS + 2  # largest |u''|
+RECORD_METERS = METERS + 3
+
 
 class Meter(NamedTuple):
     """What a march measures: peaks, times and speeds, and where asked for the integrals of energies and squares.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import Floats, address
+from damperlab.worker.solver.motion.contact import Drive
 from damperlab.worker.solver.motion.propagator import Base, point_base
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
@@ -177,6 +178,15 @@ def acceleration_scale(base: Base | RecordBase) -> float:
     if isinstance(base, RecordBase):
         return base.largest
     return base.frequency_ratio * base.frequency_ratio
+
+
+@inlined
+def drive_of(base: Base | RecordBase) -> Drive:
+    """What the motion in contact with a compliant wall has to know of the base."""
+    if isinstance(base, RecordBase):
+        return Drive(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0)
+    r = base.frequency_ratio
+    return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 1.0, r)
 
 
 @inlined

@@ -3,9 +3,10 @@
 Written in X = x − μy and y = u − p ∓ d, with μ = β/(1 + β), K and C those of the wall over k, κ = 1/(1 + β): the contact
 force F = Ky + Cy' moves the common centre of mass only by what it changes in the spring and dashpot of the structure,
 
-    X'' = r² sin φ − κ(2ζ(X' + μy') + X + μy),    y'' = −(2ζ(X' + μy') + X + μy) − F/μ,
+    X'' = −s'' − κ(2ζ(X' + μy') + X + μy),    y'' = −(2ζ(X' + μy') + X + μy) − F/μ,
 
-so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = −r² sin φ − κF/μ.
+so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = s'' − κF/μ. The base stands for two
+coordinates more: sin φ and cos φ, or s'' and the s''' that a record keeps from sample to sample.
 
 Two sets of rows expand the motion: all of it, over spans that the fastest rate of the contact allows, and the part that is
 left when the contact has come to rest. The latter is the slow invariant subspace of the same equations, so it is exact:
@@ -28,7 +29,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.physics.contact import reduced_mass
 from damperlab.worker.solver.arrays import unit_matrix
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, Base
+from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.state import Particle, Wall
@@ -40,6 +41,33 @@ RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
 # Longest span of the whole motion, in units of the contact's own rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates from which fast and slow are told apart
+
+
+class Drive(NamedTuple):
+    """What the motion in contact has to know of the base, whose two coordinates are its `Phase.first` and `second`.
+
+    Attributes
+    ----------
+    two_zeta, window : float
+        2ζ of the structure, and the length of a window [1/ω_n].
+    fastest : float
+        The faster of structure and excitation [ω_n].
+    first_rate, second_rate : float
+        Rate of the first coordinate over the second, and of the second over the first.
+    push : float
+        −s'' over the first coordinate.
+    place, rate : float
+        s over the first and s' over the second; 0 for a record, whose place and rate are no coordinates.
+    """
+
+    two_zeta: float
+    window: float
+    fastest: float
+    first_rate: float
+    second_rate: float
+    push: float
+    place: float
+    rate: float
 
 
 class Pressed(NamedTuple):
@@ -112,13 +140,13 @@ class Contact(NamedTuple):
 
 
 @kernel
-def make_contact(base: Base, particle: Particle, wall: Wall) -> Contact:
+def make_contact(drive: Drive, particle: Particle, wall: Wall) -> Contact:
     """Motion in contact with a compliant wall."""
     return Contact(
-        _make_pressed(base, particle.mass_ratio, wall, False, False),
-        _make_pressed(base, particle.mass_ratio, wall, True, False),
-        _make_pressed(base, particle.mass_ratio, wall, False, True),
-        _make_pressed(base, particle.mass_ratio, wall, True, True),
+        _make_pressed(drive, particle.mass_ratio, wall, False, False),
+        _make_pressed(drive, particle.mass_ratio, wall, True, False),
+        _make_pressed(drive, particle.mass_ratio, wall, False, True),
+        _make_pressed(drive, particle.mass_ratio, wall, True, True),
         Buffers(
             np.zeros(TERMS),
             np.zeros(TERMS),
@@ -173,39 +201,38 @@ def _point(pressed: Pressed) -> Pressed:
 
 
 @kernel
-def _equations(base: Base, mass_ratio: float, wall: Wall, held: bool) -> Array:
+def _equations(drive: Drive, mass_ratio: float, wall: Wall, held: bool) -> Array:
     """The matrix of the coordinates' rates."""
-    r = base.frequency_ratio
     mu = reduced_mass(mass_ratio)
     kappa = 1.0 / (1.0 + mass_ratio)
     a = np.zeros((DIM, DIM))
-    a[2, 3] = r
-    a[3, 2] = -r
+    a[2, 3] = drive.first_rate
+    a[3, 2] = drive.second_rate
     a[4, 5] = 1.0
     if held:
-        a[5, 2] = -r * r
+        a[5, 2] = -drive.push
         a[5, 4] = -kappa * wall.stiffness / mu
         a[5, 5] = -kappa * wall.damping / mu
         return a
     a[0, 1] = 1.0
     a[1, 0] = -kappa
-    a[1, 1] = -kappa * base.two_zeta
-    a[1, 2] = r * r
+    a[1, 1] = -kappa * drive.two_zeta
+    a[1, 2] = drive.push
     a[1, 4] = -kappa * mu
-    a[1, 5] = -kappa * mu * base.two_zeta
+    a[1, 5] = -kappa * mu * drive.two_zeta
     a[5, 0] = -1.0
-    a[5, 1] = -base.two_zeta
+    a[5, 1] = -drive.two_zeta
     a[5, 4] = -(wall.stiffness / mu + mu)
-    a[5, 5] = -(wall.damping / mu + base.two_zeta * mu)
+    a[5, 5] = -(wall.damping / mu + drive.two_zeta * mu)
     return a
 
 
 @kernel
-def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between: bool) -> Pressed:
-    a = _equations(base, mass_ratio, wall, held)
+def _make_pressed(drive: Drive, mass_ratio: float, wall: Wall, held: bool, between: bool) -> Pressed:
+    a = _equations(drive, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
     fastest, slowest = contact_rates(-a[5, 4], -a[5, 5])
-    others = (1.0 + 0.5 * base.two_zeta) * max(1.0, base.frequency_ratio)
+    others = (1.0 + 0.5 * drive.two_zeta) * drive.fastest
     fast = 0
     if slowest >= _APART * others:
         fast = 2
@@ -213,12 +240,12 @@ def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between
         fast = 1
     if between:
         fast = 1 if fast == 2 and fastest >= _APART * slowest else 0
-    step = min(base.window, _LONGEST / fastest)
-    slow_step = step if fast == 0 else base.window
+    step = min(drive.window, _LONGEST / fastest)
+    slow_step = step if fast == 0 else drive.window
     rows = np.zeros(4 * DIM * TERMS)
     slow_rows = np.zeros(4 * DIM * TERMS)
     if not between:
-        _fill_rows(rows, a, unit_matrix(DIM), DIM, base, wall, share, held)
+        _fill_rows(rows, a, unit_matrix(DIM), DIM, drive, wall, share, held)
     reader = np.zeros((2, DIM))
     writer = np.zeros((DIM, 2))
     rates = np.zeros((2, 2))
@@ -255,11 +282,11 @@ def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between
         for i in range(fast):
             for j in range(n):
                 lift[n + i, j] = slow[i, j]
-        _fill_rows(slow_rows, generator, lift, n, base, wall, share, held)
+        _fill_rows(slow_rows, generator, lift, n, drive, wall, share, held)
         if fast == 2:
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
         else:
-            slow_step = min(base.window, LARGEST_WINDOW / max(1.0, 1.5 * slowest))
+            slow_step = min(drive.window, LARGEST_WINDOW / max(1.0, 1.5 * slowest))
     return Pressed(
         share,
         step,
@@ -277,9 +304,12 @@ def _make_pressed(base: Base, mass_ratio: float, wall: Wall, held: bool, between
 
 @kernel
 def _fill_rows(
-    rows: Array, generator: Array, lift: Array, units: int, base: Base, wall: Wall, share: float, held: bool
+    rows: Array, generator: Array, lift: Array, units: int, drive: Drive, wall: Wall, share: float, held: bool
 ) -> None:
-    """Taylor coefficients for each unit start; `lift` gives the six coordinates of those that `generator` moves."""
+    """Taylor coefficients for each unit start; `lift` gives the six coordinates of those that `generator` moves.
+
+    Those of x + s lack the place and the rate at which a record has the base, like its rows.
+    """
     here = np.zeros(DIM)
     following = np.zeros(DIM)
     full = np.zeros(DIM)
@@ -302,14 +332,16 @@ def _fill_rows(
                 if n == 0:
                     rows[at] = x
                     rows[absolute] = x
-                rows[absolute + n] += full[2]
+                rows[absolute + n] += drive.place * full[2]
+                if drive.place == 0.0 and n + 2 < TERMS:
+                    rows[absolute + n + 2] = -drive.push * full[2] / ((n + 1) * (n + 2))
             else:
                 rows[at + n] = x
                 if n == 0:
-                    rows[absolute] = x + full[2]
-                    rows[absolute + 1] = w + base.frequency_ratio * full[3]
+                    rows[absolute] = x + drive.place * full[2]
+                    rows[absolute + 1] = w + drive.rate * full[3]
                 if n + 2 < TERMS:
-                    acceleration = -(base.two_zeta * w + x) - push
+                    acceleration = -(drive.two_zeta * w + x) - push
                     rows[absolute + n + 2] = acceleration / ((n + 1) * (n + 2))
             for i in range(units):
                 following[i] = 0.0

@@ -9,22 +9,18 @@ from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
     FRICTION_LOSS,
-    METERS,
     PEAK,
     RELATIVE_PEAK,
+    RELATIVE_SQUARE,
     SQUARE,
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
     Meter,
 )
-
-# What the meter of a record has besides.
-RELATIVE_SQUARE = METERS  # ∫ v² dτ
-ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
-ACCELERATION_PEAK = METERS + 2  # largest |u''|
-RECORD_METERS = METERS + 3
 
 
 @kernel

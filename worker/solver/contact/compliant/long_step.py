@@ -6,7 +6,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.contact.compliant.regime import ContactRegime, Vibration, buffers_of, wall_of
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.excitation.base import Phase, expand_push
+from damperlab.worker.solver.excitation.base import Phase, RecordBase, expand_push
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact import Pressed
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
@@ -20,6 +20,7 @@ from damperlab.worker.solver.motion.taylor import (
 )
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
+    ACCELERATION_PEAK,
     NOTHING,
     PEAK,
     RELATIVE_PEAK,
@@ -123,6 +124,12 @@ def longest_step(
         if meter is not None and clear:
             # whether energies are asked for or not, so that a point has the same bits
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= TAME
+            if isinstance(base, RecordBase):
+                if not regime.sticks:
+                    most = curvature_bound(buffers.absolute, t) + (
+                        base.two_zeta * w_most + x_most + push_most
+                    )
+                    clear = clear and most <= meter.sums[ACCELERATION_PEAK]
             sign = 1.0 if rate[0] > 0.0 else -1.0
             if _least(rate, sign, t) <= w_most:
                 u_most = max(abs(buffers.absolute[0] - offset), abs(value(buffers.absolute, t) - offset))

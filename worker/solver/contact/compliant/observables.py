@@ -1,6 +1,9 @@
-"""What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly."""
+"""What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
-from damperlab.worker.jit import kernel
+A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too.
+"""
+
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.contact.compliant.regime import (
     AnyRegime,
     ContactRegime,
@@ -8,16 +11,21 @@ from damperlab.worker.solver.contact.compliant.regime import (
     buffers_of,
     wall_of,
 )
+from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact import Buffers
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS, Base
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
     PEAK,
     RELATIVE_PEAK,
+    RELATIVE_SQUARE,
     SQUARE,
     STUCK,
     VISCOUS_LOSS,
@@ -35,16 +43,17 @@ def measure_contact(
 ) -> None:
     """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals."""
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
-    square = base.frequency_ratio * base.frequency_ratio
     work = 0.0
     loss = 0.0
     mean_square = 0.0
     struck = 0.0
+    relative_square = 0.0
+    acceleration_square = 0.0
     for i in range(GAUSS):
         at = GAUSS_NODES[i] * t
         w = 0.0
         if regime.sticks:
-            transmitted = value(buffers.push, at) - square * value(buffers.shaken, at)
+            transmitted = _held_force(base, buffers, at)
         else:
             w = slope(buffers.relative, at)
             transmitted = -(base.two_zeta * w + value(buffers.relative, at))
@@ -54,6 +63,14 @@ def measure_contact(
         loss += GAUSS_WEIGHTS[i] * w * w
         mean_square += GAUSS_WEIGHTS[i] * u * u
         struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
+        if isinstance(base, RecordBase):
+            v = value(buffers.relative, at) - regime.offset
+            acceleration = transmitted - value(buffers.push, at)
+            relative_square += GAUSS_WEIGHTS[i] * v * v
+            acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
+    if isinstance(base, RecordBase):
+        sums[RELATIVE_SQUARE] += t * relative_square
+        sums[ACCELERATION_SQUARE] += t * acceleration_square
     sums[WORK_IN] += t * work
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * mean_square
@@ -65,9 +82,33 @@ def measure_contact(
             sums[FRICTION_LOSS] += scene.friction * abs(moved)  # w keeps its sign on a segment
 
 
+@inlined
+def _held_force(base: Base | RecordBase, buffers: Buffers, t: float) -> float:
+    """Force of the base on a mass that it holds against the wall, from the polynomials."""
+    if isinstance(base, RecordBase):
+        return value(buffers.push, t) + _record_acceleration(buffers, t)
+    square = base.frequency_ratio * base.frequency_ratio
+    return value(buffers.push, t) - square * value(buffers.shaken, t)
+
+
+@inlined
+def _record_acceleration(buffers: Buffers, t: float) -> float:
+    """Acceleration s'' of a record, from the polynomial of s."""
+    acceleration: float = 2.0 * buffers.shaken[2] + 6.0 * buffers.shaken[3] * t
+    return acceleration
+
+
+@kernel
+def acceleration_into(two_zeta: float, buffers: Buffers, out: Floats) -> None:
+    """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x) less the push."""
+    for n in range(ORDER):
+        out[n] = -(two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.push[n]
+    out[ORDER] = 0.0
+
+
 @kernel
 def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
-    """Raise the peaks to the largest |u| and |v| on the expanded polynomials."""
+    """Raise the peaks to the largest |u| and |v|, of a record |u''| too, on the expanded polynomials."""
     sums, offset, buffers = meter.sums, regime.offset, buffers_of(scene)
     sums[PEAK] = _largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
     if scene.friction is None:
@@ -75,6 +116,14 @@ def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None
     else:  # with friction, |v| peaks only where a segment ends
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], ends)
+    if isinstance(scene.base, RecordBase):
+        if regime.sticks:  # linear
+            ends = max(abs(_record_acceleration(buffers, 0.0)), abs(_record_acceleration(buffers, t)))
+            sums[ACCELERATION_PEAK] = max(sums[ACCELERATION_PEAK], ends)
+        else:
+            acceleration_into(scene.base.two_zeta, buffers, buffers.rate)
+            peak = sums[ACCELERATION_PEAK]
+            sums[ACCELERATION_PEAK] = _largest(buffers.rate, 0.0, t, peak, buffers.scratch)
 
 
 @kernel
@@ -153,6 +202,18 @@ def measure_vibration(
     cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
     own = x1 * x1 * j11 + 2.0 * x1 * x2 * j12 + x2 * x2 * j22
     sums[SQUARE] += 2.0 * cross + own
+    if isinstance(base, RecordBase):
+        for i in range(TERMS):
+            rate[i] = buffers.relative[i]
+        rate[0] -= regime.offset
+        cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
+        sums[RELATIVE_SQUARE] += 2.0 * cross + own
+        a1 = n1 - (wall.stiffness * u[8] + wall.damping * u[10])
+        a2 = n2 - (wall.stiffness * u[9] + wall.damping * u[11])
+        acceleration_into(base.two_zeta, buffers, rate)
+        cross = _by_parts(rate, a1, a2, t, before, after, motion.inverse, scratch)
+        own = a1 * a1 * j11 + 2.0 * a1 * a2 * j12 + a2 * a2 * j22
+        sums[ACCELERATION_SQUARE] += 2.0 * cross + own
 
 
 @kernel

@@ -153,7 +153,7 @@ def _in_contact(
             _, follows = vibration_of(start, regime.between)
             if follows:
                 scene.counts[SEGMENTS] += 1
-                expand(start, DIM - 1, regime.between.slow_rows, buffers)
+                expand(start, DIM - 1, regime.between.slow_rows, phase, scene)
                 t = min(left, regime.between.slow_step)
                 return to_event(state, phase, t, regime, scene, meter)
         if settled or left > FEWEST_STEPS * motion.step:
@@ -162,7 +162,7 @@ def _in_contact(
                 first, second = vibration
                 for i in range(DIM):
                     start[i] -= motion.writer[2 * i] * first + motion.writer[2 * i + 1] * second
-            expand(start, DIM - motion.fast, motion.slow_rows, buffers)
+            expand(start, DIM - motion.fast, motion.slow_rows, phase, scene)
             if settled:
                 return to_event(state, phase, t, regime, scene, meter)
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
@@ -170,7 +170,7 @@ def _in_contact(
                 return after_long_step(state, t, vibration, regime, scene, meter)
             coordinates_into(state, regime, phase, start)
         scene.counts[SEGMENTS] += 1
-    expand(start, DIM, motion.rows, buffers)
+    expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(left, motion.step), regime, scene, meter)
 
 

@@ -6,9 +6,9 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
 from damperlab.worker.solver.contact.compliant.regime import AnyRegime, ContactRegime, buffers_of, wall_of
-from damperlab.worker.solver.excitation.base import Phase, acceleration_scale, expand_push
+from damperlab.worker.solver.excitation.base import Phase, acceleration_scale, add_start_of_base, expand_push
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, Buffers, combine_rows
+from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -33,10 +33,12 @@ from damperlab.worker.solver.state import (
 
 
 @kernel
-def expand(start: Floats, units: int, rows: Floats, buffers: Buffers) -> None:
+def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) -> None:
     """Polynomials of x, x + s, y and the push into the buffers, from the first `units` coordinates."""
+    buffers = buffers_of(scene)
     combine_rows(RELATIVE, start, units, rows, buffers.relative)
     combine_rows(ABSOLUTE, start, units, rows, buffers.absolute)
+    add_start_of_base(scene.base, phase, buffers.absolute)
     combine_rows(DEPTH, start, units, rows, buffers.depth)
     combine_rows(PUSH, start, units, rows, buffers.push)
 

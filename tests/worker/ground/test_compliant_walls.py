@@ -1,0 +1,122 @@
+"""Compliant walls under a record, against a plain march, in the limit of the stiff wall, by the balance of energy."""
+
+import numpy as np
+import pytest
+from tests.oracles.compliant_wall import Recorded, Scene
+from tests.worker.ground.test_ground_response import MASS, PAPER, part
+
+from damperlab.studies.choices import CompliantContact
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.variables import Status
+from damperlab.worker.ground.design import Damper, friction_of, particle_of, scale_of
+from damperlab.worker.ground.response import ground_history, ground_response
+
+
+def compliant(contact_time: float) -> CompliantContact:
+    return CompliantContact(model="compliant", contact_time=contact_time)
+
+
+# friction alone decides, impacts alone, both; soft and overdamped walls; a heavy particle that rests on its wall
+DAMPERS = [
+    ("loma-prieta-000", 2.0, Damper(0.0, MASS, 0.0225, 0.47, compliant(0.05))),
+    ("el-centro-180", 0.0, Damper(0.41, MASS, 0.0075, 0.82, compliant(0.02))),
+    ("el-centro-180", 0.0, Damper(0.0, MASS, 0.0075, 0.2, compliant(0.3))),
+    ("northridge-090", 2.0, Damper(0.5, MASS, 0.004, 0.05, compliant(0.05))),
+    ("san-fernando-164", 2.0, Damper(0.3, 0.4, 0.001, 1e-3, compliant(0.1))),
+    ("loma-prieta-000", 2.0, Damper(0.2, 0.4, 0.02, 1.0, compliant(0.1))),
+]
+
+
+@pytest.mark.parametrize(("record_id", "start", "damper"), DAMPERS, ids=str)
+def test_a_record_agrees_with_a_plain_march(record_id: str, start: float, damper: Damper) -> None:
+    """The march rounds some 10⁴ steps, and impacts amplify; it scans at 1/40 of the fastest rate."""
+    motion = part(record_id, start, 4.0)
+    scale = scale_of(PAPER, motion, 1.0)
+    particle = particle_of(damper, scale)
+    assert particle is not None
+    assert particle.wall is not None
+    scene = Scene(
+        PAPER.damping_ratio,
+        1.0,
+        friction_of(damper, scale) or 0.0,
+        particle.clearance_ratio,
+        particle.mass_ratio,
+        *particle.wall,
+    )
+    samples = (motion.acceleration_m_s2 / motion.peak_m_s2).tolist()
+    march = Recorded(scene, samples, motion.step_s * PAPER.omega)
+    march.run()
+    found = ground_response(PAPER, damper, motion)
+    time = found.duration_s * PAPER.omega
+    assert march.impacts >= 4
+    assert found.impacts == march.impacts
+    ends = found.end_relative_displacement_m / scale.length_m
+    assert ends == pytest.approx(march.u - march.start[0], abs=1e-8)
+    peak = found.peak_relative_displacement_m / scale.length_m
+    # between the parts of a scan a peak of curvature 1 rises by at most (1/80)²/2 of its size
+    assert march.peak * (1 - 1e-9) <= peak <= march.peak * (1 + 1e-4)
+    peak = found.peak_absolute_acceleration_m_s2 / scale.acceleration_m_s2
+    assert march.acceleration_peak * (1 - 1e-9) <= peak <= march.acceleration_peak * (1 + 2e-4)
+    rms = found.rms_relative_displacement_m / scale.length_m
+    assert rms == pytest.approx((march.square / time) ** 0.5, rel=1e-8)
+    rms = found.rms_absolute_acceleration_m_s2 / scale.acceleration_m_s2
+    # Simpson's rule on parts of 1/40: (1/40)⁴/180 of the fourth derivative
+    assert rms == pytest.approx((march.acceleration_square / time) ** 0.5, rel=1e-7)
+    assert found.energy_residual < 1e-11
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.41])
+def test_stiff_walls_tend_to_the_instantaneous_law(friction: float) -> None:
+    """With order one in the contact time: a hundredth of it, a hundredth of the difference."""
+    motion = part("el-centro-180", 0.0, 3.0)
+    instant = ground_response(PAPER, Damper(friction, MASS, 0.0075), motion)
+    away = []
+    for contact_time in (1e-4, 1e-6, 1e-8):
+        found = ground_response(
+            PAPER, Damper(friction, MASS, 0.0075, contact=compliant(contact_time)), motion
+        )
+        assert found.impacts == instant.impacts
+        assert found.energy_residual < 1e-9
+        away.append(abs(found.end_relative_displacement_m - instant.end_relative_displacement_m))
+    assert away[0] > 0
+    assert away[1] == pytest.approx(away[0] / 100, rel=0.1)
+    assert away[2] == pytest.approx(away[1] / 100, rel=0.1)
+
+
+@pytest.mark.parametrize("contact_time", [1e-8, 1e-5, 1e-3, 0.05, 1.0])
+@pytest.mark.parametrize("restitution", [1e-6, 1e-3, 0.2, 0.82, 1.0])
+def test_extreme_walls_keep_the_balance(contact_time: float, restitution: float) -> None:
+    motion = part("san-fernando-164", 2.0, 6.0)
+    for friction, clearance in ((0.0, 0.0075), (0.41, 0.0005)):
+        damper = Damper(friction, MASS, clearance, restitution, compliant(contact_time))
+        found = ground_response(PAPER, damper, motion)
+        assert found.status in (Status.CONVERGED, Status.TOO_MANY_EVENTS)
+        if found.status == Status.CONVERGED:
+            assert found.energy_residual < 1e-9
+
+
+def test_finer_samples_on_the_same_lines_change_nothing() -> None:
+    motion = part("loma-prieta-000", 2.0, 4.0)
+    size = motion.acceleration_m_s2.size
+    fine = np.interp(np.arange(4 * (size - 1) + 1) / 4, np.arange(size), motion.acceleration_m_s2)
+    damper = Damper(0.41, MASS, 0.0225, contact=compliant(0.02))
+    one = ground_response(PAPER, damper, motion)
+    two = ground_response(PAPER, damper, GroundMotion("fine", motion.step_s / 4, fine))
+    assert two.impacts == one.impacts
+    for name in ("peak_relative_displacement_m", "peak_absolute_acceleration_m_s2"):
+        assert two.values()[name] == pytest.approx(one.values()[name], rel=1e-9)
+    for name in ("rms_relative_displacement_m", "rms_absolute_acceleration_m_s2", "loss_impact_j"):
+        assert two.values()[name] == pytest.approx(one.values()[name], rel=1e-9)
+
+
+def test_the_history_lies_on_the_response() -> None:
+    motion = part("el-centro-180", 0.0, 4.0)
+    damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))
+    response, history = ground_history(PAPER, damper, motion)
+    assert response == ground_response(PAPER, damper, motion)
+    assert np.abs(history["relative_displacement_m"]).max() <= response.peak_relative_displacement_m
+    accelerations = np.abs(history["absolute_acceleration_m_s2"])
+    assert accelerations.max() <= response.peak_absolute_acceleration_m_s2 * (1 + 1e-12)
+    assert accelerations.max() >= 0.9 * response.peak_absolute_acceleration_m_s2
+    gap = np.abs(history["absolute_displacement_m"] - history["particle_displacement_m"])
+    assert gap.max() > damper.clearance_m  # it presses into its wall
