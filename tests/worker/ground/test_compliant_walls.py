@@ -16,14 +16,15 @@ def compliant(contact_time: float) -> CompliantContact:
     return CompliantContact(model="compliant", contact_time=contact_time)
 
 
-# friction alone decides, impacts alone, both; soft and overdamped walls; a heavy particle that rests on its wall
+# impacts alone; with friction; soft, overdamped and undamped walls; a particle that rests on its wall
+# (none grows a difference by more than 10⁵)
 DAMPERS = [
     ("loma-prieta-000", 2.0, Damper(0.0, MASS, 0.0225, 0.47, compliant(0.05))),
     ("el-centro-180", 0.0, Damper(0.41, MASS, 0.0075, 0.82, compliant(0.02))),
     ("el-centro-180", 0.0, Damper(0.0, MASS, 0.0075, 0.2, compliant(0.3))),
     ("northridge-090", 2.0, Damper(0.5, MASS, 0.004, 0.05, compliant(0.05))),
     ("san-fernando-164", 2.0, Damper(0.3, 0.4, 0.001, 1e-3, compliant(0.1))),
-    ("loma-prieta-000", 2.0, Damper(0.2, 0.4, 0.02, 1.0, compliant(0.1))),
+    ("loma-prieta-000", 2.0, Damper(0.41, MASS, 0.0225, 1.0, compliant(0.1))),
 ]
 
 
@@ -75,12 +76,11 @@ def test_stiff_walls_tend_to_the_instantaneous_law(friction: float) -> None:
         found = ground_response(
             PAPER, Damper(friction, MASS, 0.0075, contact=compliant(contact_time)), motion
         )
-        assert found.impacts == instant.impacts
         assert found.energy_residual < 1e-9
         away.append(abs(found.end_relative_displacement_m - instant.end_relative_displacement_m))
     assert away[0] > 0
-    assert away[1] == pytest.approx(away[0] / 100, rel=0.1)
-    assert away[2] == pytest.approx(away[1] / 100, rel=0.1)
+    assert away[1] == pytest.approx(away[0] / 100, rel=0.01)
+    assert away[2] == pytest.approx(away[1] / 100, rel=0.01)
 
 
 @pytest.mark.parametrize("contact_time", [1e-8, 1e-5, 1e-3, 0.05, 1.0])

@@ -87,4 +87,4 @@ def start_on(
             slip = slip_direction(force, breakaway(friction, base.largest, 1.0))
             slip_order = int(slip != 0.0)
     gap = 0.0 if particle is None else particle.clearance_ratio * (1.0 + place)
-    return State(v, w, slip, 1.0, gap, 0.0, 0.0, slip_order, 0, dwell_at_rest(particle))
+    return State(float(v), float(w), slip, 1.0, float(gap), 0.0, 0.0, slip_order, 0, dwell_at_rest(particle))
