@@ -87,12 +87,12 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
 
 
 def ranking_document(answer: xr.Dataset) -> dict[str, Any]:
-    """Put a ranking into a document: `designs_document`, or `worst_document` of a ground-motion suite."""
+    """Put a ranking into a document: `designs_document`, or `worst_document` of dampers ranked by their worst case."""
     return worst_document(answer) if "metric" in answer.attrs else designs_document(answer)
 
 
 def worst_document(answer: xr.Dataset) -> dict[str, Any]:
-    """Put a suite's ranked dampers into a document.
+    """Put dampers that are ranked by their worst case into a document.
 
     Parameters
     ----------
@@ -107,12 +107,17 @@ def worst_document(answer: xr.Dataset) -> dict[str, Any]:
     """
     names = ("rank", *(str(name) for name in answer.coords if name != "rank"), *map(str, answer.data_vars))
     rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
+    designs = [dict(zip(names, row, strict=True)) for row in rows]
+    flags = _flags("response_class")
+    for design in designs:
+        if "response_class" in design:
+            design["response_class"] = flags[str(design["response_class"])]
     said = {str(name): value for name, value in answer.attrs.items()}
     said["designs_total"] = said.pop("designs")
     return {
         "units": answer["value"].attrs["units"],
         "long_name": answer["value"].attrs["long_name"],
-        "designs": [dict(zip(names, row, strict=True)) for row in rows],
+        "designs": designs,
         "columns": columns(answer),
         **said,
     }

@@ -8,6 +8,7 @@ from fastapi import Depends, Query
 from pydantic import AfterValidator, BaseModel, ConfigDict, WithJsonSchema, create_model
 from pydantic import Field as Described
 
+from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
@@ -176,4 +177,6 @@ def _long_name(name: str) -> str:
         return DIMENSION_LONG_NAMES[name]
     if name in SUITE_DIMENSIONS:
         return SUITE_DIMENSIONS[name][1]
+    if name in AMPLITUDE_DIMENSIONS:
+        return AMPLITUDE_DIMENSIONS[name][1]
     return LONG_NAMES[name] if name in LONG_NAMES else VARIABLES[name].long_name

@@ -18,7 +18,7 @@ from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
-from damperlab.studies.kinds import SUITE, kind_of
+from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection, Varied
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
@@ -44,7 +44,7 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
         HTML; figures are in it as SVG. A study in SI units is told in them.
     """
     title = escape(record.name or record.id)
-    suite = kind_of(cube.sizes) is SUITE
+    worst_case = kind_of(cube.sizes) is not HARMONIC
     ranked = ranked_designs(cube, Judging(), Ranking(top=TOP), lambda _: {})
     parts = [
         f"<h1>{title}</h1>",
@@ -53,17 +53,17 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
             f"{record.points_failed:,} failed."
         ),
         "<h2>Designs</h2>",
-        *_designs(cube, ranked, suite),
+        *_designs(cube, ranked, worst_case),
         "<h2>Maps</h2>",
-        *_maps(cube, None if suite else leading(ranked)),
+        *_maps(cube, None if worst_case else leading(ranked)),
     ]
-    if not suite:
+    if not worst_case:
         parts += _best(cube, ranked)
     parts += [
         "<h2>What matters</h2>",
         *_matters(cube),
         "<h2>Accuracy and cost</h2>",
-        *_cost(record, cube, suite),
+        *_cost(record, cube, worst_case),
     ]
     parts += [
         "<h2>Definition</h2>",
@@ -87,20 +87,20 @@ def _words(answer: xr.Dataset) -> Mapping[str, Any]:
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 
-def _designs(cube: xr.Dataset, ranked: xr.Dataset, suite: bool) -> Iterable[str]:
+def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable[str]:
     words = _words(ranked)
     yield from (said(sentence) for sentence in words.get("verdict", ()))
     units = _units(cube)
     names = [name for name in dimensions_of(cube) if cube.sizes[name] > 1 and name in ranked.coords]
     value = units.get("amplitude_ratio")
     columns = [
-        ("value" if suite else "amplitude_ratio", "value"),
+        ("value" if worst_case else "amplitude_ratio", "value"),
         *([("amplitude_error", "error")] if "error" in ranked else []),
         *((name, name) for name in names),
     ]
     head = ["rank", *(_head(ranked, units, name, column, value) for name, column in columns)]
     rows = [_row(ranked, units, rank, columns) for rank in range(ranked.sizes["rank"])]
-    best = None if suite else leading(ranked)
+    best = None if worst_case else leading(ranked)
     if best is not None and best["value"] != ranked["value"].values[0]:
         cells = [_number(best[column], units.get(name)) for name, column in columns]
         rows.append(("best with impacts", *cells))
@@ -220,7 +220,7 @@ def _matters(cube: xr.Dataset) -> Iterable[str]:
         yield said(_words(answer)["note"])
 
 
-def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
+def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:
     rows = [
         ("time in kernels", f"{record.kernel_seconds:.4g} s"),
         (
@@ -230,7 +230,7 @@ def _cost(record: Record, cube: xr.Dataset, suite: bool) -> Iterable[str]:
         ("points reused from earlier studies", f"{record.points_reused:,}"),
         ("finished", "not yet" if record.finished is None else f"{record.finished:%Y-%m-%d %H:%M} UTC"),
     ]
-    if not suite:
+    if not worst_case:
         try:
             found = work_precision(cube)
         except QueryFault as refused:

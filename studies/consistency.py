@@ -4,8 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from damperlab.studies.amplitudes import RATIOS_OF, over_amplitudes
 from damperlab.studies.axes import MAX_AXIS_VALUES
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from damperlab.studies.quantity import RATIOS
 from damperlab.studies.variables import STEPPED, VARIABLES, available_variables
@@ -70,7 +71,11 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     made = derivations(physical, particle=True)
     faults.extend(_given_twice(given, made))
     sources = {d.ratio: d.source for d in made}
+    crossed = over_amplitudes(physical, particle)
     required = ("clearance_ratio", "frequency_ratio") if particle else ("frequency_ratio",)
+    if crossed:
+        required = ("frequency_ratio",)
+        faults.extend(_kept_as_ratio(given, physical, particle))
     faults.extend(_required(name) for name in required if name not in given and name not in sources)
     sizes = [_size(value) for name, value in given.items() if particle or name not in OF_PARTICLE]
     ignored = {d.source for d in made if d.of_particle and not particle}
@@ -133,6 +138,21 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
             advice = f"remove `{derivation.source}` or `{ratio}`"
             told = f"{derivation.ratio} is given twice, by {{field}} and by `{ratio}`; one of them determines it."
             yield Fault(f"physical.{derivation.source}", found, allowed, advice, told)
+
+
+def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
+    """What a damper keeps over base amplitudes is a force and a length: a ratio would change the damper with the base."""
+    for source, ratio in RATIOS_OF.items():
+        if source in physical or (ratio in OF_PARTICLE and not particle):
+            continue
+        found = given.get(ratio, 0.0 if ratio == "friction_ratio" else None)
+        if ratio == "friction_ratio" and isinstance(found, int | float) and found == 0:
+            continue
+        field = f"physical.{source}" if found is None else f"axes.{ratio}"
+        allowed = f"`physical.{source}` where the base amplitude is an axis"
+        told = f"The base amplitude is an axis, so the damper needs `physical.{source}`, which stays, and no {ratio}."
+        advice = f"give `physical.{source}`" + ("" if found is None else f" and remove `axes.{ratio}`")
+        yield Fault(field, "nothing" if found is None else describe(found), allowed, advice, told)
 
 
 def _required(name: str) -> Fault:

@@ -1,6 +1,7 @@
 """A study: the question that is asked, as validated data."""
 
 import math
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -14,6 +15,8 @@ from pydantic import (
     model_validator,
 )
 
+from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
+from damperlab.studies.amplitudes import RATIOS_OF
 from damperlab.studies.axes import (
     AxisSpec,
     ClearanceRatio,
@@ -171,24 +174,41 @@ class Study(Choice):
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The six dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed; not to be written to.
+        """The dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed; not to be written to.
 
         Kept: an axis may hold a million values, and every block asks for a slice of it.
         """
         given = self.physical.values() if self.physical is not None else {}
-        made = {d.ratio: d.values(given) for d in derivations(given, self.particle)}
+        names = tuple(AMPLITUDE_DIMENSIONS) if self.over_amplitudes else DIMENSIONS
+        made = {d.ratio: d for d in derivations(given, self.particle) if d.ratio in names}
         values: dict[str, NDArray[np.float64]] = {}
-        for name in DIMENSIONS:
-            if name in OF_PARTICLE and not self.particle:
+        for name in names:
+            if RATIOS_OF.get(name, name) in OF_PARTICLE and not self.particle:
                 values[name] = np.zeros(1)
+            elif name in DIMENSIONS:
+                values[name] = made[name].values(given) if name in made else axis_values(self._spec(name))
             else:
-                values[name] = made[name] if name in made else axis_values(self._spec(name))
+                values[name] = given.get(name, np.zeros(1))
         return Coordinates(values)
+
+    @cached_property
+    def over_amplitudes(self) -> bool:
+        """Whether dampers are followed over base amplitudes, see `damperlab.studies.amplitudes`."""
+        return self.physical is not None and self.physical.over_amplitudes(self.particle)
+
+    def ratios(self, points: Mapping[str, NDArray[Any]]) -> Mapping[str, NDArray[Any]]:
+        """Return points given along the dimensions, with all six ratios among them; arrays of one shape."""
+        if not self.over_amplitudes or self.physical is None:
+            return points
+        return {**points, **self.physical.ratios_at(points, self.particle)}
 
     @property
     def labels(self) -> dict[str, dict[str, str]]:
-        """``units`` and ``long_name`` of the six dimensions."""
-        return {name: {"units": "1", "long_name": words} for name, words in DIMENSION_LONG_NAMES.items()}
+        """``units`` and ``long_name`` of the dimensions."""
+        named = {name: ("1", words) for name, words in DIMENSION_LONG_NAMES.items()}
+        if self.over_amplitudes:
+            named = AMPLITUDE_DIMENSIONS
+        return {name: {"units": unit, "long_name": words} for name, (unit, words) in named.items()}
 
     @property
     def identities(self) -> Coordinates:
@@ -207,7 +227,7 @@ class Study(Choice):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of values along each of the six dimensions."""
+        """Number of values along each dimension."""
         return tuple(len(values) for values in self.coordinates.values())
 
     @property
@@ -229,6 +249,12 @@ class Study(Choice):
         )
         if not self.particle:
             del settings["contact"]
+        if self.over_amplitudes and self.physical is not None:
+            # what force, clearance and base amplitude become as ratios
+            structure = {
+                name: self.physical.values().get(name) for name in ("mass_kg", "natural_frequency_hz")
+            }
+            settings |= {name: None if found is None else found.tolist() for name, found in structure.items()}
         return settings
 
     @property

@@ -7,6 +7,10 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from damperlab.studies.amplitudes import AMPLITUDE, over_amplitudes
+from damperlab.studies.amplitudes import DAMPER as RAY_DAMPER
+from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
+from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
@@ -27,10 +31,14 @@ class Kind:
         Every result variable that it may store, by name.
     metric : str
         What a question is about that names no result.
+    designs : tuple of str
+        The dimensions that somebody chooses; the others are what a design meets.
     uncontrolled : str
         The dimension that no designer chooses; a result is the worst over it where the question leaves it open.
     worst : str
         That sentence about a result; with ``{count}`` of the uncontrolled dimension and ``{band}`` of frequencies.
+    also : tuple of str
+        Further dimensions that no designer chooses; a map shows the worst over them too where nothing else is said.
     axes : tuple of str
         Dimensions in the order in which a map shows them where nobody names any; those of the other kind follow.
     interpolates : bool
@@ -45,22 +53,29 @@ class Kind:
     dimensions: tuple[str, ...]
     variables: Mapping[str, Variable]
     metric: str
+    designs: tuple[str, ...]
     uncontrolled: str
     worst: str
+    also: tuple[str, ...]
     axes: tuple[str, ...]
     interpolates: bool
     ranking: frozenset[str]
     instead: str
 
 
+_WORST_FREQUENCY = (
+    "The largest value over the study's {count} frequencies from {band}; frequency_ratio_at gives the frequency at "
+    "which it occurs."
+)
 HARMONIC = Kind(
     words="a harmonic study",
     dimensions=DIMENSIONS,
     variables=VARIABLES,
     metric="amplitude_ratio",
+    designs=tuple(name for name in DIMENSIONS if name != "frequency_ratio"),
     uncontrolled="frequency_ratio",
-    worst="The largest value over the study's {count} frequencies from {band}; frequency_ratio_at "
-    "gives the frequency at which it occurs.",
+    worst=_WORST_FREQUENCY,
+    also=(),
     axes=(
         "clearance_ratio",
         "friction_ratio",
@@ -80,8 +95,10 @@ SUITE = Kind(
     dimensions=tuple(SUITE_DIMENSIONS),
     variables=SUITE_VARIABLES,
     metric="peak_relative_displacement_m",
+    designs=SUITE_DAMPER,
     uncontrolled=RECORD,
     worst="The largest value over the {count} records of the suite; record_at gives the record under which it occurs.",
+    also=(),
     axes=(
         "clearance_m",
         "friction_force_n",
@@ -95,7 +112,29 @@ SUITE = Kind(
     ranking=frozenset({"metric", "records", "ranges", "top"}),
     instead="leave it out: dampers are ranked by `metric`, in their worst case over records, scales and structures",
 )
-KINDS: tuple[Kind, ...] = (HARMONIC, SUITE)
+AMPLITUDES = Kind(
+    words="a study over base amplitudes",
+    dimensions=tuple(AMPLITUDE_DIMENSIONS),
+    variables=VARIABLES,
+    metric="amplitude_ratio",
+    designs=RAY_DAMPER,
+    uncontrolled="frequency_ratio",
+    worst=_WORST_FREQUENCY,
+    also=(AMPLITUDE,),
+    axes=(
+        "clearance_m",
+        "friction_force_n",
+        "frequency_ratio",
+        AMPLITUDE,
+        "mass_ratio",
+        "restitution",
+        "damping_ratio",
+    ),
+    interpolates=True,
+    ranking=frozenset({"metric", "ranges", "top", "exclude_locked"}),
+    instead="leave it out: dampers are ranked by `metric`, in their worst case over base amplitudes and frequencies",
+)
+KINDS: tuple[Kind, ...] = (HARMONIC, SUITE, AMPLITUDES)
 
 EVERY_DIMENSION: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.dimensions))
 EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.variables))
@@ -103,9 +142,14 @@ EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for
 
 def kind_of(dimensions: Container[Any]) -> Kind:
     """Give the kind of a study by the dimensions of its cube: only a ground-motion suite has records."""
-    return SUITE if RECORD in dimensions else HARMONIC
+    if RECORD in dimensions:
+        return SUITE
+    return AMPLITUDES if AMPLITUDE in dimensions else HARMONIC
 
 
-def kind_of_definition(definition: Container[Any]) -> Kind:
+def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
     """Give the kind of a study by its definition: a ground-motion suite names its records."""
-    return SUITE if "records" in definition else HARMONIC
+    if "records" in definition:
+        return SUITE
+    crossed = over_amplitudes(definition.get("physical"), definition.get("particle", True) is not False)
+    return AMPLITUDES if crossed else HARMONIC

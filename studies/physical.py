@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, is_axis, kept_by_damper, over_amplitudes
 from damperlab.studies.axes import AxisSpec, along, axis_values
 from damperlab.studies.choices import Choice
 from damperlab.studies.faults import Fault, describe
@@ -47,7 +48,8 @@ class Physical(Choice):
     """A physical case; each entry is a number or an axis.
 
     A ratio is made where its own quantity is given: `clearance_m` makes the clearance ratio, and needs
-    `base_amplitude_m` for it.
+    `base_amplitude_m` for it. Where the base amplitude is an axis of a damper whose force and clearance stay, the study
+    is one over base amplitudes, see `damperlab.studies.amplitudes`.
     """
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
@@ -63,6 +65,33 @@ class Physical(Choice):
         """Return the given quantities, expanded."""
         given = {name: getattr(self, name) for name in type(self).model_fields}
         return {name: axis_values(spec) for name, spec in given.items() if spec is not None}
+
+    def over_amplitudes(self, particle: bool) -> bool:
+        """Whether it asks for dampers over base amplitudes."""
+        return over_amplitudes(dict(self), particle)
+
+    def ratios_at(self, points: Values, particle: bool) -> dict[str, NDArray[np.float64]]:
+        """Return the ratios of dampers at base amplitudes.
+
+        Parameters
+        ----------
+        points : mapping of ndarray
+            `clearance_m`, `friction_force_n` and `base_amplitude_m`; arrays that broadcast.
+        particle : bool
+            Whether the scene has one.
+
+        Returns
+        -------
+        dict of ndarray
+            `clearance_ratio` and `friction_ratio`, with the bits that a study of the point alone has; 0 where the damper
+            has no particle or no friction.
+        """
+        given = {**self.values(), **points}
+        kept = kept_by_damper(dict(self), particle)
+        return {
+            ratio: DERIVATIONS[ratio].law(given) + 0.0 if name in kept else 0.0 * given[AMPLITUDE]
+            for name, ratio in RATIOS_OF.items()
+        }
 
 
 @dataclass(frozen=True)
@@ -142,6 +171,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
     """Find what is wrong between the entries of a physical block; raw entries may be faulty on their own."""
     faults: list[Fault] = []
     made = derivations(raw, particle)
+    crossed = over_amplitudes(raw, particle)
     for derivation in made:
         for partner in derivation.partners:
             if partner not in raw:
@@ -151,7 +181,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
                 allowed = f"a number: {derivation.source} needs it to make {derivation.ratio}"
                 told = f"{{field}} is missing: {derivation.source} needs it to give {derivation.ratio}."
                 faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice, told))
-    axes = [name for name, value in raw.items() if isinstance(value, list | tuple | dict)]
+    axes = [name for name, value in raw.items() if is_axis(value)]
     for name in axes:
         here = f"physical.{name}"
         fed = [d.ratio for d in made if name == d.source or name in d.partners]
@@ -161,14 +191,20 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
             faults.append(
                 Fault(here, describe(raw[name]), allowed, "give one number here, or vary the ratio in `axes`")
             )
-        if len(fed) > 1:
+        if len(fed) > 1 and not (crossed and name == AMPLITUDE):
             found = f"an axis that moves {' and '.join(fed)} together"
             advice = "vary the ratios in `axes`, or submit one study for each value"
             told = f"{{field}} is an axis that changes {' and '.join(fed)} together, but an axis may change one ratio only."
             faults.append(Fault(here, found, "an axis of one ratio", advice, told))
     for derivation in made:
         several = [name for name in axes if name == derivation.source or name in derivation.partners]
-        if len(several) > 1:
+        if crossed and derivation.source in RATIOS_OF:
+            faults.extend(
+                Fault(f"physical.{name}", describe(raw[name]), "a single number where the base amplitude is an axis",
+                      "give one number, or submit one study for each value")
+                for name in several if name not in (derivation.source, AMPLITUDE)
+            )  # fmt: skip
+        elif len(several) > 1:
             faults.append(
                 Fault(f"physical.{several[-1]}", f"a second axis of {derivation.ratio} in addition to {several[0]}",
                       "one axis for each ratio", "keep one of them an axis and make the others numbers",
@@ -181,9 +217,11 @@ def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
     """Find the ratios that a physical block, valid in itself, takes out of their bounds."""
     faults: list[Fault] = []
     given = physical.values()
+    crossed = physical.over_amplitudes(particle)
     for derivation in derivations(given, particle):
         quantity = RATIOS[derivation.ratio]
-        values = derivation.values(given)
+        spans = crossed and derivation.source in RATIOS_OF
+        values = derivation.values(_corners(given, derivation.source) if spans else given)
         field = f"physical.{derivation.source}"
         wrong = [float(value) for value in (values[0], values[-1]) if not quantity.admits(float(value))]
         if wrong:
@@ -191,8 +229,14 @@ def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
             told = f"{{field}} gives {found}, which must be {quantity.allowed}."
             advice = "check the units and the sizes of the physical block"
             faults.append(Fault(field, found, quantity.allowed, advice, told))
-        elif not bool(np.all(np.diff(values) > 0.0)):
+        elif not spans and not bool(np.all(np.diff(values) > 0.0)):
             found = f"values of {derivation.ratio} that are equal in double precision"
             told = f"{{field}} gives {found}."
             faults.append(Fault(field, found, "distinct values", "use fewer values or a wider range", told))
     return faults
+
+
+def _corners(given: Values, source: str) -> Values:
+    """Return the quantities with the ends of an axis of a damper at the ends of the base amplitudes, 4 values each."""
+    ends = np.meshgrid(given[source][[0, -1]], given[AMPLITUDE][[0, -1]])
+    return {**given, source: ends[0].ravel(), AMPLITUDE: ends[1].ravel()}

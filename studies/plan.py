@@ -30,7 +30,13 @@ MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
 """More would come faster than one scheduler hands them out; see the architecture, "How large studies stay small"."""
 
-_SAMPLES = {"clearance_ratio": 7, "friction_ratio": 7, "frequency_ratio": 9, "record": 16}
+_SAMPLES = {
+    "clearance_ratio": 7,
+    "friction_ratio": 7,
+    "frequency_ratio": 9,
+    "record": 16,
+    "base_amplitude_m": 7,
+}
 """Values along a dimension at which the cost is looked at."""
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16

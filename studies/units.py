@@ -10,7 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.physical import Physical
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, RESULT_NAMES, SPEED
+from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What is multiplied with; each a number, not an axis, for what needs it."""
@@ -82,10 +85,47 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
         each.name: (each.source, each.of(cube[each.source].values), each.attributes)
         for each in coordinates_in_units(cube)
     }
-    found = cube.assign_coords(coordinates)
+    found = cube.assign_coords(coordinates | ratios_beside(cube))
     if not results:
         return found
+    along = {each.name: _result(cube[each.source] * cube[AMPLITUDE], each) for each in results_along(cube)}
+    found = found.assign({name: array.transpose(*cube["status"].dims) for name, array in along.items()})
     return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
+
+
+def results_along(cube: xr.Dataset) -> list[InUnits]:
+    """Give the results in units of a cube over base amplitudes: its factors are for each metre of the base amplitude.
+
+    Returns
+    -------
+    list of InUnits
+        Of the sources that the cube has; none where the cube has no dimension of base amplitudes.
+    """
+    if AMPLITUDE not in cube.sizes:
+        return []
+    rate = 2.0 * math.pi * _number(_physical(cube), "natural_frequency_hz")
+    every = [InUnits(name, source, 1.0, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()]
+    every.append(InUnits(SPEED, "impact_speed_max", rate, "m s-1", RESULT_NAMES[SPEED]))
+    return [each for each in every if each.source in cube.data_vars and math.isfinite(each.factor)]
+
+
+def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
+    """Give the clearance and friction ratios of a cube over base amplitudes, over two of its dimensions each."""
+    if AMPLITUDE not in cube.sizes:
+        return {}
+    study = json.loads(cube.attrs["study"])
+    points = {name: cube[name].values[:, None] for name in RATIOS_OF} | {
+        AMPLITUDE: cube[AMPLITUDE].values[None, :]
+    }
+    ratios = Physical.model_validate(study["physical"]).ratios_at(points, study.get("particle", True))
+    return {
+        ratio: xr.Variable(
+            (name, AMPLITUDE),
+            np.broadcast_to(ratios[ratio], (cube.sizes[name], cube.sizes[AMPLITUDE])).copy(),
+            {"units": "1", "long_name": DIMENSION_LONG_NAMES[ratio]},
+        )
+        for name, ratio in RATIOS_OF.items()
+    }
 
 
 def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) -> xr.Dataset:

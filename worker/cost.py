@@ -78,6 +78,7 @@ def _suite(study: Suite, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.flo
 
 
 def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    coordinates = dict(study.ratios(coordinates))
     most = float(study.steady.max_cycles)
     ratio = coordinates["frequency_ratio"]
     rubs = coordinates["friction_ratio"] > 0.0

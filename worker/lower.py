@@ -33,11 +33,13 @@ def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
     Returns
     -------
     dict of ndarray, shape (block points,)
-        One flat array a dimension, in C order of the block.
+        One flat array for each of the six ratios, in C order of the block.
     """
-    axes = [study.coordinates[name][part] for name, part in zip(DIMENSIONS, block.slices, strict=True)]
+    axes = [axis[part] for axis, part in zip(study.coordinates.values(), block.slices, strict=True)]
     grids = np.meshgrid(*axes, indexing="ij")
-    return {name: grid.reshape(-1) for name, grid in zip(DIMENSIONS, grids, strict=True)}
+    points = {name: grid.reshape(-1) for name, grid in zip(study.coordinates, grids, strict=True)}
+    ratios = study.ratios(points)
+    return {name: ratios[name] for name in DIMENSIONS}
 
 
 def has_friction(points: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:

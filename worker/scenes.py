@@ -96,7 +96,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
         return sorted(Scene("record", f, study.contact.model if p else "") for f in forces for p in masses)
     if not isinstance(study, Study):
         raise TypeError(f"no kernels are known of a {type(study).__name__}")
-    rubs = _signs(study.coordinates["friction_ratio"])
+    rubs = _signs(study.coordinates["friction_force_n" if study.over_amplitudes else "friction_ratio"])
     rattles = {p and study.particle for p in _signs(study.coordinates["mass_ratio"])}
     if isinstance(study.solver, Rk4Solver):
         return sorted(Scene("stepped", f, "instant" if p else "") for f in rubs for p in rattles)

@@ -92,7 +92,7 @@ def response(
     check_file(output)
     if selection.interpolate and second.with_ is not None:
         raise typer.BadParameter("--interpolate and --with cannot be combined. Leave one of them out.")
-    record, cube = ask(study, data_dir, "response")
+    record, cube = ask(study, data_dir, "response", amplitudes=True)
     from damperlab.service.answers import response_document
     from damperlab.studies.answers.compared_response import compared_response
     from damperlab.studies.answers.frequency_response import frequency_response
@@ -104,7 +104,7 @@ def response(
         with working("Reading the cube"):
             answer = frequency_response(cube, selection)
     else:
-        other, its = ask(second.with_, data_dir, "response")
+        other, its = ask(second.with_, data_dir, "response", amplitudes=True)
         with working("Reading the cubes"):
             answer = compared_response(cube, its, selection)
         answer.attrs["studies"] = [record.id, other.id]
@@ -135,7 +135,7 @@ def optimum(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Rank the designs of a study, the best first; dampers of a ground-motion suite by their worst case."""
+    """Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case."""
     check_file(output)
     record, cube = ask(study, data_dir)
     from damperlab.service.answers import ranking_document
@@ -201,14 +201,16 @@ def importance(
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 
 
-def ask(study: str, data_dir: Path | None, harmonic: str = "") -> "tuple[Record, xr.Dataset]":
-    """Find a study and open its cube; `harmonic` names a question that no suite answers."""
+def ask(
+    study: str, data_dir: Path | None, harmonic: str = "", amplitudes: bool = False
+) -> "tuple[Record, xr.Dataset]":
+    """Find a study and open its cube; `harmonic` names a question that no suite answers, see `require_harmonic`."""
     from damperlab.studies.answers.suite import require_harmonic
 
     store = open_store(data_dir)
     record = store.find(study)
     if harmonic:
-        require_harmonic(record.dimensions, harmonic)
+        require_harmonic(record.dimensions, harmonic, amplitudes)
     return record, store.cube(record.id)
 
 

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.output import number
-from damperlab.studies.ground.variables import DAMPER, RECORD
-from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
@@ -138,21 +138,22 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
 
 
 def ranking_sentences(answer: "xr.Dataset") -> tuple[str, ...]:
-    """Say what a ranking means: its verdict, of a ground-motion suite the best damper and its worst case."""
+    """Say what a ranking means: its verdict, or the best damper and its worst case."""
     if "metric" in answer.attrs:
         return tuple(filter(None, (worst_sentence(answer),)))
     return tuple(words_of(answer).get("verdict", ()))
 
 
 def worst_sentence(answer: "xr.Dataset") -> str:
-    """Say which of a suite's dampers is best, and where its worst case is; nothing where none is left."""
+    """Say which damper is best, and where its worst case is; nothing where none is left."""
     if answer.sizes["rank"] == 0:
         return ""
     best = answer.isel(rank=0)
     told = {str(name): best[name].item() for name in best.coords if name != "rank"}
-    damper = ", ".join(f"{name} = {told.pop(name):.6g}" for name in DAMPER)
-    record = told.pop(RECORD)
+    damper = ", ".join(f"{name} = {told.pop(name):.6g}" for name in kind_of(told).designs)
+    record = told.pop(RECORD, None)
     case = ", ".join(f"{name} = {value:.6g}" for name, value in told.items())
+    where = f"at {case}" if record is None else f"under {record} at {case}"
     units = best["value"].attrs["units"]
     value = f"{float(best['value']):.6g}" + ("" if units == "1" else f" {units}")
-    return f"Best damper: {damper}. Its worst case, {value}, is under {record} at {case}."
+    return f"Best damper: {damper}. Its worst case, {value}, is {where}."

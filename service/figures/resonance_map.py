@@ -26,6 +26,7 @@ from damperlab.service.figures.style import (
     ticks_1_2_5,
     title_of,
 )
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 
 SMALLER_IS_BETTER = (
@@ -66,8 +67,8 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
             _fill(figure, axes, values, shown, x.values, y.values)
         handles: list[Patch | Line2D] = []
         judged = metric in SMALLER_IS_BETTER and answer.attrs.get("reduce") != "min"
-        # No designer chooses a frequency: over one, the smallest value is no optimum.
-        if judged and "frequency_ratio" not in values.dims:
+        # No designer chooses a frequency or how far the base moves: over one, the smallest value is no optimum.
+        if judged and not {"frequency_ratio", "frequency_hz", AMPLITUDE} & set(values.dims):
             handles.extend(_stars(axes, answer, x, y, shown))
         hatched = (axes, x.values, y.values)
         if locked is not None and locked.any():

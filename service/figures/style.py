@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.variables import SYMBOLS as RATIO_SYMBOLS
@@ -57,6 +58,8 @@ SYMBOLS: dict[str, str] = {
     RECORD: "",
     "scale": "scale",
     **{name: f"${symbol}$" for name, symbol in SUITE_SYMBOLS.items()},
+    AMPLITUDE: "$Z$",
+    "frequency_hz": "$f$",
 }
 """The dimensions as the paper writes them; a record goes by its own name."""
 

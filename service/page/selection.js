@@ -4,6 +4,7 @@ import { nearest } from "./numbers.js";
 
 export const FREQUENCY = "frequency_ratio";
 export const RECORD = "record";
+export const AMPLITUDE = "base_amplitude_m";
 
 /** @param {any[]} values @param {any} wanted */
 function placeOf(values, wanted) {

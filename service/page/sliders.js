@@ -1,7 +1,7 @@
 /** The point as sliders, one for each dimension that varies: what a click on the map does, keys do here. */
 
 import { checkbox, el, fill } from "./dom.js";
-import { FREQUENCY, RECORD } from "./selection.js";
+import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { NAMES, symbol } from "./vocabulary.js";
 
 /**
@@ -15,7 +15,7 @@ export function sliders(selection, shown, curves = false) {
   const place = el("fieldset", { class: "sliders" });
   /** @type {Record<string, {slider: any, output: any}>} */
   const parts = {};
-  const dimensions = selection.varied.filter((dimension) => dimension !== RECORD && (!curves || dimension !== FREQUENCY));
+  const dimensions = selection.varied.filter((dimension) => dimension !== RECORD && dimension !== AMPLITUDE && (!curves || dimension !== FREQUENCY));
   const rows = dimensions.map((dimension) => {
     const values = selection.axes[dimension];
     const output = el("output", {});

@@ -2,6 +2,7 @@
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
 import { comparisonTab } from "./comparison.js";
+import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
 import { el, fill, prose, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
@@ -11,9 +12,8 @@ import { Kept, plainly } from "./kept.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
-import { FREQUENCY, RECORD, Selection } from "./selection.js";
+import { AMPLITUDE, FREQUENCY, RECORD, Selection } from "./selection.js";
 import { Shown, unitSwitch } from "./shown.js";
-import { suiteTab } from "./suite_tab.js";
 import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
@@ -31,9 +31,9 @@ const TABS = [
   ["data", "Data", dataTab],
 ];
 
-/** What a suite can be asked: it knows no frequencies to compare over. @type {[string, string, Tab][]} */
-const SUITE_TABS = [
-  ["map", "Map and dampers", suiteTab],
+/** What can be asked of dampers that are judged by their worst case. @type {[string, string, Tab][]} */
+const DAMPER_TABS = [
+  ["map", "Map and dampers", dampersTab],
   ["data", "Data", dataTab],
 ];
 
@@ -144,7 +144,7 @@ function keepPoint({ selection, kept }) {
  * @param {Session} session
  */
 function tabList(id, current, place, session) {
-  const tabs = RECORD in session.selection.axes ? SUITE_TABS : TABS;
+  const tabs = RECORD in session.selection.axes || AMPLITUDE in session.selection.axes ? DAMPER_TABS : TABS;
   const [, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(

@@ -12,11 +12,15 @@ export const WORDS: {
   names: Record<string, string>;
   /** Dimensions that mean nothing without a particle. */
   of_particle: string[];
-  /** Dimensions in the order in which a map shows them, of a harmonic study and of a suite. */
+  /** Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over base amplitudes. */
   axes: string[];
   suite_axes: string[];
-  /** Dimensions of a suite that a designer chooses. */
+  amplitude_axes: string[];
+  /** Dimensions of a suite, and of a study over base amplitudes, that a designer chooses. */
   damper: string[];
+  amplitude_damper: string[];
+  /** Results that a study over base amplitudes has in units: the ratio that each stands for, its name for people, its unit. */
+  results_in_units: Record<string, [string, string, string]>;
   /** The design point that is computed where nothing else is said. */
   design_point: Record<string, number>;
   /** The paper's prototype in SI units, and its structure alone. */

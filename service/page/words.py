@@ -3,6 +3,8 @@
 import json
 from typing import Any
 
+from damperlab.studies.amplitudes import AMPLITUDE
+from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
@@ -10,6 +12,7 @@ from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.variables import DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
@@ -18,7 +21,7 @@ from damperlab.studies.specification.excitation import MOTIONS
 from damperlab.studies.specification.scene import EXCITATION_KEYS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
-from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES
+from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
@@ -46,11 +49,17 @@ def _words() -> dict[str, Any]:
     prototype = _prototype()
     return {
         "symbols": SYMBOLS,
-        "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _suite_names(),
+        "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _names_in_si(),
         "of_particle": OF_PARTICLE,
         "axes": HARMONIC.axes,
         "suite_axes": SUITE.axes,
+        "amplitude_axes": AMPLITUDES_KIND.axes,
         "damper": DAMPER,
+        "amplitude_damper": AMPLITUDES_KIND.designs,
+        "results_in_units": {
+            name: (source, RESULT_NAMES[name], "m/s" if name == SPEED else "m")
+            for source, name in (*AMPLITUDES.items(), ("impact_speed_max", SPEED))
+        },
         "design_point": DESIGN_POINT,
         "prototype": prototype,
         "structure": {
@@ -134,9 +143,10 @@ def _prototype() -> dict[str, float]:
     }
 
 
-def _suite_names() -> dict[str, str]:
-    """Name what only a suite has as a dimension, with its unit."""
-    return {
+def _names_in_si() -> dict[str, str]:
+    """Name what a harmonic study has not as a dimension, with its unit."""
+    amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
+    return {AMPLITUDE: f"{_capital(amplitude)} [m]"} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
         + ("" if unit == "1" else f" [{unit}]")
         for name, (unit, words) in SUITE_DIMENSIONS.items()

@@ -13,6 +13,7 @@ from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheService, TheStudy
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.ranking import ranked_designs
@@ -85,11 +86,11 @@ def ask_map(
 def ask_response(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Selection, Second], asks(Selection, Second, dimensions=DIMENSIONS)],
+    asked: Annotated[tuple[Selection, Second], asks(Selection, Second, dimensions=(*DIMENSIONS, AMPLITUDE))],
 ) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
     selection, second = asked
-    require_harmonic(study.dimensions, "frequency-response")
+    require_harmonic(study.dimensions, "frequency-response", amplitudes=True)
     cube = service.store.cube(study.id)
     if second.with_ is None:
         answer = frequency_response(cube, selection)
@@ -108,7 +109,7 @@ def ask_response(
         )
     else:
         other = service.store.find(second.with_)
-        require_harmonic(other.dimensions, "frequency-response")
+        require_harmonic(other.dimensions, "frequency-response", amplitudes=True)
         answer = compared_response(cube, service.store.cube(other.id), selection)
         answer.attrs["studies"] = [study.id, other.id]
     return answered(study, response_document(answer, selection.metric or main_metric(cube)))
@@ -126,7 +127,8 @@ def ask_designs(
 ) -> Document:
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
 
-    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures.
+    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures, those of a
+    study over base amplitudes by theirs over amplitudes and frequencies.
     """
     answer = ranked_designs(
         service.store.cube(study.id), *asked, lambda others: with_follow_ups(service, study, others)

@@ -11,7 +11,7 @@ from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import given
-from damperlab.studies.kinds import KINDS, SUITE, kind_of
+from damperlab.studies.kinds import HARMONIC, KINDS, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
@@ -19,7 +19,7 @@ Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
 
 
 def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened: Opened) -> xr.Dataset:
-    """Rank the designs of a study, the best first; the dampers of a ground-motion suite by their worst case.
+    """Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case.
 
     Parameters
     ----------
@@ -46,8 +46,10 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
         others = " or ".join(each.words for each in KINDS if name in each.ranking)
         told = f"{{field}} applies to {others}, but this study is {kind.words}."
         raise QueryFault(Fault(name.rstrip("_"), found, others, kind.instead, told))
-    if kind is SUITE:
-        return worst_case_designs(cube, ranking.metric, ranking.top, ranking.records, judging.ranges)
+    if kind is not HARMONIC:
+        return worst_case_designs(
+            cube, ranking.metric, ranking.top, ranking.records, judging.ranges, judging.exclude_locked
+        )
     if ranking.pareto is not None and ranking.with_:
         found = describe(",".join(ranking.with_))
         raise QueryFault(

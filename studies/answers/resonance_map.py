@@ -52,7 +52,8 @@ def resonance_map(
 
     A quantity is shown at its largest over the frequencies of the study unless the question says something
     else about the frequency: a map at r = 1 alone recommends designs that are terrible a few per cent away.
-    A suite is likewise shown under its worst record. With `over` both hold: the reduction is that of the worst.
+    A suite is likewise shown under its worst record, and a damper over base amplitudes at the worst of them. With
+    `over` both hold: the reduction is that of the worst.
 
     Parameters
     ----------
@@ -105,6 +106,10 @@ def resonance_map(
     used = {x, y, over, *at}
     uncontrolled = kind_of(cube.sizes).uncontrolled
     worst = not interpolate and worst_by_default(cube, used) and not coded(cube, metric)
+    if over is None and not interpolate and not coded(cube, metric):
+        over = next(
+            (name for name in kind_of(cube.sizes).also if name not in used and cube.sizes[name] > 1), None
+        )
     inner = uncontrolled if worst and over is not None else None
     if worst and over is None:
         over = uncontrolled
@@ -144,6 +149,12 @@ def resonance_map(
 
     def note(phrases: Phrases) -> dict[str, Any]:
         sentences = [say(cube, index, at, phrases)]
+        if over is not None and over in kind_of(cube.sizes).also:
+            count_of, ends = cube.sizes[over], cube[over].values[[0, -1]]
+            sentences.append(
+                f"The {reduce} over the study's {count_of} base amplitudes from {ends[0]:g} to {ends[1]:g} m; {over}_at "
+                "gives the one at which it occurs."
+            )
         if worst:
             sentences.append(say_worst(cube, phrases))
         elif FREQUENCY in index:

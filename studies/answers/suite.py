@@ -1,4 +1,4 @@
-"""What a ground-motion suite answers: its best dampers, and what to ask it instead of what only harmonic studies know."""
+"""The best dampers of a ground-motion suite or over base amplitudes, and what to ask of such studies instead of others."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.faults import QueryFault, empty_range
+from damperlab.studies.answers.nearness import inside as within
 from damperlab.studies.answers.selection import (
     check_dimension,
     check_metric,
@@ -16,20 +18,29 @@ from damperlab.studies.answers.selection import (
     count,
     dimensions_of,
     main_metric,
+    require_stored,
 )
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
-from damperlab.studies.ground.variables import DAMPER, RECORD
-from damperlab.studies.kinds import SUITE, kind_of
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.store.slabs import BUDGET, slabs
-from damperlab.studies.variables import Status
+from damperlab.studies.units import coordinates_in_units
+from damperlab.studies.variables import ResponseClass, Status
 
 MOST = 10_000
 """Most dampers in one answer."""
 
+_MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
+_LEFT_OUT = {
+    "failed": "with a case that failed",
+    "incomplete": "not computed yet",
+    "locked": "locked to the base near resonance at every base amplitude",
+}
 
-def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
-    """Raise `QueryFault` where a suite is asked for what only the response to a harmonic base has.
+
+def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = False) -> None:
+    """Raise `QueryFault` where a study is asked for what only others of the response to a harmonic base have.
 
     Parameters
     ----------
@@ -37,8 +48,21 @@ def require_harmonic(dimensions: Sequence[str], asked: str) -> None:
         Of the study.
     asked : str
         The question, as it is called.
+    amplitudes : bool
+        Whether a study over base amplitudes can be asked too.
     """
-    if kind_of(dimensions) is SUITE:
+    kind = kind_of(dimensions)
+    if kind is AMPLITUDES and not amplitudes:
+        raise QueryFault(
+            Fault(
+                "study",
+                f"{kind.words}, over {listing(dimensions)}",
+                f"a harmonic study in ratios for {asked}",
+                "ask for a map, a response or its optimal designs, or submit the study with one base amplitude",
+                f"This study is {kind.words}, and {asked} is a question about a study with one base amplitude.",
+            )
+        )
+    if kind is SUITE:
         raise QueryFault(
             Fault(
                 "study",
@@ -56,29 +80,33 @@ def worst_case_designs(
     top: int = 10,
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    exclude_locked: bool = False,
 ) -> xr.Dataset:
-    """Rank the dampers of a suite by their worst case over its records, scales and structures.
+    """Rank dampers by their worst case: over the records, scales and structures of a suite, or over base amplitudes.
 
     Parameters
     ----------
     cube : Dataset
-        A suite's cube, read a slab of dampers at a time.
+        Of a ground-motion suite or of a study over base amplitudes, read a slab of dampers at a time.
     metric : str, optional
-        What counts, the smaller the better; the peak displacement against the base if not given.
+        What counts, the smaller the better; the peak displacement against the base, or the amplitude ratio, if not given.
     top : int
         How many, 1 to `MOST`.
     records : sequence of str, optional
         Only these records count, by id or by an earthquake's name.
     ranges : mapping of (float, float), optional
         Lowest and highest value of dimensions: of the dampers that are ranked, and of the cases that count.
+    exclude_locked : bool
+        Leave out dampers whose friction locks the mass to its base at every base amplitude, near resonance.
 
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and the record, scale and
-        structure where its worst case is. Variables: `value`, and `growth` of the perturbed starts there where the suite
-        keeps it. A damper with a case that failed or was not computed is left out. Attributes: `metric`, `designs` (all
-        in the ranges), `failed`, `incomplete`, `complete`, `points`, `points_failed`, and `note`, which says it in words.
+        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of the case
+        that is its worst. Variables: `value`, and what the study keeps of that case beside it: `growth` of the perturbed
+        starts, `error` of an amplitude, `response_class`. A damper with a case that failed or was not computed is left
+        out. Attributes: `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
+        `points_failed`, and `note`, which says it in words.
 
     Raises
     ------
@@ -92,49 +120,55 @@ def worst_case_designs(
         raise QueryFault(Fault("metric", metric, "a quantity", "choose a metric that is a quantity", told))
     if not 1 <= top <= MOST:
         raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
+    damper = kind_of(cube.sizes).designs
     part = cube.isel(_counting(cube, records, ranges or {}))
-    cases = tuple(name for name in dimensions_of(part) if name not in DAMPER)
+    cases = tuple(name for name in dimensions_of(part) if name not in damper)
     extents = tuple(part.sizes[name] for name in cases)
-    shape = tuple(part.sizes[name] for name in DAMPER)
+    shape = tuple(part.sizes[name] for name in damper)
+    if exclude_locked:
+        require_stored(cube, "exclude_locked", "response_class")
     stored = dict(
         zip(dimensions_of(cube), cube["status"].encoding.get("chunks", cube["status"].shape), strict=True)
     )
-    chunks = tuple(stored[name] for name in DAMPER)
-    beside = [name for name in ("growth",) if name in part.data_vars and name != metric]
+    chunks = tuple(stored[name] for name in damper)
+    beside = _beside(part, metric)
     best: dict[str, np.ndarray] = {}
-    computed = points_failed = failed = incomplete = 0
+    computed = points_failed = failed = incomplete = locked = 0
     for box in slabs(shape, chunks, max(1, BUDGET // math.prod(extents))):
-        slab = part.isel(dict(zip(DAMPER, box, strict=True)))
-        status = _cases_last(slab["status"], cases)
+        slab = part.isel(dict(zip(damper, box, strict=True)))
+        status = _cases_last(slab["status"], damper, cases)
         counts = count(status)
         computed, points_failed = computed + counts[0], points_failed + counts[1]
         bad = (status > Status.MAX_CYCLES).any(axis=-1)
         missing = (status == Status.NOT_COMPUTED).any(axis=-1) & ~bad
         failed, incomplete = failed + int(bad.sum()), incomplete + int(missing.sum())
-        values = _cases_last(slab[metric], cases).astype(float)
+        held = _locked(slab, damper) & ~(bad | missing) if exclude_locked else np.zeros_like(bad)
+        locked += int(held.sum())
+        values = _cases_last(slab[metric], damper, cases).astype(float)
         place = np.where(np.isnan(values), -np.inf, values).argmax(axis=-1)[..., None]
         found = {"value": np.take_along_axis(values, place, -1)[..., 0], "case": place[..., 0]}
-        for name in beside:
-            found[name] = np.take_along_axis(_cases_last(slab[name], cases), place, -1)[..., 0]
+        for name, source in beside.items():
+            found[name] = np.take_along_axis(_cases_last(slab[source], damper, cases), place, -1)[..., 0]
         where = np.meshgrid(
             *(np.arange(extent)[span] for extent, span in zip(shape, box, strict=True)), indexing="ij"
         )
-        found |= dict(zip(DAMPER, where, strict=True))
-        good = ~(bad | missing)
+        found |= dict(zip(damper, where, strict=True))
+        good = ~(bad | missing | held)
         best = _best(best, {name: array[good] for name, array in found.items()}, top)
     at_case = dict(zip(cases, np.unravel_index(best["case"], extents), strict=True))
     columns: dict[str, Any] = {
         name: ("rank", part[name].values[index], part[name].attrs)
-        for name, index in ({name: best[name] for name in DAMPER} | at_case).items()
+        for name, index in ({name: best[name] for name in damper} | at_case).items()
     }
     data = {"value": ("rank", best["value"], dict(part[metric].attrs))}
-    data |= {name: ("rank", best[name], dict(part[name].attrs)) for name in beside}
+    data |= {name: ("rank", best[name], dict(part[source].attrs)) for name, source in beside.items()}
     ranked = best["value"].size
     attributes = {
         "metric": metric,
         "designs": math.prod(shape),
         "failed": failed,
         "incomplete": incomplete,
+        **({"locked": locked} if exclude_locked else {}),
         **completeness(computed, points_failed, int(part["status"].size)),
     }
     attributes["note"] = _note(part, metric, attributes, ranked)
@@ -149,10 +183,26 @@ def _best(best: dict[str, np.ndarray], found: dict[str, np.ndarray], top: int) -
     return {name: array[order] for name, array in found.items()}
 
 
-def _cases_last(array: xr.DataArray, cases: tuple[str, ...]) -> np.ndarray:
+def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
+    """Name what is told of a worst case beside its value, and the variables that it is read from."""
+    found = {"growth": "growth", "response_class": "response_class"}
+    if metric in ("amplitude_ratio", "amplitude_m"):
+        found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")
+    return {name: source for name, source in found.items() if source in part.data_vars and source != metric}
+
+
+def _locked(slab: xr.Dataset, damper: tuple[str, ...]) -> np.ndarray:
+    """Say which dampers are locked in every case at the frequency nearest resonance."""
+    nearest = int(np.abs(slab["frequency_ratio"].values - 1.0).argmin())
+    classes = slab["response_class"].isel(frequency_ratio=nearest)
+    met = tuple(str(name) for name in classes.dims if name not in damper)
+    return np.asarray((_cases_last(classes, damper, met) == ResponseClass.LOCKED).all(axis=-1))
+
+
+def _cases_last(array: xr.DataArray, damper: tuple[str, ...], cases: tuple[str, ...]) -> np.ndarray:
     """Read an array with the damper's dimensions in front, and all cases along one axis."""
-    values = array.transpose(*DAMPER, *cases).values
-    return np.asarray(values.reshape(*values.shape[: len(DAMPER)], -1))
+    values = array.transpose(*damper, *cases).values
+    return np.asarray(values.reshape(*values.shape[: len(damper)], -1))
 
 
 def _counting(
@@ -166,30 +216,35 @@ def _counting(
                 advice = "leave it out for all"
                 raise QueryFault(Fault(RECORD, describe(each), f"one or more of {listing(known)}", advice))
         index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
-    for name, (low, high) in ranges.items():
-        check_dimension(cube, name, name, (RECORD,))
+    units = {each.name: each for each in coordinates_in_units(cube)}
+    for asked, (low, high) in ranges.items():
+        name = asked
+        if asked in units:
+            name, low, high = (units[asked].source, *(end / units[asked].factor for end in (low, high)))
+        check_dimension(cube, asked, name, (RECORD,))
         values = cube[name].values
-        inside = np.flatnonzero((values >= low) & (values <= high))
+        inside = np.flatnonzero(within(values, low, high))
         if not inside.size:
-            raise QueryFault(empty_range(name, name, low, high, values))
+            raise QueryFault(empty_range(asked, name, low, high, values))
         index[name] = inside
     return index
 
 
 def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -> str:
-    structures = part.sizes["natural_frequency_hz"] * part.sizes["damping_ratio"]
-    met = (
-        counted(part.sizes[RECORD], "record"),
-        counted(part.sizes["scale"], "scale"),
-        counted(structures, "structure"),
-    )
+    met: tuple[str, ...]
+    if kind_of(part.sizes) is SUITE:
+        structures = part.sizes["natural_frequency_hz"] * part.sizes["damping_ratio"]
+        met = (
+            counted(part.sizes[RECORD], "record"),
+            counted(part.sizes["scale"], "scale"),
+            counted(structures, "structure"),
+        )
+    else:
+        met = (counted(part.sizes[AMPLITUDE], "base amplitude"),)
+        met += tuple(f"{part.sizes[n]} {words}" for n, words in _MET.items() if part.sizes[n] > 1)
     long_name = part[metric].attrs.get("long_name", metric)
     sentences = [f"Ranked by the largest {long_name} over {', '.join(met)}; smaller is better."]
-    left_out = [
-        f"{said[name]} {why}"
-        for name, why in (("failed", "with a case that failed"), ("incomplete", "not computed yet"))
-        if said[name]
-    ]
+    left_out = [f"{said[name]} {why}" for name, why in _LEFT_OUT.items() if said.get(name)]
     if left_out:
         sentences.append(f"Left out of {counted(said['designs'], 'damper')}: {', '.join(left_out)}.")
     if not ranked:

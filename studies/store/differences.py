@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.faults import Fault
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.store.faults import NothingToDo
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.slabs import slabs
@@ -109,7 +110,8 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
         told = f"{newer.id} and {older.id} are different studies, not two versions of one."
         raise _no_other(f"{newer.id} and {older.id}, which are two studies", told)
     cubes = store.cube(older.id), store.cube(newer.id)
-    names = [str(name) for name in cubes[1].data_vars if name in cubes[0] and name not in NOT_RESULTS]
+    known = kind_of(cubes[1].sizes).variables
+    names = [name for name in known if all(name in cube for cube in cubes) and name not in NOT_RESULTS]
     found = Differences(
         older.id, newer.id, newer.points_total, variables=[Difference(name) for name in names]
     )

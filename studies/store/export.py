@@ -25,6 +25,11 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
     return tuple(map(str, cube.sizes if first is None else first.dims))
 
 
+def _beside(cube: xr.Dataset) -> tuple[str, ...]:
+    """Name the coordinates that lie over several dimensions of a cube."""
+    return tuple(str(name) for name in cube.coords if cube[name].ndim > 1)
+
+
 def write_netcdf(cube: xr.Dataset, path: Path) -> None:
     """Write a cube as netCDF-4; the file appears under its name when it is whole.
 
@@ -64,7 +69,12 @@ def _fill(file: Any, cube: xr.Dataset) -> None:
     for each in in_units:
         values = each.of(cube[each.source].values)
         file.create_variable(each.name, (each.source,), "f8", data=values).attrs.update(each.attributes)
-    also = {"coordinates": " ".join(each.name for each in in_units)} if in_units else {}
+    for name in _beside(cube):
+        file.create_variable(name, cube[name].dims, "f8", data=cube[name].values).attrs.update(
+            cube[name].attrs
+        )
+    named = (*(each.name for each in in_units), *_beside(cube))
+    also = {"coordinates": " ".join(named)} if named else {}
     results = {each.source: each for each in results_in_units(cube)}
     for key, variable in cube.data_vars.items():
         chunks = _chunks(variable)
@@ -132,7 +142,9 @@ def column_attributes(cube: xr.Dataset) -> dict[str, tuple[np.dtype[Any], dict[s
     """Give type and attributes of every column of a cube's table, in their order."""
     found = {name: (cube[name].dtype, dict(cube[name].attrs)) for name in dimensions_of(cube)}
     found |= {each.name: (np.dtype("f8"), dict(each.attributes)) for each in coordinates_in_units(cube)}
-    found |= {str(name): (cube[name].dtype, dict(cube[name].attrs)) for name in cube.data_vars}
+    found |= {
+        str(name): (cube[name].dtype, dict(cube[name].attrs)) for name in (*_beside(cube), *cube.data_vars)
+    }
     return found | {each.name: (np.dtype("f8"), dict(each.attributes)) for each in results_in_units(cube)}
 
 
@@ -158,6 +170,13 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
         axes = np.meshgrid(*(piece[name].values for name in dimensions), indexing="ij", copy=False)
         table = dict(zip(dimensions, axes, strict=True))
         table |= {each.name: each.of(table[each.source]) for each in coordinates}
+        table |= {name: _spread(piece, name, dimensions) for name in _beside(cube)}
         table |= {name: piece[name].values for name in names}
         table |= {each.name: each.of(table[each.source]) for each in results}
         yield {name: column.reshape(-1) for name, column in table.items()}
+
+
+def _spread(piece: xr.Dataset, name: str, dimensions: tuple[str, ...]) -> np.ndarray:
+    """Give a coordinate of some dimensions over all of them."""
+    spread, _ = xr.broadcast(piece[name], piece["status"])
+    return np.asarray(spread.transpose(*dimensions).values)

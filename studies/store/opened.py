@@ -1,5 +1,6 @@
 """A cube opened for reading: lazily, with the blocks that are done, and an error where a file is lost or damaged."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -13,6 +14,7 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.store.chunks import Marks, chunk_file, chunk_key, damaged
 from damperlab.studies.store.coding import StoredArray, StoredCoordinate
 from damperlab.studies.store.cube import block_grid, read_chunk
@@ -21,6 +23,7 @@ from damperlab.studies.store.description import DESCRIPTION, Description, descri
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.packed import block_key
 from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.units import ratios_beside, results_along
 
 
 def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Dataset:
@@ -69,8 +72,48 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks, kept))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
+    variables |= _along_amplitudes(described, shelf, marks, kept, variables)
     complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
-    return xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
+    cube = xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
+    return cube.assign_coords(ratios_beside(cube))
+
+
+def _along_amplitudes(
+    described: Description,
+    shelf: Shelf,
+    marks: Marks,
+    kept: DecodedChunks,
+    variables: Mapping[str, xr.Variable],
+) -> dict[str, xr.Variable]:
+    """Give the results in units of a study over base amplitudes, each read with its ratio."""
+    found = {}
+    for each in results_along(xr.Dataset(variables, attrs=described.attributes)):
+        array = described.arrays[each.source]
+        axis = described.dimensions.index(AMPLITUDE)
+        factors = each.factor * variables[AMPLITUDE].values
+        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), axis, factors))
+        encoding = {"chunks": array.chunks}
+        found[each.name] = xr.Variable(described.dimensions, lazy, each.attributes, encoding)
+    return found
+
+
+class _Along(BackendArray):
+    """A stored array times one factor for each place along one of its axes."""
+
+    def __init__(self, source: "_CheckedArray", axis: int, factors: np.ndarray) -> None:
+        self._source = source
+        self._axis = axis
+        self._factors = factors
+        self.shape = source.shape
+        self.dtype = np.dtype(np.float64)
+
+    def __getitem__(self, key: ExplicitIndexer) -> Any:
+        return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        factors = self._factors[key[self._axis]]
+        behind = sum(not isinstance(one, int | np.integer) for one in key[self._axis + 1 :])
+        return np.asarray(self._source.read(key) * factors.reshape(*factors.shape, *(1,) * behind))
 
 
 def _coordinate(

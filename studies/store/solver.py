@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 SOURCES: tuple[str, ...] = (
+    "studies/amplitudes.py",
     "studies/axes.py",
     "studies/choices.py",
     "studies/consistency.py",

@@ -17,6 +17,7 @@ from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.ground.suite import Suite
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.checksum import checksum
 from damperlab.studies.store.chunks import BlockDamaged
@@ -323,7 +324,8 @@ def _header(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None:
 def _trouble(cube: xr.Dataset, block: Block, expected: str | None) -> str | None:
     place = dict(zip(cube["status"].dims, block.slices, strict=True))
     try:
-        values = {str(name): array.values for name, array in cube.isel(place).data_vars.items()}
+        stored = [name for name in kind_of(cube.sizes).variables if name in cube]
+        values = {name: cube[name].isel(place).values for name in stored}
     except StoreAway:
         raise  # which says nothing of what is stored
     except BlockDamaged as error:

@@ -8,7 +8,7 @@ import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
-from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind, kind_of
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC, KINDS, SUITE, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 
@@ -22,7 +22,7 @@ def cube_of(kind: Kind) -> xr.Dataset:
     return xr.Dataset(values, axes)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite"])
+@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite", "amplitudes"])
 def test_a_kind_is_told_by_its_dimensions_and_speaks_of_its_own(kind: Kind) -> None:
     assert kind_of(kind.dimensions) is kind
     assert kind.uncontrolled in kind.dimensions
@@ -31,7 +31,7 @@ def test_a_kind_is_told_by_its_dimensions_and_speaks_of_its_own(kind: Kind) -> N
     assert kind.ranking <= {each.name for question in (Judging, Ranking) for each in fields(question)}
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite"])
+@pytest.mark.parametrize("kind", KINDS, ids=["harmonic", "suite", "amplitudes"])
 def test_the_best_of_a_kind_is_ranked_by_its_metric(kind: Kind) -> None:
     answer = ranked_designs(cube_of(kind), Judging(), Ranking(), lambda others: {})
     assert answer["value"].values.tolist() == [1.0]
@@ -44,6 +44,8 @@ def test_the_best_of_a_kind_is_ranked_by_its_metric(kind: Kind) -> None:
         (SUITE, Judging(exclude_locked=True), Ranking(), "exclude_locked"),
         (SUITE, Judging(), Ranking(pareto=("amplitude", "mass")), "pareto"),
         (SUITE, Judging(), Ranking(with_=("abc",)), "with"),
+        (AMPLITUDES, Judging("peak"), Ranking(), "objective"),
+        (AMPLITUDES, Judging(), Ranking(records=("el-centro",)), "records"),
         (HARMONIC, Judging(), Ranking(metric="amplitude_ratio"), "metric"),
         (HARMONIC, Judging(), Ranking(records=("el-centro",)), "records"),
     ],

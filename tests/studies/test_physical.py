@@ -74,11 +74,15 @@ def test_missing_partners_are_named() -> None:
     }
 
 
-def test_a_ray_through_the_grid_is_refused() -> None:
-    both = STRUCTURE | {"base_amplitude_m": [1e-3, 2e-3], "clearance_m": 0.01, "friction_force_n": 0.1}
-    assert fields(study(both, frequency_ratio=1)) == {"physical.base_amplitude_m"}
-    two = STRUCTURE | {"base_amplitude_m": [1e-3, 2e-3], "clearance_m": [0.01, 0.02]}
-    assert fields(study(two, frequency_ratio=1)) == {"physical.clearance_m"}
+def test_an_axis_that_changes_several_ratios_or_none_is_refused() -> None:
+    both = STRUCTURE | {
+        "natural_frequency_hz": [2, 3],
+        "excitation_frequency_hz": 2.5,
+        "friction_force_n": 0.1,
+    }
+    assert fields(study(both, clearance_ratio=5)) == {"physical.natural_frequency_hz"}
+    two = STRUCTURE | {"mass_kg": [1.0, 2.0], "friction_force_n": [0.1, 0.2]}
+    assert fields(study(two, clearance_ratio=5, frequency_ratio=1)) == {"physical.friction_force_n"}
     idle = STRUCTURE | {"base_amplitude_m": [1e-3, 2e-3]}
     assert fields(study(idle, clearance_ratio=5, frequency_ratio=1)) == {"physical.base_amplitude_m"}
 

@@ -1,0 +1,164 @@
+/** Dampers judged by their worst case, over the records of a suite or over base amplitudes: a measure over two dimensions, and the best of them. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { el, fill, picker, prose } from "./dom.js";
+import { figure } from "./figure.js";
+import { help } from "./help.js";
+import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
+import { short } from "./numbers.js";
+import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
+import { sliders } from "./sliders.js";
+import { NAMES } from "./vocabulary.js";
+import { WORDS } from "./words.js";
+
+const MOST = 240;
+const TOP = 10;
+
+/** What is met by a damper of a suite, and of a study over base amplitudes. */
+const SUITE = { axes: WORDS.suite_axes, damper: WORDS.damper, met: RECORD, label: "Record", page: "how-to/earthquakes/", about: "ground-motion suites" };
+const AMPLITUDES = { axes: WORDS.amplitude_axes, damper: WORDS.amplitude_damper, met: AMPLITUDE, label: "Base amplitude", page: "how-to/base-amplitudes/", about: "studies over base amplitudes" };
+
+/** @type {import("./study.js").Tab} */
+export function dampersTab(session, place) {
+  const { selection, record, words, shown } = session;
+  const kind = RECORD in selection.axes ? SUITE : AMPLITUDES;
+  const variables = kind === SUITE ? words.suite.variables : measures(session);
+  const [x, y] = [...kind.axes.filter((name) => selection.axes[name].length > 1), ...kind.axes.filter((name) => selection.axes[name].length === 1)];
+  const view = { x, y, metric: kind === SUITE ? session.variables[0] : variables[0].name, met: "" };
+  const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460 });
+  const note = el("p", { class: "quiet note" });
+  const trouble = el("div");
+  const controls = el("div", { class: "row controls" });
+  const table = el("div");
+  let asked = 0;
+
+  function drawControls() {
+    const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
+    const metrics = variables.filter((/** @type {any} */ one) => session.variables.includes(one.name));
+    const met = selection.axes[kind.met].map((value) => [String(value), kind === SUITE ? value : `${short(value)} m`]);
+    fill(
+      controls,
+      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
+      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      picker("Shown", metrics.map((/** @type {any} */ one) => [one.name, unitOf(one)]), view.metric, (metric) => change({ metric })),
+      picker(kind.label, /** @type {[string, string][]} */ ([["", "the worst of all"], ...met]), view.met, (one) => change({ met: one })),
+    );
+  }
+
+  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
+  function exchange(mine, other, name) {
+    if (view[other] === name) view[other] = view[mine];
+    view[mine] = name;
+    drawControls();
+    look();
+  }
+
+  /** @param {any} what */
+  function change(what) {
+    Object.assign(view, what);
+    look();
+    rank();
+  }
+
+  async function look() {
+    const mine = ++asked;
+    try {
+      const { met, ...plane } = view;
+      const fixed = [view.x, view.y].includes(kind.met) ? {} : { [kind.met]: met };
+      const open = [view.x, view.y, kind.met, ...(selection.worst ? [FREQUENCY] : [])];
+      const given = await ask(studyPath(record.id, "resonance-map"), { ...plane, ...fixed, most: MOST, ...selection.at(open) });
+      if (mine !== asked) return;
+      const answer = shown.map(given);
+      fill(trouble);
+      fill(note, prose(said(answer)));
+      if (answer.y.length === 1) await chart.draw(() => lineTraces(answer), () => lineLayout(answer));
+      else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, words), () => mapLayout(answer));
+    } catch (error) {
+      if (mine === asked) fill(trouble, refusalBox(error));
+    }
+  }
+
+  async function rank() {
+    if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
+    try {
+      const ranked = await ask(studyPath(record.id, "optimal-designs"), { metric: view.metric, ...only(), top: TOP });
+      fill(table, ranking(ranked));
+    } catch (error) {
+      fill(table, refusalBox(error));
+    }
+  }
+
+  /** @param {any} ranked */
+  function ranking(ranked) {
+    const columns = kind.damper.filter((name) => selection.axes[name].length > 1);
+    const suite = kind === SUITE;
+    const where = (/** @type {any} */ one) => (suite ? [one.record, short(one.scale)] : [`${short(one[AMPLITUDE])} m`, shown.value(FREQUENCY, one[FREQUENCY]), words.response_class[codeOf(one.response_class)]?.name ?? "–"]);
+    const cells = (/** @type {any} */ one) => [...columns.map((name) => shown.value(name, one[name])), short(one.value), ...where(one), ...("growth" in one ? [short(one.growth, 3)] : [])];
+    const unit = ranked.units === "1" ? "" : ` [${ranked.units}]`;
+    const heads = [...columns.map((name) => NAMES[name]), `Worst case${suite ? "" : unit}`, ...(suite ? ["under", "times"] : ["at base amplitude", "and frequency", "Response there"]), ...("growth" in ranked.columns ? ["Growth of a perturbation"] : [])];
+    return [
+      el(
+        "div",
+        { class: "scroll", tabindex: 0, role: "region", "aria-label": "Best dampers" },
+        el(
+          "table",
+          {},
+          el("thead", {}, el("tr", {}, heads.map((head) => el("th", { scope: "col" }, head)))),
+          el("tbody", {}, ranked.designs.map((/** @type {any} */ one) => el("tr", {}, cells(one).map((text) => el("td", {}, text))))),
+        ),
+      ),
+      el("p", { class: "quiet note" }, prose(ranked.note)),
+    ];
+  }
+
+  /** The one case that counts, where one is chosen. @returns {Record<string, string>} */
+  function only() {
+    if (!view.met) return {};
+    return { [kind.met]: kind === SUITE ? view.met : `${view.met},${view.met}` };
+  }
+
+  /** @param {string} name */
+  function codeOf(name) {
+    return Object.keys(words.response_class).find((code) => words.response_class[code].name === name?.replaceAll("_", " ")) ?? "";
+  }
+
+  selection.addEventListener("chosen", look);
+  session.changes.addEventListener("grown", () => place.isConnected && (look(), rank()));
+  drawControls();
+  fill(
+    place,
+    el(
+      "div",
+      { class: "study" },
+      el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, session.shown)),
+      el("section", { class: "box designs" }, help(kind.page, kind.about), el("h2", {}, "Best dampers"), table),
+    ),
+  );
+  look();
+  rank();
+}
+
+/**
+ * Results of a study over base amplitudes: in units where it is shown so, else the ratios.
+ *
+ * @param {import("./study.js").Session} session
+ */
+function measures({ words, variables, shown }) {
+  const lengths = Object.entries(WORDS.results_in_units).filter(([name]) => variables.includes(name));
+  const hidden = shown.inUnits ? lengths.map(([, [source]]) => source) : [];
+  const plain = words.variables.filter((/** @type {any} */ one) => variables.includes(one.name) && !hidden.includes(one.name));
+  const inUnits = lengths.map(([name, [, long_name, units]]) => ({ name, long_name, units, coded: false }));
+  return shown.inUnits ? [...inUnits, ...plain] : plain;
+}
+
+/** @param {{long_name: string, units: string}} variable */
+function unitOf({ long_name, units }) {
+  return units === "1" ? long_name : `${long_name} [${units}]`;
+}
+
+/** @param {any} answer */
+function said(answer) {
+  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
+  const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
+  return share + failed + answer.note;
+}

@@ -1,0 +1,56 @@
+"""Studies over base amplitudes: dampers that keep their force and clearance while the base moves more or less."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from damperlab.studies.variables import DIMENSION_LONG_NAMES
+
+AMPLITUDE = "base_amplitude_m"
+"""The dimension that no study in ratios has."""
+
+RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
+"""What a damper keeps, and the ratio that falls as the base amplitude grows."""
+
+DIMENSIONS: dict[str, tuple[str, str]] = {
+    "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),
+    "restitution": ("1", DIMENSION_LONG_NAMES["restitution"]),
+    "mass_ratio": ("1", DIMENSION_LONG_NAMES["mass_ratio"]),
+    "clearance_m": ("m", "clearance d"),
+    "friction_force_n": ("N", "friction force F_f"),
+    AMPLITUDE: ("m", "base amplitude Z"),
+    "frequency_ratio": ("1", DIMENSION_LONG_NAMES["frequency_ratio"]),
+}
+"""Unit and meaning of every dimension, in the cube's order."""
+
+DAMPER = ("restitution", "mass_ratio", "clearance_m", "friction_force_n")
+"""What somebody chooses; the other dimensions are what a damper meets."""
+
+
+def is_axis(raw: object) -> bool:
+    """Whether an entry of a physical block is more than a number: a list, or a range."""
+    return raw is not None and not isinstance(raw, int | float | str)
+
+
+def over_amplitudes(physical: object, particle: bool) -> bool:
+    """Whether a physical block asks for dampers over base amplitudes, and not for an axis of one ratio.
+
+    It does where the base amplitude is an axis that changes both ratios of a damper, or crosses an axis of its force
+    or clearance. An axis that changes one ratio alone is an axis of that ratio.
+
+    Parameters
+    ----------
+    physical : mapping or None
+        As written in a document, or as kept with a study.
+    particle : bool
+        Whether the scene has a particle; without one there is no clearance.
+    """
+    if not isinstance(physical, Mapping) or not is_axis(physical.get(AMPLITUDE)):
+        return False
+    kept = kept_by_damper(physical, particle)
+    return len(kept) == len(RATIOS_OF) or any(is_axis(value) for value in kept.values())
+
+
+def kept_by_damper(physical: Mapping[str, Any], particle: bool) -> dict[str, Any]:
+    """Give the entries of a physical block that a damper keeps while the base amplitude changes."""
+    names = [name for name in RATIOS_OF if particle or name != "clearance_m"]
+    return {name: physical[name] for name in names if physical.get(name) is not None}

@@ -1,0 +1,190 @@
+"""What is asked of dampers over base amplitudes is what numpy says of the values that were stored."""
+
+import csv
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.ranking import ranked_designs
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.suite import require_harmonic
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.questions import Judging, Ranking, Selection
+from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.export import csv_lines, write_netcdf
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.verify import verify
+from damperlab.studies.units import with_units
+from damperlab.studies.variables import ResponseClass
+
+MASS, HERTZ = 2.0, 4.0
+Z = np.array([0.001, 0.002, 0.004])
+PHYSICAL = {
+    "mass_kg": MASS,
+    "natural_frequency_hz": HERTZ,
+    "base_amplitude_m": Z.tolist(),
+    "clearance_m": [0.006, 0.01],
+    "friction_force_n": [0.5, 1.0, 1.5],
+    "excitation_frequency_hz": [3.6, 4.0, 4.4, 4.8],
+}
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, str]]:
+    folder: Path = tmp_path_factory.mktemp("amplitudes")
+    store = Store.open(folder)
+    study = parse_study({"name": "ray", "physical": PHYSICAL})
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 2, 2, 3), lambda _, at: np.ones(len(at["mass_ratio"])))
+    study_id = store.submit(study, plan, {})[0].id
+    rng = np.random.default_rng(5)
+    for index in range(plan.count):
+        block = plan.block(index)
+        values = {v.name: rng.uniform(0.5, 9.0, block.shape).astype(v.dtype) for v in stored_variables(study)}
+        values["status"] = np.zeros(block.shape, np.int8)
+        values["response_class"] = np.full(block.shape, ResponseClass.SYMMETRIC, np.int8)
+        if block.start[3] == 0 and block.start[4] == 2:  # one damper holds still at every amplitude
+            values["response_class"][:] = ResponseClass.LOCKED
+        write_region(store.cube_path(study_id), block, values)
+        store.mark(study_id, BlockOutcome(index, block.points, 0, 0.1, 0.1))
+    yield store, study_id
+    store.close()
+
+
+@pytest.fixture
+def cube(stored: tuple[Store, str]) -> xr.Dataset:
+    store, study_id = stored
+    return store.cube(study_id)
+
+
+def test_results_in_units_are_the_ratios_times_each_base_amplitude(cube: xr.Dataset) -> None:
+    ratio = cube["amplitude_ratio"].values
+    np.testing.assert_array_equal(cube["amplitude_m"].values, ratio * Z[:, None])
+    speed = 2 * np.pi * HERTZ * Z[:, None]
+    np.testing.assert_allclose(
+        cube["impact_speed_max_m_per_s"], cube["impact_speed_max"].values * speed, rtol=1e-15
+    )
+    # read in pieces, along each dimension on its own, the factors go with their places
+    part = cube["amplitude_m"].isel(base_amplitude_m=[2, 0], frequency_ratio=slice(1, 3), clearance_m=1)
+    np.testing.assert_array_equal(part.values[0, 0, 0], (ratio * Z[:, None])[0, 0, 0, 1][:, [2, 0], 1:3])
+    one = cube["amplitude_m"].isel(base_amplitude_m=1)
+    np.testing.assert_array_equal(one.values, ratio[..., 1, :] * Z[1])
+    for name, unit in (
+        ("amplitude_m", "m"),
+        ("impact_speed_max_m_per_s", "m s-1"),
+        ("amplitude_error_m", "m"),
+    ):
+        assert cube[name].attrs["units"] == unit
+
+
+def test_ratios_are_coordinates_beside_the_dimensions(cube: xr.Dataset) -> None:
+    assert cube["clearance_ratio"].dims == ("clearance_m", "base_amplitude_m")
+    np.testing.assert_array_equal(cube["clearance_ratio"], np.array([[0.006], [0.01]]) / Z)
+    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
+    np.testing.assert_allclose(
+        cube["friction_ratio"], np.array([[0.5], [1.0], [1.5]]) / (stiffness * Z), rtol=1e-15
+    )
+
+
+def test_exports_hold_dampers_ratios_and_units(cube: xr.Dataset, tmp_path: Path) -> None:
+    write_netcdf(cube, tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as back:
+        assert tuple(back["amplitude_ratio"].dims) == tuple(cube["status"].dims)
+        for name in ("clearance_ratio", "friction_ratio", "frequency_hz", "particle_mass_kg"):
+            assert name in back.coords
+        for name in ("amplitude_m", "clearance_ratio", "amplitude_ratio"):
+            np.testing.assert_array_equal(back[name], cube[name])
+        assert {back[name].attrs["units"] for name in ("base_amplitude_m", "clearance_m", "amplitude_m")} == {
+            "m"
+        }
+        rows = list(csv.DictReader(io.StringIO("".join(csv_lines(cube)))))
+        assert len(rows) == cube["status"].size
+        for name in ("base_amplitude_m", "clearance_ratio", "friction_ratio", "amplitude_m"):
+            column = (
+                xr.broadcast(back[name], back["status"])[0].transpose(*back["status"].dims).values.ravel()
+            )
+            np.testing.assert_array_equal([float(row[name]) for row in rows], column)
+    # what a client opens over HTTP has the stored arrays alone
+    plain = cube.drop_vars([name for name in cube.variables if name.endswith(("_m", "_m_per_s"))
+                            and name not in cube.dims]).drop_vars(["clearance_ratio", "friction_ratio"])  # fmt: skip
+    assert "amplitude_m" not in plain
+    again = with_units(plain)
+    for name in ("clearance_ratio", "friction_ratio", "amplitude_m", "impact_speed_max_m_per_s"):
+        assert again[name].dims == cube[name].dims
+        np.testing.assert_allclose(again[name], cube[name], rtol=1e-15)
+
+
+def test_a_store_finds_its_cube_sound(stored: tuple[Store, str]) -> None:
+    store, study_id = stored
+    assert not list(verify(store, store.find(study_id)))
+
+
+def test_a_map_of_dampers_shows_the_worst_base_amplitude_and_frequency(cube: xr.Dataset) -> None:
+    answer = resonance_map(cube, "clearance_m", "friction_force_n")
+    values = cube["amplitude_ratio"].values[0, 0, 0]
+    np.testing.assert_array_equal(answer["amplitude_ratio"], values.max(axis=(2, 3)).T)
+    where = values.max(axis=3).argmax(axis=2).T
+    np.testing.assert_array_equal(answer["base_amplitude_m_at"], Z[where])
+    assert "3 base amplitudes from 0.001 to 0.004 m" in answer.attrs["note"]
+    lengths = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m"))
+    np.testing.assert_array_equal(lengths["amplitude_m"], (values * Z[:, None]).max(axis=(2, 3)).T)
+
+
+def test_the_backbone_of_a_damper_is_a_map_over_amplitude_and_frequency(cube: xr.Dataset) -> None:
+    at = {"clearance_m": 0.01, "friction_force_n": 1.5}
+    answer = resonance_map(cube, "frequency_hz", "base_amplitude_m", Selection("amplitude_m", at))
+    assert answer["amplitude_m"].dims == ("base_amplitude_m", "frequency_hz")
+    np.testing.assert_allclose(answer["frequency_hz"], [3.6, 4.0, 4.4, 4.8], rtol=1e-15)
+    np.testing.assert_array_equal(answer["amplitude_m"], cube["amplitude_m"].values[0, 0, 0, 1, 2])
+    curve = frequency_response(cube, Selection("amplitude_m", at | {"base_amplitude_m": 0.0021}))
+    np.testing.assert_array_equal(curve["amplitude_m"], cube["amplitude_m"].values[0, 0, 0, 1, 2, 1])
+    assert "base_amplitude_m = 0.002 (the grid point nearest to the 0.0021 asked for)" in curve.attrs["note"]
+
+
+def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Dataset) -> None:
+    values = cube["amplitude_ratio"].values[0, 0, 0]
+    worst = values.max(axis=(2, 3))
+    answer = ranked_designs(cube, Judging(), Ranking(), lambda _: {})
+    np.testing.assert_array_equal(answer["value"], np.sort(worst.ravel()))
+    c, f = np.unravel_index(worst.argmin(), worst.shape)
+    a, r = np.unravel_index(values[c, f].argmax(), values[c, f].shape)
+    best = answer.isel(rank=0)
+    assert float(best["base_amplitude_m"]) == Z[a]
+    assert float(best["frequency_ratio"]) == cube["frequency_ratio"].values[r]
+    assert float(best["error"]) == cube["amplitude_error"].values[0, 0, 0, c, f, a, r]
+    free = ranked_designs(cube, Judging(exclude_locked=True), Ranking(), lambda _: {})
+    assert free.sizes["rank"] == 5
+    assert free.attrs["locked"] == 1
+    assert (0.006, 1.5) not in set(
+        zip(free["clearance_m"].values, free["friction_force_n"].values, strict=True)
+    )
+    band = ranked_designs(
+        cube,
+        Judging(ranges={"frequency_hz": (3.9, 4.5), "base_amplitude_m": (0.0015, 1)}),
+        Ranking(),
+        lambda _: {},
+    )
+    np.testing.assert_array_equal(band["value"], np.sort(values[:, :, 1:, 1:3].max(axis=(2, 3)).ravel()))
+    assert "2 base amplitudes, 2 frequencies" in band.attrs["note"]
+
+
+def test_the_base_amplitude_is_one_of_the_parameters_that_matter(cube: xr.Dataset) -> None:
+    names = importance(cube)["dimension"].values.tolist()
+    assert set(names) == {"base_amplitude_m", "clearance_m", "friction_force_n"}
+
+
+def test_questions_about_one_base_amplitude_are_refused_in_words(cube: xr.Dataset) -> None:
+    dimensions = tuple(map(str, cube["status"].dims))
+    require_harmonic(dimensions, "frequency-response", amplitudes=True)
+    with pytest.raises(
+        QueryFault, match="a study over base amplitudes, and tmd-comparison is a question about"
+    ):
+        require_harmonic(dimensions, "tmd-comparison")
