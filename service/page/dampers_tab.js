@@ -68,9 +68,10 @@ export function dampersTab(session, place) {
       const open = [view.x, view.y, kind.met, ...(selection.worst ? [FREQUENCY] : [])];
       const given = await ask(studyPath(record.id, "resonance-map"), { ...plane, ...fixed, most: MOST, ...selection.at(open) });
       if (mine !== asked) return;
-      const answer = shown.map(given);
+      const unit = given.units === "1" ? "" : ` [${given.units}]`;
+      const answer = shown.map({ ...given, long_name: given.long_name + unit });
       fill(trouble);
-      fill(note, prose(said(answer)));
+      fill(note, prose(said(answer, shown.words(given).note)));
       if (answer.y.length === 1) await chart.draw(() => lineTraces(answer), () => lineLayout(answer));
       else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, words), () => mapLayout(answer));
     } catch (error) {
@@ -156,9 +157,9 @@ function unitOf({ long_name, units }) {
   return units === "1" ? long_name : `${long_name} [${units}]`;
 }
 
-/** @param {any} answer */
-function said(answer) {
+/** @param {any} answer @param {string} note */
+function said(answer, note) {
   const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
-  return share + failed + answer.note;
+  return share + failed + note;
 }

@@ -367,6 +367,59 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     expect(page.get_by_role("region", name="Definition as JSON")).to_contain_text("northridge-360")
 
 
+def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratios(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    amplitudes = [0.0005, 0.001, 0.002]
+    study = {
+        "name": "machine floor, more or less",
+        "particle": False,
+        "damping_ratio": 0.02,
+        "physical": {
+            "mass_kg": 100.0,
+            "natural_frequency_hz": 8.0,
+            "base_amplitude_m": amplitudes,
+            "friction_force_n": [30.0, 60.0],
+            "excitation_frequency_hz": {"start": 6.4, "stop": 9.6, "num": 5},
+        },
+    }
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    asked = {"metric": "amplitude_m"}
+    address = f"/api/v1/studies/{record['id']}"
+    best = client.get(f"{address}/optimal-designs", params=asked).json()["designs"][0]
+    watched = open_page()
+    page = watched.go(f"#/studies/{record['id']}")
+    tabs = page.get_by_role("navigation", name="Parts of the study").get_by_role("link")
+    expect(tabs).to_have_text(["Map and dampers", "Data"])
+    cells = page.locator(".designs tbody tr").first.locator("td")
+    expect(cells.nth(0)).to_have_text(f"{best['friction_force_n']:g}")
+    expect(cells.nth(1)).to_have_text(f"{best['value']:.5g}")
+    expect(cells.nth(2)).to_have_text(f"{best['base_amplitude_m']:g} m")
+    expect(cells.nth(3)).to_have_text(f"{8 * best['frequency_ratio']:.5g} Hz")
+    expect(page.locator(".designs")).to_contain_text("Worst case [m]")
+    expect(page.locator(".study")).not_to_contain_text(
+        re.compile(r"X/Z|\br = |amplitude ratio|frequency ratio")
+    )
+    assert serious(page) == []
+
+    def choose(label: str, value: str) -> None:
+        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
+            "select"
+        ).select_option(value)
+
+    choose("Base amplitude", "0.001")
+    only = asked | {"base_amplitude_m": "0.001,0.001"}
+    best = client.get(f"{address}/optimal-designs", params=only).json()["designs"][0]
+    expect(cells.nth(1)).to_have_text(f"{best['value']:.5g}")
+    choose("Up", "base_amplitude_m")
+    drawn = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])[0]"
+    until(page, drawn, lambda y: y == amplitudes)
+    page.get_by_label("Quantities").select_option("ratios")
+    expect(page.locator(".designs")).to_contain_text("Worst case")
+    expect(page.locator(".designs")).not_to_contain_text("[m]")
+
+
 def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     open_page: Callable[..., Any],
 ) -> None:
