@@ -30,7 +30,8 @@ NEUTRAL = {
     "studies": "digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads unit_names "
     "user_error",
     "studies.ground": "builtin files kanai_tajimi paper question shelf",  # a record's samples are in the digest
-    "studies.store": "checksum coding cube chunks decoded definition durable faults record reuse sealed shelf solver submitter",
+    "studies.store": "checksum coding cube chunks decoded definition durable faults kept_quota record reuse sealed shelf "
+    "solver submitter",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
     "worker": "kernel_cache niceness provenance scenes warm",
 }
