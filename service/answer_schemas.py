@@ -254,6 +254,26 @@ _WORST = _object(
     base_amplitude_m=NUMBER,
     excitation={"type": ["string", "null"], "description": "Its name, where there are several."},
 )
+_FITTED = _object(
+    measured=TEXT,
+    confidence=NUMBER,
+    parameters=_by_name(
+        _object(value=NUMBER, low=NUMBER, high=NUMBER, deviation=NUMBER, range=RANGE, determined=FLAG)
+    ),
+    correlation=_by_name(_by_name(NUMBER)),
+    cannot_tell_apart=_list(TEXTS),
+    chi_square=NUMBER,
+    degrees_of_freedom=COUNT,
+    probability=NUMBER,
+    widening=NUMBER,
+    rows=_list(_by_name(NUMBER)),
+    outliers=_list(COUNT),
+    others=_list(_by_name(NUMBER)),
+    evaluations=COUNT,
+    units=_by_name(TEXT),
+    study={"type": "object", "description": "The prototype with its estimated parameters, as a study."},
+    words=TEXTS,
+)
 _DESIGN_ANSWER = _object(
     name=TEXT,
     digest=TEXT,
@@ -382,7 +402,7 @@ def answer_schemas() -> dict[str, Schema]:
             seconds={"type": "number", "minimum": 0, "description": "Since it was asked for."},
             answer=TEXT | {"description": "Path of the answer."},
         ),
-        "PromisedAnswer": {"anyOf": [of("Simulated"), of("Readiness"), of("Compared")]},
+        "PromisedAnswer": {"anyOf": [of("Simulated"), of("Readiness"), of("Compared"), of("Fitted")]},
         "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
         "GroundMotion": _object(("submitted_by",), **_GROUND_MOTION, submitted_by=TEXT),
         "GroundMotions": _object(records=_list(of("GroundMotion"))),
@@ -417,6 +437,8 @@ def answer_schemas() -> dict[str, Schema]:
             units=_by_name(TEXT),
             note=TEXT,
         ),
+        "Fitted": _FITTED,
+        "FittedOrReadiness": {"anyOf": [of("Fitted"), of("Readiness")]},
         "ComparedOrReadiness": {"anyOf": [of("Compared"), of("Readiness")]},
         "AccuracyReport": {
             "type": "object",

@@ -9,6 +9,7 @@ from damperlab.service.security.caller import SAFE_METHODS, scope_of
 from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
+from damperlab.studies.fit.document import fit_schema
 from damperlab.studies.ground.schema import suite_json_schema
 from damperlab.studies.specification.reading import named_specifications
 from damperlab.studies.specification.schema import specification_schema
@@ -186,6 +187,32 @@ COMPARISON_BODY: dict[str, Any] = {
 }
 
 
+FIT_BODY: dict[str, Any] = {
+    "required": True,
+    "description": "A measured frequency response as a table of text, what is known of the prototype, and what is estimated.",
+    "content": {
+        "application/json": {
+            "schema": {"$ref": "#/components/schemas/Fit"},
+            "examples": {
+                "friction": {
+                    "summary": "The friction of a structure without a particle",
+                    "value": {
+                        "measured": "frequency (Hz), amplitude (mm)\n2.3, 6.1\n2.4, 10.2\n2.5, 16.4\n2.6, 11.8\n2.7, 7.6\n",
+                        "structure": {
+                            "particle": False,
+                            "damping_ratio": 0.02,
+                            "physical": {"natural_frequency_hz": 2.5, "base_amplitude_m": 0.001},
+                        },
+                        "fit": {"friction_ratio": [0, 0.7]},
+                        "deviation": 0.05,
+                    },
+                },
+            },
+        }
+    },
+}
+
+
 def complete(document: dict[str, Any]) -> None:
     """Correct the framework's OpenAPI document in place.
 
@@ -202,6 +229,7 @@ def complete(document: dict[str, Any]) -> None:
         "Simulation": simulation_schema(),
         "EarthquakeComparison": comparison_schema(),
         "Specification": specification_schema(),
+        "Fit": fit_schema(),
         "Problem": PROBLEM_SCHEMA,
     }
     for some in (study.pop("$defs", {}), by_hand, answer_schemas()):

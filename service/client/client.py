@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.client.asked import explained
 from damperlab.service.client.design import Design, ask_for
 from damperlab.service.client.faults import refused
+from damperlab.service.client.fit import question
 from damperlab.service.client.results import Accuracy, Estimate, Simulation
 from damperlab.service.client.study import Study
 from damperlab.service.client.transport import Transport, body
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
     from damperlab.service.client.design import Specification
     from damperlab.service.client.earthquake import GroundRecord
+    from damperlab.service.client.fit import Ranges
     from damperlab.studies.kind import AnyStudy
 
     Definition = Mapping[str, Any] | AnyStudy | str | Path
@@ -283,6 +285,47 @@ class Client:
             With every fault of the specification: field, found, allowed, advice.
         """
         return ask_for(self._transport, specification)
+
+    def fit(
+        self,
+        measured: str | Path,
+        fit: "Ranges",
+        structure: Mapping[str, Any] | None = None,
+        *,
+        deviation: float | None = None,
+        confidence: float | None = None,
+        seed: int | None = None,
+    ) -> dict[str, Any]:
+        """Estimate parameters of a prototype from its measured frequency response, as `damperlab fit` does.
+
+        Parameters
+        ----------
+        measured : path or str
+            A table whose first line names the columns with their units; or its text, of several lines.
+        fit : mapping or iterable of str
+            What is estimated: lowest and highest value by name, None for a usual range; names alone for usual ranges.
+        structure : mapping, optional
+            What is known, written as a study is; an axis in it is estimated within it.
+        deviation : float, optional
+            Standard deviation of the amplitudes as a share of each, where the table has none.
+        confidence : float, optional
+            Of the intervals; 0.95 where nothing is said.
+        seed : int, optional
+            Of the draws.
+
+        Returns
+        -------
+        dict
+            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, ``study`` …
+
+        Raises
+        ------
+        Refused
+            With every fault of the request; or if it takes longer than a request may, which the command line does not mind.
+        """
+        document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
+        answer: dict[str, Any] = self._transport.ask("POST", "/fits", **body(document))
+        return answer
 
     def designs(self, state: State | None = None, name: str | None = None) -> list[Design]:
         """List the designs that the service keeps, newest first.

@@ -3,8 +3,11 @@
 from damperlab.service.designs import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
+from damperlab.service.fit_report import fit_document
 from damperlab.service.simulation import Asked, compute
 from damperlab.studies.design.design import designing
+from damperlab.studies.fit.document import read_fit
+from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
@@ -12,6 +15,9 @@ from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import AccelerationUnits
+from damperlab.worker.fit.estimate import fit_response
+from damperlab.worker.fit.model import scenes_of
+from damperlab.worker.scenes import Scene
 
 
 def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
@@ -22,6 +28,17 @@ def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
 def comparison_body(asked: Earthquake) -> bytes:
     """Compare dampers; the JSON of the answer."""
     return bytes(Document(answer_comparison(asked)).body)
+
+
+def fit_asked(body: bytes) -> tuple[FitQuestion, list[Scene]]:
+    """Read what is asked of a measurement, and say what it needs compiled."""
+    asked = read_fit(load_text(body, "json"))
+    return asked, scenes_of(asked)
+
+
+def fit_body(asked: FitQuestion) -> bytes:
+    """Estimate the parameters of a prototype; the JSON of the answer."""
+    return bytes(Document(fit_document(fit_response(asked))).body)
 
 
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:

@@ -12,7 +12,7 @@ from damperlab.service.documents import Document
 from damperlab.service.problems import defect
 from damperlab.service.work.promises import Promise, Promises
 
-PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons")
+PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons", "/api/v1/fits")
 """What computes for a request."""
 WAIT_SECONDS = 5.0
 """How long an answer is waited for where the client does not say."""

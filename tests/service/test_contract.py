@@ -105,6 +105,12 @@ def test_every_json_answer_has_a_schema_and_every_refusal_is_a_problem(document:
 
 
 POINT = {"frequency_ratio": 1.0, "particle": False, "friction_ratio": 0.1}
+FIT = {
+    "measured": "frequency ratio, X/Z\n0.9, 5.2\n1.0, 49.8\n1.1, 4.8\n",
+    "structure": {"particle": False, "axes": {"friction_ratio": 0}},
+    "fit": {"damping_ratio": [0.001, 0.1]},
+    "deviation": 0.05,
+}
 CHEAP: list[tuple[str, str, dict[str, Any]]] = [
     ("get", "/api/v1/catalog", {}),
     ("get", "/api/v1/records", {}),
@@ -120,6 +126,8 @@ CHEAP: list[tuple[str, str, dict[str, Any]]] = [
     ("post", "/api/v1/records", {"json": {"kanai_tajimi": {"seed": 4, "duration_s": 20, "peak_g": 0.1}}}),
     ("post", "/api/v1/earthquake-comparisons", {"json": {"record": "northridge", "cases": ["none", "tmd", "fd"]}}),
     ("post", "/api/v1/earthquake-comparisons", {"json": {}, "params": {"dry_run": True}}),
+    ("post", "/api/v1/fits", {"json": FIT}),
+    ("post", "/api/v1/fits", {"json": FIT, "params": {"dry_run": True}}),
 ]  # fmt: skip
 OF_A_CURVE: list[tuple[str, str, dict[str, Any]]] = [
     ("get", STUDY, {}),

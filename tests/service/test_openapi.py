@@ -22,6 +22,7 @@ ROUTES = {
     ("get", "/api/v1/studies/{study_id}/optimal-designs"),
     ("get", "/api/v1/studies/{study_id}/export"),
     ("post", "/api/v1/simulate"),
+    ("post", "/api/v1/fits"),
     ("get", "/health/live"),
     ("get", "/health/ready"),
     ("get", "/metrics"),

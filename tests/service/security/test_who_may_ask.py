@@ -74,6 +74,7 @@ def test_a_key_that_reads_cannot_write(guarded: Guarded) -> None:
             ("POST", "/api/v1/simulate", {"frequency_ratio": 1.0, "particle": False}),
             ("POST", "/api/v1/records", {"kanai_tajimi": {"seed": 1}}),
             ("POST", "/api/v1/earthquake-comparisons", {}),
+            ("POST", "/api/v1/fits", {}),
             ("POST", f"{STUDIES}/000000000000/cancel", None),
             ("DELETE", f"{STUDIES}/000000000000", None),
             ("POST", "/api/v1/designs", {}),

@@ -1,0 +1,35 @@
+"""A measured response sent to a service, which estimates parameters of the prototype."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from damperlab.service.client.faults import refused
+from damperlab.studies.faults import Fault, describe
+
+if TYPE_CHECKING:
+    Ranges = Mapping[str, tuple[float, float] | None] | Iterable[str]
+
+
+def question(
+    measured: str | Path, fit: "Ranges", structure: Mapping[str, Any] | None, **numbers: float | None
+) -> dict[str, Any]:
+    """Give the document of a fit; see `Client.fit`."""
+    ranges = fit if isinstance(fit, Mapping) else dict.fromkeys([fit] if isinstance(fit, str) else fit)
+    given = {name: None if span is None else [float(end) for end in span] for name, span in ranges.items()}
+    document = _measured(measured) | {"structure": dict(structure or {}), "fit": given}
+    return document | {name: value for name, value in numbers.items() if value is not None}
+
+
+def _measured(measured: str | Path) -> dict[str, str]:
+    if isinstance(measured, str) and "\n" in measured:
+        return {"measured": measured}
+    path = Path(measured)
+    try:
+        return {"measured": path.read_text(encoding="utf-8-sig"), "name": path.stem}
+    except (OSError, ValueError) as error:
+        advice = "give the path of a table in UTF-8, or the table itself as text of several lines"
+        told = f"The table {describe(str(measured))} cannot be read: {error}."
+        raise refused(
+            (Fault("measured", describe(str(measured)), "a readable file", advice, told),)
+        ) from None

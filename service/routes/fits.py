@@ -1,0 +1,37 @@
+"""Parameters of a prototype from its measured frequency response, estimated now."""
+
+from typing import Annotated
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query
+from starlette.requests import Request
+from starlette.responses import Response
+
+from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
+from damperlab.service.documents import Document
+from damperlab.service.estimates import readiness_document
+from damperlab.service.examples import FIT_BODY
+from damperlab.service.problems import documented
+from damperlab.service.state import TheService
+from damperlab.service.work.functions import fit_asked, fit_body
+
+router = APIRouter(prefix="/api/v1", tags=["fits"])
+
+
+@router.post(
+    "/fits",
+    response_class=Document,
+    responses={200: gives("FittedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
+    openapi_extra={"requestBody": FIT_BODY},
+    summary="Estimate parameters from a measured response",
+)
+async def ask_fit(request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]) -> Response:
+    """Answer what `damperlab fit --json` prints; a fit that takes longer than a request may is for the command line."""
+    media_type(request, JSON_TYPES)
+    body = await read_body(request, service.settings.body_limit_bytes)
+    asked, wanted = await service.work.run(request, fit_asked, body)
+    if query.dry_run:
+        return Document(readiness_document(wanted))
+    await run_sync(service.kernels.require, wanted, limiter=service.compiling)
+    return Response(await service.work.run(request, fit_body, asked), media_type=JSON_TYPES[0])

@@ -1,0 +1,147 @@
+"""A question to a measurement as one document: what HTTP is sent."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from damperlab.studies.definition import MAX_NAME
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.fit.asking import make_question
+from damperlab.studies.fit.measured import MOST_BYTES, Measurement, parse_measurement
+from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
+from damperlab.studies.quantity import Quantity, read_count
+
+KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed")
+MOST_SEED = 2**32 - 1
+DEVIATION = Quantity(
+    "deviation", "standard deviation as a share of each amplitude", 1e-12, 1.0, "write 0.05 for 5 %"
+)
+CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for 95 %")
+
+
+def read_fit(document: object) -> FitQuestion:
+    """Read what is asked of a measurement, with every fault at once.
+
+    Parameters
+    ----------
+    document : object
+        As read from JSON: `measured` (the text of the table), `structure` (what is known, as a study), `fit` (what is
+        estimated: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the document, or of the table and the question that it makes.
+    """
+    if not isinstance(document, Mapping):
+        advice = "write `measured`, `structure` and `fit`"
+        raise StudyFaults([Fault("body", describe(document), "a mapping", advice)])
+    faults = [unknown_key(str(key), str(key), KEYS) for key in document if key not in KEYS]
+    measured = _measured(document, faults)
+    structure = document.get("structure", {})
+    if not isinstance(structure, Mapping):
+        advice = "write names and numbers, as in a study"
+        faults.append(Fault("structure", describe(structure), "a mapping", advice))
+    ranges = _ranges(document.get("fit", {}), faults)
+    numbers: dict[str, Any] = {"deviation": None, "confidence": 0.95, "seed": 0}
+    for quantity in (DEVIATION, CONFIDENCE):
+        if document.get(quantity.name) is not None:
+            try:
+                numbers[quantity.name] = quantity.read(document[quantity.name], quantity.name)
+            except StudyFaults as error:
+                faults += error.faults
+    if document.get("seed") is not None:
+        try:
+            numbers["seed"] = read_count(document["seed"], 0, MOST_SEED, "seed")
+        except StudyFaults as error:
+            faults += error.faults
+    if faults or measured is None:
+        raise StudyFaults(faults)
+    return make_question(
+        measured,
+        structure,
+        ranges,
+        share=numbers["deviation"],
+        confidence=numbers["confidence"],
+        seed=numbers["seed"],
+    )
+
+
+def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement | None:
+    name = document.get("name", "measurement")
+    if not (isinstance(name, str) and 0 < len(name) <= MAX_NAME and name.isprintable()):
+        allowed = f"a text of 1 to {MAX_NAME} printable characters"
+        faults.append(Fault("name", describe(name), allowed, "write a short text, or leave it out"))
+    text = document.get("measured", NOTHING)
+    if not isinstance(text, str) or "measured" not in document:
+        found = describe(text) if "measured" in document else NOTHING
+        advice = "give the rows as one text, the first line with the names of the columns"
+        faults.append(Fault("measured", found, "the text of a table", advice))
+        return None
+    try:
+        return parse_measurement(text, str(name))
+    except StudyFaults as error:
+        faults += error.faults
+        return None
+
+
+def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] | None]:
+    """Read null, ``[low, high]`` or ``{start, stop}`` by name; what a name may be is judged with the question."""
+    if not isinstance(raw, Mapping):
+        advice = 'write what is estimated, as in {"friction_ratio": [0, 0.8], "restitution": null}'
+        faults.append(Fault("fit", describe(raw), "a mapping of ranges", advice))
+        return {}
+    found: dict[str, tuple[float, float] | None] = {}
+    for name, span in raw.items():
+        ends = list(span.values()) if isinstance(span, Mapping) and list(span) == ["start", "stop"] else span
+        if ends is None:
+            found[str(name)] = None
+        elif isinstance(ends, list) and len(ends) == 2 and name in NAMED:
+            try:
+                low, high = (NAMED[name].read(end, f"fit.{name}") for end in ends)
+                found[str(name)] = (low, high)
+            except StudyFaults as error:
+                faults += error.faults
+        elif name in NAMED:
+            advice = f'write "{name}": [LOW, HIGH], or null for a usual range'
+            faults.append(Fault(f"fit.{name}", describe(span), "a range", advice))
+        else:
+            found[str(name)] = None  # said to be unknown with the question
+    return found
+
+
+def fit_schema() -> dict[str, Any]:
+    """Return the JSON schema of the document."""
+
+    def span(name: str) -> dict[str, Any]:
+        ends = {"type": "array", "items": NAMED[name].schema(), "minItems": 2, "maxItems": 2}
+        return {
+            "description": f"{NAMED[name].meaning}: lowest and highest, or null for a usual range",
+            "anyOf": [ends, {"type": "null"}],
+        }
+
+    return {
+        "type": "object",
+        "required": ["measured", "fit"],
+        "additionalProperties": False,
+        "properties": {
+            "measured": {
+                "type": "string",
+                "maxLength": MOST_BYTES,
+                "description": "A table, apart by comma, semicolon or tab; its first line names the columns with units.",
+            },
+            "name": {"type": "string", "minLength": 1, "maxLength": MAX_NAME, "default": "measurement"},
+            "structure": {
+                "type": "object",
+                "description": "What is known of the prototype, written as a study is; an axis is a range to estimate within.",
+            },
+            "fit": {
+                "type": "object",
+                "description": "What is estimated.",
+                "additionalProperties": False,
+                "properties": {name: span(name) for name in FREE},
+            },
+            "deviation": DEVIATION.schema(),
+            "confidence": CONFIDENCE.schema(0.95),
+            "seed": {"type": "integer", "minimum": 0, "maximum": MOST_SEED, "default": 0},
+        },
+    }

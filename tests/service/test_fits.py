@@ -1,0 +1,90 @@
+"""Fits over HTTP and from Python: the same numbers as the command's, and the truth within their intervals."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from tests.service.cli.commands import run
+
+from damperlab.service.client import Client, Refused
+from damperlab.studies.tmd.transfer import without_absorber
+
+FITS = "/api/v1/fits"
+ZETA = 0.05
+STRUCTURE = {
+    "particle": False,
+    "axes": {"friction_ratio": 0},
+    "physical": {"natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015},
+}
+
+
+@pytest.fixture(scope="module")
+def table() -> str:
+    """A response in closed form, with 1 % of noise."""
+    noise = np.random.default_rng(7).standard_normal(21)
+    rows = ["frequency (Hz), amplitude (mm)"]
+    for r, off in zip(np.linspace(0.9, 1.1, 21), noise, strict=True):
+        rows.append(f"{2.5 * r:.6f}, {1.5 * float(without_absorber(r, ZETA)) * (1 + 0.01 * off):.6f}")
+    return "\n".join(rows) + "\n"
+
+
+def asked(table: str, **changes: Any) -> dict[str, Any]:
+    whole = {
+        "measured": table,
+        "name": "bench",
+        "structure": STRUCTURE,
+        "fit": {"damping_ratio": [0.01, 0.2]},
+        "deviation": 0.01,
+    }
+    return whole | changes
+
+
+def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
+    client: httpx.Client, service: Any, table: str, tmp_path: Path
+) -> None:
+    answer = client.post(FITS, json=asked(table))
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    damping = found["parameters"]["damping_ratio"]
+    # twice an interval of 95 % is four standard errors to either side
+    assert abs(damping["value"] - ZETA) < damping["high"] - damping["low"]
+    (tmp_path / "bench.csv").write_text(table)
+    (tmp_path / "known.json").write_text(json.dumps(STRUCTURE))
+    sought = ("--fit", "damping_ratio=0.01,0.2", "--deviation", "1%", "--structure", tmp_path / "known.json")
+    assert json.loads(run("fit", tmp_path / "bench.csv", *sought, "--json").stdout) == found
+    with Client(service.url) as mine:
+        ranges = {"damping_ratio": (0.01, 0.2)}
+        assert mine.fit(tmp_path / "bench.csv", ranges, STRUCTURE, deviation=0.01) == found
+        assert mine.fit(table, ranges, STRUCTURE, deviation=0.01)["parameters"] == found["parameters"]
+        with pytest.raises(Refused, match=r"missing\.csv"):
+            mine.fit("missing.csv", ["damping_ratio"])
+
+
+def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:
+    answer = client.post(FITS, json=asked(table), params={"dry_run": True}).raise_for_status().json()
+    assert answer["phase"] in ("ready", "compiling")
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields"),
+    [
+        ({"measured": None}, {"measured"}),
+        ({"measured": 3, "fits": {}}, {"measured", "fits"}),
+        ({"fit": ["damping_ratio"]}, {"fit"}),
+        ({"fit": {"damping_ratio": 3}}, {"fit.damping_ratio"}),
+        ({"fit": {"damping_ratio": [0.2, 0.1]}}, {"fit.damping_ratio"}),
+        ({"fit": {"damping_ratio": [0.01, 5]}}, {"fit.damping_ratio"}),
+        ({"fit": {"damping": [0.01, 0.1]}}, {"fit.damping"}),
+        ({"structure": 3, "seed": -1}, {"structure", "seed"}),
+        ({"confidence": 2, "deviation": 0, "name": ""}, {"confidence", "deviation", "name"}),
+    ],
+)
+def test_every_fault_is_named(
+    client: httpx.Client, table: str, changes: dict[str, Any], fields: set[str]
+) -> None:
+    answer = client.post(FITS, json=asked(table, **changes))
+    assert answer.status_code == 422
+    assert fields <= {fault["field"] for fault in answer.json()["errors"]}
