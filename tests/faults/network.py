@@ -1,0 +1,493 @@
+"""A fault campaign over hosts: machines die, links are cut, strangers join, and every study must end as if none of it had been.
+
+Storage (PostgreSQL and an S3 server), a scheduler, the service and three workers live in network namespaces of their own,
+under TLS. While studies are computed faults are drawn one after the other: hosts are killed, cables pulled and plugged in
+again, workers drained, servers killed and started anew, and workers join that hold other sources, no keys to the store, or no
+certificate. At the end every study is done without a failed point, and every cube equals bit for bit what the solver gives in
+one undisturbed piece (run_time aside); a done-mark that was seen once has stayed as it was.
+"""
+
+import argparse
+import json
+import os
+import pwd
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+from tests.faults.campaign import study_of
+from tests.faults.compare import compare, unexpected_files
+from tests.faults.hosts import Host, NoHosts, hosts
+from tests.faults.processes import Database, ObjectServer, Process, end_on_sigterm
+from tests.faults.report import Report
+from tests.worker.test_workers_judged import altered
+
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import collect_garbage
+from damperlab.worker.block import solve_block
+from damperlab.worker.certificates import make_certificates
+
+FAULTS = {
+    "worker host killed": 6,
+    "worker cut off": 6,
+    "worker drained": 5,
+    "stale worker joins": 3,
+    "worker without keys joins": 3,
+    "worker without certificate joins": 1,
+    "service killed": 3,
+    "service restarted": 2,
+    "service cut off": 3,
+    "scheduler killed": 1,
+    "scheduler cut off": 1,
+    "database killed": 2,
+    "objects killed": 2,
+    "storage cut off": 2,
+}
+"""How often each is drawn, relative to the others; each comes once before any comes again."""
+CUT_SECONDS = 2.0, 25.0
+"""How long a cable is out: some cuts are shorter than what the scheduler waits for a worker, some longer."""
+STAY_SECONDS = 45.0
+"""How long a stranger stays."""
+BETWEEN_SECONDS = 1.0, 8.0
+"""From one fault to the next."""
+LOOK_SECONDS = 0.3
+"""Between two looks at processes and done-marks."""
+FAULTS_WITHOUT_A_BLOCK = 6
+"""After so many the next one waits until a block is done."""
+TELL_SECONDS = 10.0
+SCHEDULER_PORT, SERVICE_PORT, DATABASE_PORT = 8786, 8000, 5432
+
+
+class PostgreSQL(Process):
+    """A PostgreSQL server that other hosts reach.
+
+    Parameters
+    ----------
+    folder : Path
+        Its data.
+    host : Host
+        Where it runs.
+    """
+
+    def __init__(self, folder: Path, host: Host) -> None:
+        made = Database(folder)
+        made.close()
+        server = made.program
+        with (folder / "pg_hba.conf").open("a") as file:
+            file.write("host all all 10.77.0.0/24 trust\n")
+        user = pwd.getpwuid(folder.stat().st_uid)
+        socket = tempfile.mkdtemp(prefix="damperlab-pg-")
+        os.chown(socket, user.pw_uid, user.pw_gid)
+        self._socket = Path(socket)
+        owner = ("setpriv", f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}", "--clear-groups")
+        place = ("-D", str(folder), "-h", host.address, "-p", str(DATABASE_PORT), "-k", socket)
+        super().__init__(folder.with_suffix(".log"), *host.inside(*owner, str(server), *place))
+        self.address = f"postgresql://postgres@{host.address}:{DATABASE_PORT}/postgres"
+
+    def kill(self) -> None:
+        """End the server and every process that serves a connection."""
+        if self._process is not None and self._process.poll() is None:
+            parent = psutil.Process(self._process.pid)
+            family = parent.children(recursive=True)
+            super().kill()
+            for process in family:
+                process.kill()
+            psutil.wait_procs(family, timeout=20)
+
+    def close(self) -> None:
+        """End it, and remove its socket."""
+        self.kill()
+        shutil.rmtree(self._socket, ignore_errors=True)
+
+
+@dataclass
+class Machine:
+    """A host and what runs on it.
+
+    Parameters
+    ----------
+    host : Host
+        Where.
+    parts : dict of Process
+        By name; kept up.
+    plugged : bool
+        Whether its cable is in.
+    """
+
+    host: Host
+    parts: dict[str, Process]
+    plugged: bool = True
+
+    def keep_up(self) -> None:
+        """Start what does not run."""
+        for part in self.parts.values():
+            part.keep_up()
+
+    def kill(self) -> None:
+        """End all that runs there."""
+        for part in self.parts.values():
+            part.kill()
+        self.host.kill()
+
+    def cut(self, seconds: float) -> None:
+        """Pull its cable for a while."""
+        if self.plugged:
+            self.plugged = False
+            self.host.cable(False)
+            threading.Timer(seconds, self._plug).start()
+
+    def _plug(self) -> None:
+        self.host.cable(True)
+        self.plugged = True
+
+
+class Campaign:
+    """One campaign.
+
+    Parameters
+    ----------
+    folder : Path
+        For data and logs.
+    found : list of Host
+        storage, scheduler, service, first, second, third, stranger; this process is on another one.
+    seed : int
+        Of the faults and when they come.
+    rows : int
+        Size of the studies, in rows of 160 points.
+    """
+
+    def __init__(self, folder: Path, found: Sequence[Host], seed: int, rows: int) -> None:
+        storage, scheduling, service, *working, stranger = found
+        self._folder, self._rows, self._random = folder, rows, random.Random(seed)
+        self._stranger = stranger
+        database = PostgreSQL(folder / "database", storage)
+        objects = ObjectServer(folder / "objects", storage)
+        self._database = database
+        make_certificates(folder / "tls")
+        certificates = {"DAMPERLAB_CLUSTER_TLS": str(folder / "tls")}
+        keys = objects.environment
+        address = f"tls://{scheduling.address}:{SCHEDULER_PORT}"
+        self._url = f"http://{service.address}:{SERVICE_PORT}"
+        files = (("ca-file", "ca"), ("cert", "cert"), ("key", "key"))
+        self._worker = (sys.executable, "-m", "damperlab", "worker", address, "--leave-within", "20")
+        python = (sys.executable, "-m")
+
+        def part(host: Host, name: str, *command: str, **environment: str) -> Machine:
+            log = folder / f"{host.name.partition('-')[2]}.log"
+            return Machine(host, {name: Process(log, *host.inside(*command), **environment)})
+
+        self._storage = Machine(storage, {"database": database, "objects": objects})
+        self._scheduler = part(
+            scheduling,
+            "scheduler",
+            *python,
+            *("dask", "scheduler", "--protocol=tls", f"--host={scheduling.address}"),
+            *(f"--port={SCHEDULER_PORT}", "--no-dashboard"),
+            *(f"--tls-{what}={folder / 'tls' / f'{name}.pem'}" for what, name in files),
+            DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL="10s",
+            DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0",
+        )
+        self._service = part(
+            service,
+            "service",
+            *python,
+            *("damperlab.service.cli.main", "serve"),
+            DAMPERLAB_WARM="false",
+            DAMPERLAB_HOST=service.address,
+            DAMPERLAB_PORT=str(SERVICE_PORT),
+            DAMPERLAB_ACCESS="open",
+            DAMPERLAB_DATA_DIR=str(folder / "data"),
+            DAMPERLAB_CATALOGUE=database.address,
+            DAMPERLAB_STORE=objects.address,
+            DAMPERLAB_SCHEDULER=address,
+            **certificates,
+            **keys,
+        )
+        self._workers = [part(host, "worker", *self._worker, **certificates, **keys) for host in working]
+        self._machines = [self._storage, self._scheduler, self._service, *self._workers]
+        stale = altered(folder / "stale", "studies/plan.py", "BLOCK_SECONDS = 2.0", "BLOCK_SECONDS = 3.0")
+        nothing = dict.fromkeys(keys, "") | {"AWS_ENDPOINT_URL": keys["AWS_ENDPOINT_URL"]}
+        self._strangers = {
+            "stale worker joins": {**certificates, **keys, "PYTHONPATH": str(stale)},
+            "worker without keys joins": {**certificates, **nothing},
+            "worker without certificate joins": {**keys, "DAMPERLAB_CLUSTER_TLS": ""},
+        }
+        self._guests: list[tuple[float, Process]] = []
+        for server in (database, objects):
+            server.keep_up()
+        os.environ.update(keys)
+        objects.wait()
+        self._store = self._opened(database.address, objects.address)
+        self._studies: dict[str, Study] = {}
+        self._marks: dict[str, dict[int, str]] = {}
+        self._done, self._unrewarded = 0, FAULTS_WITHOUT_A_BLOCK
+        self._drawn: Counter[str] = Counter()
+        self._report = Report("PostgreSQL, S3, seven hosts", seed)
+        self._began = self._told = time.monotonic()
+
+    def _opened(self, catalogue: str, place: str) -> Store:
+        give_up = time.monotonic() + 60.0
+        while True:
+            try:
+                return Store.open(self._folder / "data", catalogue, place)
+            except StoreFault:
+                if time.monotonic() > give_up:
+                    raise
+                time.sleep(0.5)
+
+    def run(self, faults: int | Sequence[str], patience: float) -> Report:
+        """Let so many faults happen, let every study end, and compare.
+
+        Parameters
+        ----------
+        faults : int or sequence of str
+            How many, or which of `FAULTS`, one after the other.
+        patience : float
+            How long the last studies may take after the last fault [s].
+        """
+        solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
+        try:
+            for fault in self._draw(faults) if isinstance(faults, int) else faults:
+                self._go_on(self._random.uniform(*BETWEEN_SECONDS))
+                while not self._going_on() or self._starving():
+                    self._go_on(LOOK_SECONDS)
+                self._do(fault)
+                self._drawn[fault] += 1
+                self._unrewarded += 1
+                self._report.kills = dict(self._drawn)
+            give_up = time.monotonic() + patience
+            while self._going_on() and time.monotonic() < give_up:
+                self._go_on(LOOK_SECONDS, submit=False)
+            while not all(machine.plugged for machine in self._machines):
+                self._go_on(LOOK_SECONDS, submit=False)
+        finally:
+            # storage goes on: what it holds is read below
+            for _, guest in self._guests:
+                guest.kill()
+            for machine in self._machines[1:]:
+                machine.kill()
+        self._finish()
+        self._store.close()
+        return self._report
+
+    def close(self) -> None:
+        """End the storage."""
+        self._storage.kill()
+        self._database.close()
+
+    def _draw(self, faults: int) -> list[str]:
+        first = list(FAULTS)
+        self._random.shuffle(first)
+        more = self._random.choices(list(FAULTS), list(FAULTS.values()), k=max(0, faults - len(first)))
+        return [*first, *more][:faults]
+
+    def _do(self, fault: str) -> None:
+        print(f"{time.monotonic() - self._began:5.0f} s: {fault}", file=sys.stderr, flush=True)
+        worker = self._random.choice(self._workers)
+        seconds = self._random.uniform(*CUT_SECONDS)
+        if fault in self._strangers:
+            self._invite(fault)
+            return
+        deeds: dict[str, Callable[[], object]] = {
+            "worker host killed": worker.kill,
+            "worker cut off": lambda: worker.cut(seconds),
+            "worker drained": lambda: worker.parts["worker"].tell(signal.SIGTERM),
+            "service killed": self._service.kill,
+            "service restarted": lambda: self._service.parts["service"].tell(signal.SIGTERM),
+            "service cut off": lambda: self._service.cut(seconds),
+            "scheduler killed": self._scheduler.kill,
+            "scheduler cut off": lambda: self._scheduler.cut(seconds),
+            "database killed": self._storage.parts["database"].kill,
+            "objects killed": self._storage.parts["objects"].kill,
+            "storage cut off": lambda: self._storage.cut(seconds),
+        }
+        deeds[fault]()
+
+    def _invite(self, kind: str) -> None:
+        """Let somebody join who must not compute."""
+        log = self._folder / "strangers.log"
+        guest = Process(log, *self._stranger.inside(*self._worker), **self._strangers[kind])
+        guest.keep_up()
+        self._guests.append((time.monotonic() + STAY_SECONDS, guest))
+
+    def _go_on(self, seconds: float, *, submit: bool = True) -> None:
+        """Start what is down and watch, for so long."""
+        until = time.monotonic() + seconds
+        while True:
+            for machine in self._machines:
+                machine.keep_up()
+            now = time.monotonic()
+            for leaves, guest in self._guests:
+                if leaves < now:
+                    guest.kill()
+            self._guests = [each for each in self._guests if each[0] >= now]
+            self._watch()
+            if submit:
+                self._submit_if_idle()
+            self._tell()
+            left = until - time.monotonic()
+            if left <= 0.0:
+                return
+            time.sleep(min(LOOK_SECONDS, left))
+
+    def _going_on(self) -> bool:
+        try:
+            return any(not self._store.find(study_id).ended for study_id in self._studies)
+        except StoreFault:
+            return True
+
+    def _starving(self) -> bool:
+        """Whether a loaded machine needs a while without faults to get anything done at all."""
+        done = sum(map(len, self._marks.values()))
+        if done != self._done:
+            self._done, self._unrewarded = done, 0
+        return self._unrewarded >= FAULTS_WITHOUT_A_BLOCK
+
+    def _submit_if_idle(self) -> None:
+        """Submit the next study by HTTP, where the service is up to it; the key makes it one, however often it is sent."""
+        try:
+            if sum(not self._store.find(study_id).ended for study_id in self._studies) >= 2:
+                return
+        except StoreFault:
+            return
+        number = len(self._studies)
+        study = study_of(number, self._rows)
+        request = urllib.request.Request(
+            f"{self._url}/api/v1/studies",
+            json.dumps(study.document()).encode(),
+            {"Content-Type": "application/json", "Idempotency-Key": f"network-{number}"},
+        )
+        try:
+            with urllib.request.urlopen(request, timeout=5) as answer:
+                self._studies[json.load(answer)["id"]] = study
+        except urllib.error.HTTPError as error:
+            self._report.unavailable += error.code == 503
+            self._report.defects += error.code != 503
+            if error.code != 503:
+                print(f"POST answered {error.code}: {error.read()[:500]!r}", file=sys.stderr)
+            error.close()
+        except (urllib.error.URLError, ConnectionError, TimeoutError):
+            self._report.unavailable += 1
+
+    def _watch(self) -> None:
+        for study_id, study in self._studies.items():
+            before = self._marks.get(study_id, {})
+            try:
+                now = dict(self._store.snapshot(study_id)[1])
+            except StudyNotFound:
+                print(f"study {study_id} ({study.name}) is gone", file=sys.stderr)
+                now = {}
+            except StoreFault:
+                return  # the database is away
+            self._report.looks += 1
+            for block, generation in before.items():
+                self._report.marks_lost += block not in now
+                self._report.blocks_run_twice += now.get(block, generation) != generation
+            self._marks[study_id] = now
+
+    def _tell(self) -> None:
+        now = time.monotonic()
+        if now - self._told >= TELL_SECONDS:
+            self._told = now
+            done = sum(map(len, self._marks.values()))
+            faults = sum(self._drawn.values())
+            print(
+                f"{now - self._began:5.0f} s: {faults} faults, {len(self._studies)} studies, {done} blocks",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def _finish(self) -> None:
+        report = self._report
+        report.studies = len(self._studies)
+        report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
+        collect_garbage(self._store, -1.0)
+        report.strays_after_gc = unexpected_files(self._store)
+        for study_id, study in self._studies.items():
+            try:
+                record = self._store.find(study_id)
+            except StudyNotFound:
+                report.studies_lost += 1
+                continue
+            report.left_out += sum("is left out" in what for _, what in self._store.events(study_id))
+            if (record.state, record.points_failed) != ("done", 0):
+                print(f"study {record.id} is {record.state}: {record.message}", file=sys.stderr)
+                report.studies_not_done += 1
+            else:
+                compare(self._store, record, study, report)
+        log = (self._folder / "service.log").read_text(errors="replace")
+        report.false_alarms = log.count("Traceback (most recent call last)")
+        report.seconds = round(time.monotonic() - self._began, 1)
+
+
+def run_campaign(faults: int | Sequence[str], seed: int, patience: float, rows: int) -> Report:
+    """Run a campaign in a temporary folder; where it fails, the folder stays and is named.
+
+    Raises
+    ------
+    NoHosts
+        This machine lets nobody make hosts.
+    """
+    names = ("storage", "scheduler", "service", "first", "second", "third", "stranger", "desk")
+    with hosts(*names) as found:
+        folder = Path(tempfile.mkdtemp(prefix="damperlab-network-"))
+        # the database's own user must get there
+        folder.chmod(0o755)
+        found[-1].enter()
+        campaign = None
+        try:
+            campaign = Campaign(folder, found[:-1], seed, rows)
+            report = campaign.run(faults, patience)
+        except BaseException:
+            print(f"data and logs are left in {folder}", file=sys.stderr)
+            raise
+        finally:
+            if campaign is not None:
+                campaign.close()
+    if report.good:
+        shutil.rmtree(folder)
+    else:
+        print(f"data and logs are left in {folder}", file=sys.stderr)
+    return report
+
+
+def main() -> int:
+    """Run a campaign and print its report."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--faults", type=int, default=50)
+    parser.add_argument(
+        "--only", action="append", choices=FAULTS, help="these, one after the other, in place of drawn ones"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--patience", type=float, default=600.0, help="for the last studies, in seconds")
+    parser.add_argument("--rows", type=int, default=200, help="size of a study, in rows of 160 points")
+    parser.add_argument("--json", action="store_true", help="the report as JSON instead of a table")
+    arguments = parser.parse_args()
+    end_on_sigterm()
+    try:
+        report = run_campaign(
+            arguments.only or arguments.faults, arguments.seed, arguments.patience, arguments.rows
+        )
+    except NoHosts as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(json.dumps(report.document(), indent=2) if arguments.json else report.table())
+    return 0 if report.good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
