@@ -15,9 +15,11 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse import Source, known_points
+from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_suite_block
@@ -126,7 +128,7 @@ def _computed(
 def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
     """Read a record from the copy that its study keeps: no worker needs the folder of the records."""
     try:
-        return source.read(open_shelf(cube_path).get(source.key))
+        return source.read(_shelf(cube_path).get(source.key))
     except (FileNotFoundError, ValueError) as error:
         raise OSError(
             f"the cube's copy of record {source.id} is lost or damaged ({error}); `damperlab verify --repair` restores it"
@@ -178,9 +180,18 @@ def executing_keys(dask_worker: "Worker") -> list[str]:
     return [str(task.key) for task in dask_worker.state.executing]
 
 
+def _shelf(cube_path: str) -> Shelf:
+    """Open the place of a cube; raise `OSError` also where this worker lacks the keys or the library for it."""
+    try:
+        return open_shelf(cube_path)
+    except StoreFault as error:
+        # the worker's want, and no fault of the points that it was asked for
+        raise OSError(str(error)) from error
+
+
 @lru_cache(maxsize=4)
 def _study(cube_path: str, digest: str) -> Study | Suite:
-    described = description_of(open_shelf(cube_path))
+    described = description_of(_shelf(cube_path))
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
     try:

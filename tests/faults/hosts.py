@@ -65,11 +65,10 @@ class Host:
 
     def kill(self) -> None:
         """End all that runs there, this process aside, as a power cut would."""
-        here = {str(os.getpid())}
-        while left := set(_ip("netns", "pids", self.name).split()) - here:
-            for each in left:
+        while left := [pid for pid in self._there() if pid != os.getpid()]:
+            for pid in left:
                 with suppress(ProcessLookupError):
-                    os.kill(int(each), signal.SIGKILL)
+                    os.kill(pid, signal.SIGKILL)
             for process in self.processes:
                 process.poll()
         for process in self.processes:
@@ -77,6 +76,15 @@ class Host:
             if process.stdout is not None:
                 process.stdout.close()
         self.processes.clear()
+
+    def _there(self) -> Iterator[int]:
+        """Give the processes that run there; what has ended and is not yet waited for has no network any more."""
+        place = (PLACES / self.name).stat()
+        for process in Path("/proc").glob("[0-9]*"):
+            with suppress(OSError):
+                network = (process / "ns" / "net").stat()
+                if (network.st_dev, network.st_ino) == (place.st_dev, place.st_ino):
+                    yield int(process.name)
 
 
 @contextmanager
@@ -116,8 +124,7 @@ def hosts(*names: str) -> Iterator[list[Host]]:
         yield found
 
 
-def _ip(*arguments: str) -> str:
+def _ip(*arguments: str) -> None:
     done = subprocess.run(["ip", *arguments], capture_output=True, text=True, check=False)
     if done.returncode:
         raise NoHosts(f"`ip {' '.join(arguments)}` was refused: {done.stderr.strip()}")
-    return done.stdout

@@ -1,5 +1,6 @@
 """Clusters of other people's machines: whoever cannot compute a study is left out by name, and the study goes on."""
 
+import os
 import shutil
 import threading
 from collections.abc import Iterator
@@ -20,9 +21,9 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.crew import Crew
-from damperlab.worker.examination import bits_of, canary_of, majority, stored_bits
+from damperlab.worker.examination import bits_of, canary_of, examine, majority, stored_bits
 from damperlab.worker.progress import Progress
-from damperlab.worker.provenance import provenance
+from damperlab.worker.provenance import code_hash, provenance
 from damperlab.worker.runner import run_study
 
 ROOT = Path(__file__).parents[2]
@@ -83,6 +84,17 @@ def altered(folder: Path, file: str, before: str, after: str) -> Path:
     assert before in text
     source.write_text(text.replace(before, after))
     return folder
+
+
+def test_worker_without_keys_to_the_store_cannot_begin_whatever_the_points_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in [name for name in os.environ if name.startswith("AWS_")]:
+        monkeypatch.delenv(name)
+    study = friction_study()
+    canary = canary_of(plan_with_chunk(study, CHUNK, seconds_per_point), 0)
+    with pytest.raises(OSError, match="no keys for the object store"):
+        examine("s3://bucket/cubes/of-somebody", study.digest, code_hash(), canary)
 
 
 def ignore(progress: Progress) -> None:
