@@ -79,9 +79,10 @@ fuzz: install-bench ## requests that the OpenAPI document allows or forbids (CAS
 contract: install-dev ## the copy of /openapi.json that clients rely on, renewed; what breaks them is refused
 	$(BIN)/python -m tests.service.contract
 
-faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once, the same by commands and over HTTP
+faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once, the same by commands and over HTTP; 50 faults of hosts, links and strangers (as root)
 	$(BIN)/python -m tests.faults.campaign --kills 200
 	$(BIN)/python -m tests.faults.campaign --kills 200 --seed 2 --postgresql --s3
+	$(BIN)/python -m tests.faults.network --faults 50
 	$(BIN)/python -m tests.faults.reading --reads 10000
 	$(BIN)/python -m tests.faults.damage --flips 1000
 	$(BIN)/python -m tests.faults.doors --commands 200 --http 100

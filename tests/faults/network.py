@@ -475,7 +475,7 @@ def main() -> int:
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--patience", type=float, default=600.0, help="for the last studies, in seconds")
-    parser.add_argument("--rows", type=int, default=200, help="size of a study, in rows of 160 points")
+    parser.add_argument("--rows", type=int, default=300, help="size of a study, in rows of 160 points")
     parser.add_argument("--json", action="store_true", help="the report as JSON instead of a table")
     arguments = parser.parse_args()
     end_on_sigterm()
