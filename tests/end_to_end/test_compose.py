@@ -21,6 +21,9 @@ import yaml
 from tests.faults.processes import Database
 from tests.ports import free_port
 
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.places import open_shelf
+
 ROOT = Path(__file__).parents[2]
 START_SECONDS = 300.0
 WORK_SECONDS = 600.0
@@ -175,6 +178,22 @@ def test_results_are_in_database_and_store_and_one_port_is_published_on_loopback
     assert len(lasting) == 5
     assert all(part["healthcheck"]["test"][0] == "CMD" for part in lasting)
     assert all(":latest" not in part["image"] for part in services.values())
+
+
+def test_store_is_opened_at_the_address_that_the_containers_are_given(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # the stack above has it on loopback, where more is allowed
+    for name in ("service", "worker"):
+        with monkeypatch.context() as patch:
+            for key, value in _compose()["services"][name]["environment"].items():
+                patch.setenv(key, value)
+            patch.setenv("AWS_ACCESS_KEY_ID", "of-the-store")
+            patch.setenv("AWS_SECRET_ACCESS_KEY", "made-at-the-first-start")
+            assert open_shelf("s3://cubes").address == "s3://cubes"
+            patch.delenv("AWS_ALLOW_HTTP")
+            with pytest.raises(StoreFault, match="unencrypted"):
+                open_shelf("s3://cubes")
 
 
 def test_image_runs_as_a_user_and_installs_what_the_lock_file_says() -> None:
