@@ -14,6 +14,7 @@ import dask
 from distributed import Security, Worker
 from distributed.core import Status
 
+from damperlab.worker.alive import show_alive
 from damperlab.worker.cluster import ONE_THREAD
 from damperlab.worker.notice import ASK_SECONDS, announced
 
@@ -37,6 +38,9 @@ class Terms:
         It leaves once this address says so, see `damperlab.worker.notice`; nobody is asked without.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
+    alive : Path, optional
+        It touches this file every few seconds, having computed points whose values are known; where they come out
+        otherwise it leaves.
     """
 
     leave_within_s: float = 25.0
@@ -44,6 +48,7 @@ class Terms:
     notice: Path | None = None
     notice_url: str | None = None
     leave_idle_s: float | None = None
+    alive: Path | None = None
 
 
 async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
@@ -65,7 +70,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     Returns
     -------
     int
-        Exit status: 0 where it left as it was told, 1 where the scheduler was lost, or none was found.
+        Exit status: 0 where it left as it was told, 1 where the scheduler was lost, or none was found, or it computes wrong.
     """
     loop = asyncio.get_running_loop()
     told: asyncio.Future[str] = loop.create_future()
@@ -76,6 +81,15 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
             os._exit(1)
         told.set_result(reason)
 
+    wrong: list[str] = []
+
+    def give_up(reason: str) -> None:
+        wrong.append(reason)
+        if not told.done():
+            told.set_result(reason)
+
+    # before a scheduler is found: whoever waits for one is alive
+    showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
     began = time.monotonic()
@@ -88,7 +102,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         name=name,
     )
     if not await _joined(worker, told, terms):
-        return 0 if told.done() else 1
+        return 0 if told.done() and not wrong else 1
     async with worker, _asking(terms.notice_url, told):
         reason = await _until_told(worker, told, terms, began)
         if not reason:
@@ -103,7 +117,9 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
         _say(f"left; {given_back} blocks given back")
         await worker.close(timeout=2, executor_wait=False, reason=reason)
-    return 0
+    if showing is not None:
+        showing.cancel()
+    return 1 if wrong else 0
 
 
 async def _joined(worker: Worker, told: "asyncio.Future[str]", terms: Terms) -> bool:

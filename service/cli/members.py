@@ -67,6 +67,15 @@ def worker(
             show_default=False,
         ),
     ] = None,
+    alive: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Touch this file every ten seconds, having computed points whose values are known; leave where they come "
+            "out otherwise. For health checks.",
+            show_default=False,
+        ),
+    ] = None,
     memory_limit: Annotated[
         str, typer.Option(help="Memory limit of the worker in Dask's notation: auto, 4GB, or 0 for no limit.")
     ] = "auto",
@@ -82,7 +91,8 @@ def worker(
     if notice_url is not None and (wrong := faulty(notice_url)):
         raise typer.BadParameter(f"{wrong}. Name an http or https address.", param_hint="--notice-url")
     notice = None if notice is None else notice.absolute()
-    terms = Terms(leave_within, lifetime, notice, notice_url, leave_idle)
+    alive = None if alive is None else alive.absolute()
+    terms = Terms(leave_within, lifetime, notice, notice_url, leave_idle, alive)
     serve_worker(scheduler, security(tls), terms, memory_limit, name)
 
 
