@@ -50,19 +50,18 @@ def stack(tmp_path: Path) -> Iterator[str]:
     compose = _compose()
     scheduler_port, service_port, store_port = (str(free_port()) for _ in range(3))
     database = Database(tmp_path / "database")
-    folders = ("certificates", "database-key", "store-key", "objects", "data")
+    folders = ("certificates", "database-key", "store-key", "objects", "data", "tmp")
     for folder in folders:
         (tmp_path / folder).mkdir()
 
     def here(text: str) -> str:
-        text = text.replace("postgresql://damperlab@database/damperlab", database.address)
         text = re.sub(r"\bscheduler:8786\b", f"127.0.0.1:{scheduler_port}", text)
         text = text.replace('"scheduler"', '"127.0.0.1"').replace("0.0.0.0", "127.0.0.1")
         text = text.replace("objects:8333", "127.0.0.1:8333")
         for port, free in (("8786", scheduler_port), ("8000", service_port), ("8333", store_port)):
             text = re.sub(rf"\b{port}\b", free, text)
         text = re.sub(rf"(?<![\w/])/({'|'.join(folders)})\b", rf"{tmp_path}/\1", text)
-        return text.replace("$$", "$")
+        return text.replace("postgresql://damperlab@database/damperlab", database.address).replace("$$", "$")
 
     path = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 

@@ -23,7 +23,7 @@ def off_by_one_in_the_sixth_digit(study: Study, block: Block) -> dict[str, np.nd
 
 
 def nothing(study: Study, block: Block) -> dict[str, np.ndarray]:
-    return {name: np.full_like(values, np.nan) for name, values in solve_block(study, block).items()}
+    return {name: np.full(values.shape, np.nan) for name, values in solve_block(study, block).items()}
 
 
 def test_known_points_are_right_here_and_a_wrong_one_is_named_with_its_truth() -> None:
