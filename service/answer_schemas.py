@@ -44,6 +44,7 @@ _RECORD_WORDS = {
     "version": "1 as submitted; computed again by a later solver, it gets the next.",
     "outdated": "Another solver than today's computed the results; POST /recompute.",
     "dimensions": "Those of the cube, in its order.",
+    "priority": "Of the studies that wait the one with the highest begins first.",
 }
 
 

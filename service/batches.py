@@ -21,7 +21,7 @@ MOST_VALUES = 1_000_000
 
 
 def submit_list(
-    service: Service, documents: list[Any], *, dry_run: bool, reuse: bool, key: str | None
+    service: Service, documents: list[Any], *, dry_run: bool, reuse: bool, key: str | None, priority: int = 0
 ) -> Document:
     """Store every study of a list, or none; the answer names them in the list's order.
 
@@ -37,6 +37,8 @@ def submit_list(
         Whether points may be taken from earlier studies.
     key : str, optional
         Refused: a list is told by its definitions.
+    priority : int
+        Of every study of it.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def submit_list(
         return Document({"studies": sizes})
     by = provenance()
     entered = service.store.submit_all(
-        [Submission(*each, by, reuse) for each in zip(studies, plans, strict=True)]
+        [Submission(*each, by, reuse, priority=priority) for each in zip(studies, plans, strict=True)]
     )
     service.dispatcher.wake()
     some = [summary(record) | {"created": created} for record, created in entered]

@@ -41,7 +41,7 @@ class _Run:
 
 
 class Dispatcher:
-    """Runs what is queued in a store: those who submit take turns, and of each the oldest study comes first.
+    """Runs what is queued in a store: the highest priority first; of one, who submits take turns, each with the oldest study.
 
     The catalogue is the queue: a study is picked up because its state says so, whoever put it there and
     whichever process died while at it. A claim in the catalogue keeps two services from running one study.
@@ -220,8 +220,8 @@ class Dispatcher:
     def _start_runs(self) -> None:
         waiting = self._waiting()
         while waiting:
-            # the list is oldest first, and stays so for each who submits
-            waiting.sort(key=lambda one: self._turns.get(one.owner, 0))
+            # of one priority the list is oldest first, and stays so for each who submits
+            waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
             # a handful of small ones, where the first is one of them and has company
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id

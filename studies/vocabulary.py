@@ -14,6 +14,9 @@ Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 """What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
 
+PRIORITIES = -10, 10
+"""Lowest and highest priority of a study; 0 where nobody says so."""
+
 BatchSystem = Literal["slurm", "pbs", "lsf", "sge"]
 """Batch systems whose jobs may be workers."""
 

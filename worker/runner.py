@@ -228,7 +228,13 @@ class _Run:
             # known here alone: what is computed in this process needs no cluster's library
             from damperlab.worker.window import Window
 
-            window = Window(client, recipe.call, Backlog(pending, forecast), wait_seconds=wait_seconds)
+            window = Window(
+                client,
+                recipe.call,
+                Backlog(pending, forecast),
+                wait_seconds=wait_seconds,
+                priority=self._record.priority,
+            )
             self._account.watch(window.crew)
             try:
                 if self._assemble(window, client, recipe, pending):

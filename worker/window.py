@@ -46,6 +46,8 @@ class Window:
         The blocks.
     wait_seconds : float
         How long the study waits while no worker can compute [s].
+    priority : int
+        Of two blocks that wait at a worker the one with the higher begins first.
     """
 
     def __init__(
@@ -55,11 +57,13 @@ class Window:
         backlog: Backlog,
         *,
         wait_seconds: float = WAIT_SECONDS,
+        priority: int = 0,
     ) -> None:
         self.crew = Crew(backlog)
         self._client = client
         self._task = task
         self._wait_seconds = wait_seconds
+        self._priority = priority
         self._examination: Call | None = None
         self._truth = ""
         self._identity = ""
@@ -218,7 +222,13 @@ class Window:
     def _send(self, key: str, address: str, call: Call) -> Future:
         with asking_the_cluster(self._client):
             future = self._client.submit(
-                *call, key=key, pure=False, workers=[address], allow_other_workers=False, retries=0
+                *call,
+                key=key,
+                pure=False,
+                workers=[address],
+                allow_other_workers=False,
+                retries=0,
+                priority=self._priority,
             )
         future.add_done_callback(lambda future: self._ended.put(future.key))
         return future

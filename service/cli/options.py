@@ -1,6 +1,8 @@
 """Arguments and options that several commands share, and how their values are read."""
 
 from collections.abc import Iterable
+from contextlib import suppress
+from datetime import datetime, time, timedelta
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,6 +12,7 @@ from damperlab.studies.faults import nearest
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
+    PRIORITIES,
     BatchSystem,
     ContactModel,
 )
@@ -100,6 +103,26 @@ Budget = Annotated[
         show_default=False,
     ),
 ]
+Priority = Annotated[
+    int,
+    typer.Option(
+        "--priority",
+        min=PRIORITIES[0],
+        max=PRIORITIES[1],
+        help="Of studies that wait, or share a scheduler, the one with the highest comes first. A study that exists keeps "
+        "its own.",
+    ),
+]
+Until = Annotated[
+    str | None,
+    typer.Option(
+        "--until",
+        metavar="TIME",
+        help="Begin no block after this time of this machine, as in 06:30 or 2026-11-23T06:30; those that are running may "
+        "still end. `damperlab resume` goes on.",
+        show_default=False,
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -154,6 +177,26 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
         raise typer.BadParameter(
             "--workers and --scheduler cannot be combined: a scheduler has workers of its own. Leave one of them out."
         )
+
+
+def read_time(text: str | None) -> datetime | None:
+    """Read --until: a time of day, the next one, or a date with its time, of this machine unless it names its zone."""
+    if text is None:
+        return None
+    now = datetime.now().astimezone()
+    with suppress(ValueError):
+        # a time of day alone is of today, or of tomorrow
+        alone = datetime.combine(now.date(), time.fromisoformat(text)).astimezone()
+        return alone if alone > now else (alone.replace(tzinfo=None) + timedelta(days=1)).astimezone()
+    try:
+        found = datetime.fromisoformat(text).astimezone()
+    except ValueError:
+        message = f"found {text!r}, allowed: a time to come, as in 06:30 or {now + timedelta(hours=8):%Y-%m-%dT%H:%M}"
+        raise typer.BadParameter(message, param_hint="--until") from None
+    if found <= now:
+        message = f"found {text}, which is past; allowed: a time after {now:%Y-%m-%dT%H:%M}"
+        raise typer.BadParameter(message, param_hint="--until")
+    return found
 
 
 def read_range(option: str, text: str) -> tuple[float, float]:

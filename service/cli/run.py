@@ -4,7 +4,8 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -19,13 +20,16 @@ from damperlab.service.cli.options import (
     Budget,
     Cluster,
     DataDir,
+    Priority,
     QuotaBytes,
     Scheduler,
     StoreAddress,
     StudyId,
+    Until,
     Wait,
     Workers,
     check_cluster,
+    read_time,
 )
 from damperlab.service.cli.output import duration, note, print_json, say, working
 from damperlab.service.cli.progress import StudyProgress, preparation
@@ -63,6 +67,8 @@ def run(
     place: StoreAddress = None,
     quota: QuotaBytes = None,
     budget: Budget = None,
+    until: Until = None,
+    priority: Priority = 0,
     dry_run: Annotated[
         bool,
         typer.Option(
@@ -76,6 +82,7 @@ def run(
 ) -> None:
     """Compute a study and store it; points that are stored already are not computed again."""
     check_cluster(workers, scheduler, cluster)
+    ends = read_time(until)
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.reading import read_study
 
@@ -84,8 +91,10 @@ def run(
         _print_size(asked, data_dir, as_json)
         return
     store = open_store(data_dir, store=place, quota_bytes=quota)
-    record = find_or_submit(store, asked, reuse and settings_of(data_dir).reuse)
-    finish(store, record, workers, scheduler, as_json, _terms(store, record, workers, cluster, wait, budget))
+    reuse = reuse and settings_of(data_dir).reuse
+    record = find_or_submit(store, asked, reuse, priority=priority)
+    terms = terms_of(store, record, workers, cluster, wait)
+    finish(store, record, workers, scheduler, as_json, replace(terms, budget_hours=budget, ends=ends))
 
 
 def resume(
@@ -96,17 +105,24 @@ def resume(
     cluster: Cluster = None,
     wait: Wait = None,
     budget: Budget = None,
+    until: Until = None,
     as_json: AsJson = False,
 ) -> None:
     """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
     check_cluster(workers, scheduler, cluster)
+    ends = read_time(until)
     store = open_store(data_dir)
     record = store.find(study)
-    finish(store, record, workers, scheduler, as_json, _terms(store, record, workers, cluster, wait, budget))
+    terms = terms_of(store, record, workers, cluster, wait)
+    finish(store, record, workers, scheduler, as_json, replace(terms, budget_hours=budget, ends=ends))
 
 
 def find_or_submit(
-    store: "Store", asked: "AnyStudy", reuse: bool, more: "Mapping[str, str] | None" = None
+    store: "Store",
+    asked: "AnyStudy",
+    reuse: bool,
+    more: "Mapping[str, str] | None" = None,
+    priority: int = 0,
 ) -> "Record":
     """Find a study in the store, or put it there.
 
@@ -120,6 +136,8 @@ def find_or_submit(
         Reuse points already computed by earlier studies.
     more : mapping, optional
         Put beside the provenance of a new study.
+    priority : int
+        Of a new study.
     """
     known = store.newest(asked.digest)
     if known is not None:
@@ -131,7 +149,7 @@ def find_or_submit(
 
     with working("Planning"):
         plan = make_plan(asked, seconds_per_point)
-        record, _ = store.submit(asked, plan, provenance() | dict(more or {}), reuse=reuse)
+        record, _ = store.submit(asked, plan, provenance() | dict(more or {}), reuse=reuse, priority=priority)
     return record
 
 
@@ -149,25 +167,27 @@ class Terms:
         Expected work up to which no cluster is used; by default `HERE_SECONDS` where none is named, else none.
     budget_hours : float, optional
         Core hours in kernels after which it stops, to be resumed.
+    ends : datetime, optional
+        When it stops, to be resumed.
     """
 
     client: "Callable[[], AbstractContextManager[Client]] | None" = None
     wait_seconds: float = WAIT_SECONDS
     here_seconds: float | None = None
     budget_hours: float | None = None
+    ends: datetime | None = None
 
 
-def _terms(
+def terms_of(
     store: "Store",
     record: "Record",
     workers: int | None,
     cluster: "BatchSystem | None",
     wait: float | None,
-    budget: float | None,
 ) -> Terms:
-    """Read the options of `run` and `resume`."""
+    """Read the options that say where a study is computed."""
     if cluster is None:
-        return Terms(wait_seconds=WAIT_SECONDS if wait is None else wait, budget_hours=budget)
+        return Terms(wait_seconds=WAIT_SECONDS if wait is None else wait)
     from damperlab.service.cluster import opening
 
     settings = settings_of(store.data_dir, workers=workers, cluster=cluster)
@@ -178,7 +198,7 @@ def _terms(
 
     note(f"Workers are jobs of {cluster}; what they print is kept under {settings.data_dir / 'jobs'}.")
     wait_seconds = QUEUE_SECONDS if wait is None else wait
-    return Terms(opening(settings, left), wait_seconds, budget_hours=budget)
+    return Terms(opening(settings, left), wait_seconds)
 
 
 def finish(
@@ -250,10 +270,14 @@ def compute(
     if here_seconds is None:
         no_cluster_named = terms.client is None and workers is None and scheduler is None
         here_seconds = HERE_SECONDS if no_cluster_named else 0.0
-    with _stop_on_signals() as stop, StudyProgress(record.name or record.id, record.points_total) as progress:
+    with (
+        _stop_on_signals() as stop,
+        _stop_at(terms.ends, stop) as over,
+        StudyProgress(record.name or record.id, record.points_total) as progress,
+    ):
         while True:
             try:
-                return run_study(
+                ended = run_study(
                     store,
                     record.id,
                     terms.client or own,
@@ -273,6 +297,7 @@ def compute(
                     if terms.budget_hours is None
                     else terms.budget_hours * SECONDS_PER_HOUR,
                 )
+                return _told_of_the_time(store, ended, terms.ends) if over.is_set() else ended
             except StudyBusy as error:
                 note(f"{error} Following it until it ends.")
                 record = _watch(store, record.id, progress, stop)
@@ -310,6 +335,39 @@ def _stop_on_signals() -> Iterator[threading.Event]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading.Event]:
+    """Stop at a time as a signal would; gives what is set where that has happened."""
+    over = threading.Event()
+
+    def end() -> None:
+        over.set()
+        stop.set()
+
+    if ends is None:
+        yield over
+        return
+    timer = threading.Timer(max(0.0, (ends - datetime.now(ends.tzinfo)).total_seconds()), end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield over
+    finally:
+        timer.cancel()
+
+
+def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
+    """Keep with a study that it was stopped at its time."""
+    if record.state != "cancelled" or ends is None:
+        return record
+    left = record.blocks_total - record.blocks_done
+    message = (
+        f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} blocks are kept, "
+        f"resume computes the other {left}"
+    )
+    return store.set_state(record.id, "cancelled", message, only_from=("cancelled",))
 
 
 def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None:

@@ -48,7 +48,9 @@ def studies(
             (
                 record.id,
                 record.name,
-                record.state + (", outdated" if record.outdated else ""),
+                record.state
+                + (", outdated" if record.outdated else "")
+                + (f", priority {record.priority}" if record.priority else ""),
                 str(record.points_total),
                 str(record.points_done),
                 str(record.points_failed),
@@ -152,6 +154,8 @@ def summary(record: "Record") -> str:
         ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
         ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),
     ]
+    if record.priority:
+        lines.insert(2, ("priority", str(record.priority)))
     if record.started is not None and record.finished is not None:
         took = (record.finished - record.started).total_seconds()
         lines.append(

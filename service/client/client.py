@@ -85,7 +85,7 @@ class Client:
         """Show a notebook where the service is; it is not asked."""
         return card("damperlab service", [("address", self._transport.url)])
 
-    def submit(self, study: "Definition", reuse: bool = True) -> Study:
+    def submit(self, study: "Definition", reuse: bool = True, priority: int = 0) -> Study:
         """Submit a study; one that exists already is returned and not computed again.
 
         Parameters
@@ -95,6 +95,8 @@ class Client:
             or the name of a study of the paper, such as ``"figure-11"``.
         reuse : bool
             Reuse points already computed by earlier studies.
+        priority : int
+            Of the studies that wait the one with the highest begins first, −10 to 10; above 0 needs a key of scope admin.
 
         Returns
         -------
@@ -110,10 +112,13 @@ class Client:
         # the same study under the same key however often it is sent
         sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
         return Study(
-            self._transport, self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
+            self._transport,
+            self._transport.ask("POST", "/studies", params={"reuse": reuse, "priority": priority}, **sent),
         )
 
-    def submit_all(self, studies: "Iterable[Definition]", reuse: bool = True) -> list[Study]:
+    def submit_all(
+        self, studies: "Iterable[Definition]", reuse: bool = True, priority: int = 0
+    ) -> list[Study]:
         """Submit many studies, in requests of up to 200; of each request either all are stored or none.
 
         Parameters
@@ -122,6 +127,8 @@ class Client:
             Each as for `submit`.
         reuse : bool
             Reuse points already computed by earlier studies.
+        priority : int
+            As for `submit`, of each.
 
         Returns
         -------
@@ -137,7 +144,8 @@ class Client:
         found: list[Study] = []
         for start in range(0, len(every), MOST_STUDIES):
             sent = body(every[start : start + MOST_STUDIES])
-            answer = self._transport.ask("POST", "/studies", params={"reuse": reuse}, **sent)
+            asked = {"reuse": reuse, "priority": priority}
+            answer = self._transport.ask("POST", "/studies", params=asked, **sent)
             found += [Study(self._transport, document) for document in answer["studies"]]
         return found
 

@@ -83,7 +83,7 @@ export async function studiesView(root) {
         "div",
         { class: "grow" },
         el("a", { class: "title", href: `#/studies/${record.id}` }, name),
-        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id)),
+        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id), record.priority ? ` · priority ${record.priority}` : ""),
         record.message && el("div", { class: "quiet" }, record.message),
         outdatedNote(record),
       ),

@@ -198,6 +198,7 @@ function facts(record) {
     ["Id", record.id],
     ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
     ["Reused from earlier studies", count(record.points_reused)],
+    .../** @type {[string, string][]} */ (record.priority ? [["Priority", String(record.priority)]] : []),
     ["Submitted", moment(record.created)],
     ["Finished", moment(record.finished)],
     ["Time in kernels", duration(record.kernel_seconds)],

@@ -8,7 +8,7 @@ from fastapi.responses import PlainTextResponse
 from damperlab.service.own_process import own_process
 from damperlab.service.state import TheService
 from damperlab.service.traffic import BOUNDS, Durations, Traffic
-from damperlab.studies.vocabulary import STATES
+from damperlab.studies.vocabulary import ENDED, STATES
 from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
 
@@ -52,6 +52,13 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         "gauge",
         "Studies that this process runs.",
         [({}, len(service.dispatcher.running))],
+    )
+    _tell(
+        lines,
+        "blocks_left",
+        "gauge",
+        "Blocks of studies that wait or run, here or elsewhere, which are yet to be computed.",
+        [({}, sum(one.blocks_left for state, one in totals.items() if state not in ENDED))],
     )
     workers, in_flight, retries = service.dispatcher.workload()
     _tell(

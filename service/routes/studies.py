@@ -19,14 +19,15 @@ from damperlab.service.estimates import estimate_document
 from damperlab.service.events import event_id, progress
 from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented
+from damperlab.service.security.caller import Caller, TheCaller
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
 from damperlab.studies.definition import parse_study
-from damperlab.studies.faults import StudyFaults
+from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.text import load_text
-from damperlab.studies.vocabulary import State
+from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
@@ -42,6 +43,13 @@ class SubmitQuery(BaseModel):
     reuse: bool = Field(
         True,
         description="Reuse points already computed by earlier studies with the same solver and settings.",
+    )
+    priority: int = Field(
+        0,
+        ge=PRIORITIES[0],
+        le=PRIORITIES[1],
+        description="Of the studies that wait the one with the highest begins first; below 0 it gives way to those of "
+        "others, and above 0 needs a key of scope admin. A study that exists keeps its own.",
     )
 
 
@@ -83,7 +91,7 @@ class DifferencesQuery(BaseModel):
     responses={
         200: gives("SubmittedBefore", "The same definition was submitted before; or the answer to a dry run"),
         201: gives("Submitted", "Stored and queued", Location="Address of the study, where one was sent."),
-        **documented(413, 415, 422, 429, 503, 507),
+        **documented(403, 413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": STUDY_BODY},
     summary="Submit a study",
@@ -92,6 +100,7 @@ async def submit(
     request: Request,
     service: TheService,
     query: Annotated[SubmitQuery, Query()],
+    caller: TheCaller,
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
     """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there.
@@ -99,6 +108,7 @@ async def submit(
     A list of up to 200 studies is stored as a whole or not at all; the answer is `studies`, their records in the list's
     order without definitions, each with `created`.
     """
+    _require_leave(caller, query.priority)
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     return await run_sync(
@@ -112,19 +122,36 @@ async def submit(
     )
 
 
+def _require_leave(caller: Caller, priority: int) -> None:
+    """Refuse a place before the studies of others to whoever is no admin; raise `Problem`."""
+    if priority > 0 and "admin" not in caller.scopes:
+        fault = Fault(
+            "priority",
+            str(priority),
+            f"{PRIORITIES[0]} to 0 with a key of scope submit",
+            "leave it out, or use a key of scope admin",
+            f"A priority above 0 lets a study begin before those of others; your key ({caller.owner}) does not allow it.",
+        )
+        raise Problem(403, "scope-lacking", "The key does not allow this priority.", (fault,))
+
+
 def _submit(
     service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
 ) -> Document:
     document = load_text(body, kind)
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
-        return submit_list(service, document, dry_run=query.dry_run, reuse=reuse, key=key)
+        return submit_list(
+            service, document, dry_run=query.dry_run, reuse=reuse, key=key, priority=query.priority
+        )
     study = parse_study(document, service.settings.records)
     plan = make_plan(study, seconds_per_point)
     if query.dry_run:
         return Document(estimate_document(study, plan, service.store))
     reuse = query.reuse and service.settings.reuse
-    record, created = service.store.submit(study, plan, provenance(), reuse=reuse, key=key)
+    record, created = service.store.submit(
+        study, plan, provenance(), reuse=reuse, key=key, priority=query.priority
+    )
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
 

@@ -38,11 +38,14 @@ class Waiting:
         Whether it is one block of a few points, and was never begun.
     owner : str, optional
         Who submitted it; None where nobody asked who that is.
+    priority : int
+        See `Record`.
     """
 
     id: str
     small: bool
     owner: str | None
+    priority: int
 
 
 class Claims(StoreBase):
@@ -85,7 +88,7 @@ class Claims(StoreBase):
         return row is not None and not self._holds(row)
 
     def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
-        """Give the queued and running studies that nobody works on, oldest first.
+        """Give the queued and running studies that nobody works on: of the highest priority first, and of these the oldest.
 
         Parameters
         ----------
@@ -106,8 +109,9 @@ class Claims(StoreBase):
             c.points_total,
             c.started,
             c.provenance,
+            c.priority,
         )
-        query = query.where(WAITING).order_by(c.created, c.number).limit(_PAGE)
+        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(_PAGE)
         found: list[Waiting] = []
         counts: Counter[str | None] = Counter()
         with self.catalogue.reading() as connection:
@@ -122,13 +126,14 @@ class Claims(StoreBase):
                             1,
                             None,
                         ) and row.points_total <= FEW_POINTS
-                        found.append(Waiting(row.id, small, owner))
+                        found.append(Waiting(row.id, small, owner, row.priority))
                         counts[owner] += 1
                 if len(page) < _PAGE:
                     break
                 last = page[-1]
+                behind = tuple_(-c.priority, c.created, c.number)
                 page = connection.execute(
-                    query.where(tuple_(c.created, c.number) > tuple_(last.created, last.number))
+                    query.where(behind > tuple_(-last.priority, last.created, last.number))
                 ).all()
         return found
 

@@ -50,6 +50,8 @@ class Submission:
         Whether points that earlier studies hold may be taken from them.
     key : str, optional
         A name that the caller gave this submission; it stands for this definition from now on.
+    priority : int
+        See `Record`; a study that is there already keeps its own.
     """
 
     study: AnyStudy
@@ -57,6 +59,7 @@ class Submission:
     provenance: dict[str, str]
     reuse: bool = True
     key: str | None = None
+    priority: int = 0
 
     def __post_init__(self) -> None:
         """Refuse a plan of another study."""
@@ -82,6 +85,8 @@ class Entry:
         Whether points may be taken from earlier studies.
     version : int
         1 for a study as it was submitted.
+    priority : int
+        See `Record`.
     """
 
     study: AnyStudy
@@ -89,6 +94,7 @@ class Entry:
     provenance: dict[str, str]
     reuse: bool
     version: int = 1
+    priority: int = 0
 
     @property
     def id(self) -> str:
@@ -119,6 +125,7 @@ class Entering(StoreBase):
         *,
         reuse: bool = True,
         key: str | None = None,
+        priority: int = 0,
     ) -> tuple[Record, bool]:
         """Keep a study and make its empty cube, unless the same definition is there already; see `Submission`.
 
@@ -144,7 +151,7 @@ class Entering(StoreBase):
                 row = newest_row(connection, study.digest)
             if row is not None:
                 return record_of(row), False
-        return self.submit_all([Submission(study, plan, provenance, reuse, key)])[0]
+        return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Keep several studies, all or none, as `submit` does; what other threads hand in shares the transaction."""
@@ -160,7 +167,9 @@ class Entering(StoreBase):
             refused: dict[int, Exception] = {}
             for place, some in enumerate(lists):
                 fresh = {
-                    one.study.digest: Entry(one.study, one.plan.chunk, one.provenance, one.reuse)
+                    one.study.digest: Entry(
+                        one.study, one.plan.chunk, one.provenance, one.reuse, priority=one.priority
+                    )
                     for one in reversed(some)
                     if one.study.digest not in asked.known and one.study.digest not in entries
                 }
@@ -355,6 +364,7 @@ def _row(entry: Entry, revision: int, now: float) -> dict[str, Any]:
         "family": family_digest(study, entry.provenance),
         "box": json.dumps(box_of(study)),
         "reuse": entry.reuse,
+        "priority": entry.priority,
         "created": now,
         "revision": revision,
         "taken_back": revision,

@@ -145,7 +145,13 @@ class Lookup(StoreBase):
     def totals(self) -> dict[str, Totals]:
         """Sum up the studies of each state; a state without studies is left out."""
         c = studies.c
-        sums = (c.points_total, c.points_done, c.points_failed, c.bytes_total)
+        sums = (
+            c.points_total,
+            c.points_done,
+            c.points_failed,
+            c.bytes_total,
+            c.blocks_total - c.blocks_done,
+        )
         query = select(c.state, func.count(), *(func.sum(one) for one in sums)).where(ALIVE).group_by(c.state)
         with self.catalogue.reading() as connection:
             return {row[0]: Totals(*map(int, row[1:])) for row in connection.execute(query)}

@@ -19,6 +19,8 @@ class Totals:
     ----------
     studies, points, points_done, points_failed, bytes : int
         How many; their design points, those stored, those that failed; the cubes at full size.
+    blocks_left : int
+        Blocks that are not computed.
     """
 
     studies: int
@@ -26,6 +28,7 @@ class Totals:
     points_done: int
     points_failed: int
     bytes: int
+    blocks_left: int
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,8 @@ class Record:
         1 for a study as it was submitted; computed anew by a later solver, it gets the next, beside the older ones.
     outdated : bool
         Whether results are there and another solver than today's computed them; they stay as they are.
+    priority : int
+        Of the studies that wait the one with the highest begins first; 0 unless somebody asked for another.
     """
 
     id: str
@@ -138,6 +143,7 @@ class Record:
     shape: tuple[int, ...]
     version: int
     outdated: bool
+    priority: int
 
     def _repr_html_(self) -> str:
         """Show a notebook the state and the progress."""

@@ -149,6 +149,7 @@ def record_of(row: Row[Any]) -> Record:
         shape=tuple(json.loads(row.shape)),
         version=row.version,
         outdated=row.blocks_done > 0 and is_outdated(json.loads(row.provenance)),
+        priority=row.priority,
     )
 
 

@@ -70,7 +70,9 @@ class Submissions(Entering):
                 study = with_attachments(parse_stored(older.definition, older.digest), shelf)
             except (OSError, ValueError) as error:
                 raise damaged(shelf, None, "a ground-motion record", str(error)) from error
-            entry = Entry(study, older.chunk, signed(provenance), older.reuse, newest.version + 1)
+            entry = Entry(
+                study, older.chunk, signed(provenance), older.reuse, newest.version + 1, older.priority
+            )
             Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
             return self.enter(connection, [entry], f"entered as version {entry.version}")[0], True
 

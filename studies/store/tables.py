@@ -55,6 +55,8 @@ studies = Table(
     # lowest and highest value along every dimension of numbers: where points may be shared with other studies
     Column("box", Text, nullable=False, default="[]"),
     Column("reuse", Boolean, nullable=False, default=True),
+    # of those that wait the highest begins first
+    Column("priority", Integer, nullable=False, default=0),
     Column("created", Float, nullable=False),
     Column("started", Float),
     Column("finished", Float),
@@ -82,7 +84,14 @@ Index(
 )
 WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
 """The studies that are not ended; in words that the index below has, so that it is used."""
-Index("waiting", studies.c.created, studies.c.number, sqlite_where=WAITING, postgresql_where=WAITING)
+Index(
+    "waiting",
+    studies.c.priority.desc(),
+    studies.c.created,
+    studies.c.number,
+    sqlite_where=WAITING,
+    postgresql_where=WAITING,
+)
 Index("family", studies.c.family)
 Index("digest", studies.c.digest)
 

@@ -36,6 +36,7 @@ def test_a_monitor_reads_studies_points_and_requests(client: httpx.Client, curve
     assert before['damperlab_studies{state="done"}'] >= 1
     assert before["damperlab_points_done"] >= curve["points_total"]
     assert before["damperlab_cluster_trouble"] == 0
+    assert before["damperlab_blocks_left"] >= 0
     for _ in range(3):
         assert client.get("/api/v1/studies/nosuchstudy0").status_code == 404
     client.request("BREW", "/metrics")

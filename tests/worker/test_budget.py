@@ -2,12 +2,16 @@
 
 import json
 import threading
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import pytest
+import typer
 from tests.service.cli.commands import run
 from tests.worker.test_workers_judged import BLOCKS, friction_study, never, submit
 
+from damperlab.service.cli.options import read_time
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
@@ -49,3 +53,35 @@ def test_the_command_says_what_became_of_the_budget_and_how_to_go_on(tmp_path: P
     assert "the budget of 0 core hours is spent" in record["message"]
     assert "damperlab resume" in ended.stderr
     assert json.loads(run("resume", record["id"], "--budget", "1", "--json", *data).stdout)["state"] == "done"
+
+
+def test_the_command_stops_at_its_time_and_says_so(tmp_path: Path) -> None:
+    axes = {
+        "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 1000},
+        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 1000},
+    }
+    study = tmp_path / "study.json"
+    # hours of work
+    study.write_text(json.dumps({"damping_ratio": 0.004, "particle": False, "axes": axes}))
+    data = ("--data-dir", tmp_path / "data")
+    ends = datetime.now() + timedelta(seconds=8)
+    ended = run("run", study, "--until", ends.isoformat(), "--workers", "1", "--json", *data, status=1)
+    record = json.loads(ended.stdout)
+    assert record["state"] == "cancelled"
+    assert f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record['blocks_done']} of" in record["message"]
+    assert "damperlab resume" in ended.stderr
+    again = run("resume", record["id"], "--until", "2001-01-01", *data, status=2)
+    assert "which is past" in again.stderr
+
+
+def test_a_time_of_day_is_the_next_one() -> None:
+    now = datetime.now().astimezone()
+    for hours in (-1, 1):
+        text = f"{now + timedelta(hours=hours):%H:%M:%S}"
+        found = read_time(text)
+        assert found is not None
+        assert f"{found:%H:%M:%S}" == text
+        # a day may have 23 or 25 hours
+        assert timedelta(0) < found - now < timedelta(hours=25)
+    with pytest.raises(typer.BadParameter, match="a time to come"):
+        read_time("soon")

@@ -85,6 +85,18 @@ def test_a_key_that_reads_cannot_write(guarded: Guarded) -> None:
         assert client.get(STUDIES).json()["studies"] == []
 
 
+def test_a_place_before_the_studies_of_others_is_for_admins(guarded: Guarded) -> None:
+    with guarded.client("ann") as ann, guarded.client("admin") as admin:
+        for body in (_study("first", 1.71), [_study("first", 1.71)]):
+            refused = ann.post(STUDIES, params={"priority": 1}, json=body)
+            assert (refused.status_code, _kind(refused)) == (403, "scope-lacking")
+            assert refused.json()["errors"][0]["field"] == "priority"
+        assert ann.post(STUDIES, params={"priority": -4}, json=_study("last", 1.72)).json()["priority"] == -4
+        made = admin.post(STUDIES, params={"priority": 3}, json=[_study("first", 1.73)])
+        assert made.json()["studies"][0]["priority"] == 3
+        assert admin.post(STUDIES, params={"priority": 11}, json=_study("no", 1.74)).status_code == 422
+
+
 def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers: Any) -> None:
     with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("admin") as admin:
         made = ann.post(STUDIES, json=_study("anns", 1.4))

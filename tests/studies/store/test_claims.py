@@ -113,6 +113,23 @@ def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
     assert list(verify(store, record)) == []
 
 
+def test_studies_that_wait_are_told_by_their_priority_over_several_pages(
+    store: Store, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(damperlab.studies.store.claims, "_PAGE", 2)
+    priorities = (0, -3, 7, 0, 7, -3, 10)
+    ids = []
+    for place, priority in enumerate(priorities):
+        study = make_study(damping_ratio=0.1 + 0.05 * place)
+        record, _ = store.submit(study, make_plan_of(study), {}, priority=priority)
+        # handed in again it keeps its own
+        assert store.submit(study, make_plan_of(study), {}, priority=1)[0].priority == priority
+        ids.append(record.id)
+    order = sorted(range(len(ids)), key=lambda place: -priorities[place])
+    assert [one.id for one in store.unclaimed(lambda owner: False)] == [ids[place] for place in order]
+    assert store.unclaimed(lambda owner: False, 1)[0].id == ids[6]
+
+
 def test_studies_that_wait_are_told_oldest_first(store: Store, make_study, make_plan_of) -> None:
     ids = []
     for damping_ratio in (0.1, 0.2, 0.3, 0.4, 0.5):

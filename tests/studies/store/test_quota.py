@@ -91,7 +91,15 @@ def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
             "DROP INDEX digest",
             *(
                 f"ALTER TABLE studies DROP COLUMN {name}"
-                for name in ("bytes_total", "phase", "phase_done", "phase_total", "box", "version")
+                for name in (
+                    "bytes_total",
+                    "phase",
+                    "phase_done",
+                    "phase_total",
+                    "box",
+                    "version",
+                    "priority",
+                )
             ),
             "ALTER TABLE done_blocks DROP COLUMN identity",
             *(
