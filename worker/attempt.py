@@ -1,16 +1,18 @@
-"""A block on its way, and what has happened to it before."""
+"""A block on its way, or a part of one, and what has happened to it before."""
 
 from dataclasses import dataclass, replace
+
+from damperlab.worker.piece import Piece
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A block on its way.
+    """A piece on its way.
 
     Parameters
     ----------
-    index : int
-        Of the block.
+    piece : Piece
+        The block, or the part of it.
     errors, crashes : int
         How often computing it raised an exception, and how often it is proven to have ended its process.
     apart : bool
@@ -22,12 +24,17 @@ class Attempt:
         How often it was begun before.
     """
 
-    index: int
+    piece: Piece
     errors: int = 0
     crashes: int = 0
     apart: bool = False
     avoid: frozenset[str] = frozenset()
     tries: int = 0
+
+    @property
+    def index(self) -> int:
+        """Of the block."""
+        return self.piece.index
 
     def begun(self, apart: bool = False) -> "Attempt":
         """Give the next attempt after one that began and ended by nobody's fault; in a process of its own where asked."""

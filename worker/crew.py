@@ -39,6 +39,7 @@ class Crew(Roster):
         self._where: dict[str, str] = {}
         # of thousands of workers few have room at a time
         self._hungry: dict[str, None] = {}
+        self._given_up: set[int] = set()
 
     @property
     def waiting(self) -> int:
@@ -69,7 +70,8 @@ class Crew(Roster):
         for member in self._meet(threads, running):
             # it ends what it runs
             not_begun = list(member.held)[member.threads :]
-            self._again.extend(self._take(key) for key in not_begun)
+            for key in not_begun:
+                self._give_back(self._take(key))
             lost += not_begun
         return lost
 
@@ -87,7 +89,7 @@ class Crew(Roster):
         for place, attempt in enumerate(member.held.values()):
             # it took what waited behind with it, which had no part in it
             began = place < member.threads and not known
-            self._again.append(attempt.begun(apart=True) if began else attempt)
+            self._give_back(attempt.begun(apart=True) if began else attempt)
         for key in member.held:
             del self._where[key]
         return list(member.held)
@@ -147,7 +149,7 @@ class Crew(Roster):
         """
         member = self.members[self._where[key]]
         attempt = self._take(key)
-        self._backlog.learn(attempt.index, kernel_seconds)
+        self._backlog.learn(attempt.piece, kernel_seconds)
         if member.standing == "on trial":
             member.standing = "usable"
         member.against.unreadable = 0
@@ -159,7 +161,7 @@ class Crew(Roster):
 
     def give_back(self, key: str, apart: bool = False) -> None:
         """Hear that a block was not computed, by nobody's fault."""
-        self._again.append(self._take(key).begun(apart))
+        self._give_back(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
         """Decide what an exception says: of the worker, of the block, or of the study's data.
@@ -176,7 +178,7 @@ class Crew(Roster):
         Returns
         -------
         Failure or None
-            None where the block is tried again.
+            None where the block is tried again, or was given up before.
 
         Raises
         ------
@@ -185,6 +187,8 @@ class Crew(Roster):
         """
         member = self.members[self._where[key]]
         attempt = self._take(key).begun()
+        if attempt.index in self._given_up:
+            return None
         text = f"{type(error).__name__}: {error}"
         if isinstance(error, Leaving):
             again = attempt
@@ -193,24 +197,35 @@ class Crew(Roster):
             again = attempt
         elif isinstance(error, OSError):
             if is_full(error):
-                self._again.append(attempt)
+                self._give_back(attempt)
                 raise Outage(f"there is no room for the study's data ({text})") from error
             self._cannot_read(member, text, now, at_once=isinstance(error, ShelfAway))
             again = attempt.elsewhere(member.address)
         elif isinstance(error, Crashed):
             if attempt.crashes == RETRIES:
-                return Failure(attempt.index, f"its process died {attempt.crashes + 1} times ({error})")
+                return self._give_up(attempt.index, f"its process died {attempt.crashes + 1} times ({error})")
             again = replace(attempt.elsewhere(member.address), crashes=attempt.crashes + 1)
         else:
             if attempt.errors == RETRIES:
-                for each in self.members.values():
-                    each.against.blamed.discard(attempt.index)
-                return Failure(attempt.index, text)
+                return self._give_up(attempt.index, text)
             member.against.blamed.add(attempt.index)
             member.against.last_error = text
             again = replace(attempt.elsewhere(member.address), errors=attempt.errors + 1)
-        self._again.append(again)
+        self._give_back(again)
         return None
+
+    def _give_up(self, index: int, message: str) -> Failure:
+        """Let a block be; the other parts of one that was cut are wanted no more."""
+        self._given_up.add(index)
+        self._backlog.drop(index)
+        self._again = deque(attempt for attempt in self._again if attempt.index != index)
+        for each in self.members.values():
+            each.against.blamed.discard(index)
+        return Failure(index, message)
+
+    def _give_back(self, attempt: Attempt) -> None:
+        if attempt.index not in self._given_up:
+            self._again.append(attempt)
 
     def _cannot_read(self, member: Member, text: str, now: float, at_once: bool) -> None:
         member.against.unreadable += 1
@@ -233,7 +248,7 @@ class Crew(Roster):
     def _held_seconds(self, address: str) -> float:
         member = self.members.get(address)
         return (
-            0.0 if member is None else sum(self._backlog.expected(one.index) for one in member.held.values())
+            0.0 if member is None else sum(self._backlog.expected(one.piece) for one in member.held.values())
         )
 
     def _take(self, key: str) -> Attempt:
@@ -249,5 +264,5 @@ class Crew(Roster):
             ):
                 del self._again[place]
                 return attempt
-        index = self._backlog.take()
-        return None if index is None else Attempt(index)
+        piece = self._backlog.take(self._threads)
+        return None if piece is None else Attempt(piece)

@@ -52,7 +52,7 @@ class Forecast:
     """
 
     def __init__(self, plan: Plan, known: Known | None = None) -> None:
-        self._plan = plan
+        self.plan = plan
         self._axes = plan.study.coordinates
         self._places = self._places_of(plan.centres(np.arange(plan.count)))
         self._elsewhere = np.empty((0, len(self._axes))), np.empty(0)
@@ -100,7 +100,7 @@ class Forecast:
         """
         if seconds <= 0.0:
             return False
-        self._ended[index] = float(np.log(seconds / self._plan.block_seconds[index]))
+        self._ended[index] = float(np.log(seconds / self.plan.block_seconds[index]))
         if len(self._ended) < self._next:
             return False
         self._next = max(len(self._ended) + 1.0, len(self._ended) * GROWTH)
@@ -116,11 +116,11 @@ class Forecast:
         own = np.fromiter(self._ended.values(), np.float64)[here]
         places = np.concatenate([places[there], self._places[indices]])
         ratios = np.concatenate([ratios[there], own])
-        mean, scatter = np.empty(self._plan.count), np.empty(self._plan.count)
-        for first in range(0, self._plan.count, _AT_ONCE):
+        mean, scatter = np.empty(self.plan.count), np.empty(self.plan.count)
+        for first in range(0, self.plan.count, _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
             mean[some], scatter[some] = _interpolated(self._places[some], places, ratios)
-        self.seconds = self._plan.block_seconds * np.exp(mean)
+        self.seconds = self.plan.block_seconds * np.exp(mean)
         self.cautious = self.seconds * np.exp(CAUTION * scatter)
 
     def _places_of(self, centres: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What a run has brought in: blocks that have ended, marked as done; those that were given up, stored as failed points."""
+"""What a run has brought in: blocks that have ended, marked as done, from parts too; those given up, as failed points."""
 
 import time
 import uuid
@@ -13,8 +13,10 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.worker.account import Account
+from damperlab.worker.gathering import Gathering
 from damperlab.worker.lease import Lease
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
+from damperlab.worker.part import PartOutcome
 from damperlab.worker.tasks import failed_values
 
 
@@ -39,7 +41,7 @@ class Harvest:
         self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
     ) -> None:
         self.spent_seconds = 0.0
-        """Kernel seconds of the blocks that this run has brought in."""
+        """Kernel seconds of the blocks and parts that this run has brought in."""
         self.failures: list[str] = []
         """Which blocks were given up, and why."""
         self._store = store
@@ -48,24 +50,37 @@ class Harvest:
         self._expected = expected
         self._account = account
         self._cube_path = store.cube_path(lease.study_id)
+        self._gathering = Gathering(plan, self._cube_path)
 
-    def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
+    def keep(self, ended: Iterable[BlockOutcome | PartOutcome | Failure]) -> None:
         """Mark blocks as done as they end.
 
         Raises
         ------
         Interrupted
-            A block that was given up cannot be written.
+            A block that was given up, or came in parts, cannot be written.
         """
         outcomes: list[BlockOutcome] = []
         try:
             for end in ended:
                 if self._lease.lost.is_set():
                     return
-                outcomes.append(self._give_up(end) if isinstance(end, Failure) else end)
+                if (outcome := self._outcome(end)) is not None:
+                    outcomes.append(outcome)
         finally:
             # also where the cluster is lost half-way: what is safe on the disk need not be computed again
             self._mark(outcomes)
+
+    def _outcome(self, end: BlockOutcome | PartOutcome | Failure) -> BlockOutcome | None:
+        """Give what is to be marked; None for a part of a block that is not whole yet."""
+        try:
+            if isinstance(end, Failure):
+                return self._give_up(end)
+            self.spent_seconds += end.kernel_seconds
+            return self._gathering.take(end) if isinstance(end, PartOutcome) else end
+        except OSError as error:
+            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
+            raise kind(f"the study's data cannot be written ({error})") from error
 
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():
@@ -75,7 +90,6 @@ class Harvest:
             self._lease.lost.set()
             return
         for outcome in outcomes:
-            self.spent_seconds += outcome.kernel_seconds
             self._account.count(outcome, float(self._expected[outcome.index]))
 
     def _give_up(self, failure: Failure) -> BlockOutcome:
@@ -83,12 +97,9 @@ class Harvest:
         began = time.perf_counter()
         values = failed_values(self._plan.study, block)
         generation = uuid.uuid4().hex[:12]
-        try:
-            told = {"message": failure.message}
-            checksum = write_region(self._cube_path, block, values, generation, told)
-        except OSError as error:
-            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
-            raise kind(f"the study's data cannot be written ({error})") from error
+        self._gathering.give_up(failure.index)
+        told = {"message": failure.message}
+        checksum = write_region(self._cube_path, block, values, generation, told)
         self.failures.append(f"block {failure.index}: {failure.message}")
         points = values["status"].size
         seconds = time.perf_counter() - began

@@ -29,7 +29,7 @@ class Progress:
     workers : tuple of (str, int)
         How many workers of the cluster have which standing for this study.
     blocks_in_flight, retries : int
-        Blocks at workers, and blocks of this run that were begun again.
+        Blocks, or parts of them, at workers, and those of this run that were begun again.
     """
 
     points_total: int

@@ -15,6 +15,7 @@ from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.examination import canary_of, stored_bits
 from damperlab.worker.lease import Lease
+from damperlab.worker.part import run_part
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.tasks import run_block
 
@@ -66,6 +67,21 @@ class Recipe:
         generation = key.removeprefix("block-")
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
+
+    def part_call(self, part: Block) -> tuple[Any, ...]:
+        """Give the function that computes a part of a block, and its arguments."""
+        return (
+            run_part,
+            self._cube_path,
+            self._record.digest,
+            part,
+            code_hash(),
+            self._record.provenance["identity"],
+        )
+
+    def is_known(self, index: int) -> bool:
+        """Whether points of a block may be taken from earlier studies; who takes them takes the whole block."""
+        return bool(self._overlaps.of(self._plan.block(index)))
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
         """Choose points that every worker computes first, and give their bits where they are stored."""

@@ -231,7 +231,8 @@ class _Run:
             window = Window(
                 client,
                 recipe.call,
-                Backlog(pending, forecast),
+                Backlog(pending, forecast, recipe.is_known),
+                part_task=recipe.part_call,
                 wait_seconds=wait_seconds,
                 priority=self._record.priority,
             )

@@ -16,6 +16,7 @@ from damperlab.worker.backlog import Backlog
 from damperlab.worker.crew import AGAIN_SECONDS, Crew
 from damperlab.worker.examination import Answer, examine, majority
 from damperlab.worker.outcomes import Failure, Outage, asking_the_cluster
+from damperlab.worker.part import PartOutcome
 from damperlab.worker.provenance import WrongCode
 
 LOOK_SECONDS = 1.0
@@ -31,6 +32,8 @@ LATE_SECONDS = 10.0
 
 Call = tuple[Any, ...]
 """A function and its arguments."""
+Ended = BlockOutcome | PartOutcome | Failure
+"""What becomes of a block, or of a part of one."""
 
 
 class Window:
@@ -44,6 +47,8 @@ class Window:
         Gives the call that computes the block of the given index under the given task key.
     backlog : Backlog
         The blocks.
+    part_task : callable, optional
+        Gives the call that computes a part of a block; without it none may be cut.
     wait_seconds : float
         How long the study waits while no worker can compute [s].
     priority : int
@@ -56,12 +61,14 @@ class Window:
         task: Callable[[int, str], Call],
         backlog: Backlog,
         *,
+        part_task: Callable[[Block], Call] | None = None,
         wait_seconds: float = WAIT_SECONDS,
         priority: int = 0,
     ) -> None:
         self.crew = Crew(backlog)
         self._client = client
         self._task = task
+        self._part_task = part_task
         self._wait_seconds = wait_seconds
         self._priority = priority
         self._examination: Call | None = None
@@ -155,11 +162,13 @@ class Window:
             # No key is ever used twice: the scheduler would answer with what it remembers of the first use.
             key = f"block-{self._run}-{self._sent}"
             self._sent += 1
-            call = self._task(attempt.index, key)
+            part, call = attempt.piece.part, self._task(attempt.index, key)
+            if part is not None and self._part_task is not None:
+                call = self._part_task(part)
             self._flying[key] = self._send(key, address, (call_apart, *call) if attempt.apart else call)
             self.crew.sent(key, address, attempt)
 
-    def collect(self, wait_seconds: float) -> Iterator[BlockOutcome | Failure]:
+    def collect(self, wait_seconds: float) -> Iterator[Ended]:
         """Hand back the blocks that have ended since the last call.
 
         Parameters
@@ -170,7 +179,7 @@ class Window:
 
         Yields
         ------
-        BlockOutcome or Failure
+        BlockOutcome, PartOutcome or Failure
             In the order of their end. A block that will be tried again is not among them.
 
         Raises
@@ -191,7 +200,7 @@ class Window:
                 if answer is not None:
                     self._judge(address, answer)
 
-    def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
+    def drain(self, grace_seconds: float) -> Iterator[Ended]:
         """Send nothing more, drop what has not begun, and hand back what ends within a grace.
 
         Parameters
@@ -201,7 +210,7 @@ class Window:
 
         Yields
         ------
-        BlockOutcome or Failure
+        BlockOutcome, PartOutcome or Failure
             As `collect` does.
         """
         deadline = time.monotonic() + grace_seconds
@@ -258,7 +267,7 @@ class Window:
                 return
             block = False
 
-    def _end(self, key: str, future: Future) -> BlockOutcome | Failure | None:
+    def _end(self, key: str, future: Future) -> Ended | None:
         address = self.crew.at(key)
         if address is None:
             return None
@@ -269,7 +278,7 @@ class Window:
                 return None
             return self.crew.failed(key, error, time.monotonic())
         try:
-            outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
+            outcome: BlockOutcome | PartOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
             # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
             self._require_scheduler()
@@ -283,7 +292,8 @@ class Window:
             self.crew.give_back(key)
             return None
         # points that were taken from earlier studies took no time
-        self.crew.ended(key, 0.0 if outcome.reused else outcome.kernel_seconds)
+        reused = isinstance(outcome, BlockOutcome) and outcome.reused > 0
+        self.crew.ended(key, 0.0 if reused else outcome.kernel_seconds)
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:

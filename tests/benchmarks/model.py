@@ -1,8 +1,9 @@
 """A discrete model of a cluster: the runner's own policy, which block goes to whom, over workers that only keep time.
 
 Two questions. How busy are 2, 8, 32, 128 workers with the blocks of a study whose points take what they took when they were
-measured, beside the best that is possible with the same blocks: with a first study of its kind, whose costs are learnt while
-it runs, and after a coarser one of its family. And what becomes of 10⁸ points on 10,000 workers that live one hour each.
+measured: with a first study of its kind, whose costs are learnt while it runs, and after a coarser one of its family; beside
+the best that is possible with the same blocks, and with any cut of them. And what becomes of 10⁸ points on 10,000 workers that
+live one hour each.
 
 `run_time.npz` holds what each point of a hybrid study took, 48 × 24 × 80 points, as sixteenths of powers of two in seconds;
 each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; crew, backlog
@@ -13,6 +14,7 @@ import heapq
 import json
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +23,17 @@ from numpy.typing import NDArray
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
-from damperlab.worker.backlog import Backlog
+from damperlab.worker.backlog import HANDING_SECONDS, Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.crew import Crew
 from damperlab.worker.forecast import Forecast, Known
+from damperlab.worker.piece import Piece
 
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
 """Of the measured clearance ratios, friction ratios and frequency ratios."""
 TRAVEL_SECONDS = 0.01
-"""From the end of a block until its worker has the next one, where none waits there."""
+"""From the end of a block until its worker has the next one, where none waits there and the scheduler is idle."""
 
 
 class Model:
@@ -40,23 +43,26 @@ class Model:
     ----------
     backlog : Backlog
         The blocks.
-    truth : array of float
-        What each block takes.
+    truth : callable
+        What a piece takes [s].
     workers : int
         How many, always: one that is gone is replaced.
     life_seconds : float
         Mean life of a worker, exponentially distributed.
     replace_seconds : float
         After how long another comes.
+    handing_seconds : float
+        The scheduler takes for each piece, one after the other.
     """
 
     def __init__(
         self,
         backlog: Backlog,
-        truth: NDArray[np.float64],
+        truth: Callable[[Piece], float],
         workers: int,
         life_seconds: float = math.inf,
         replace_seconds: float = 60.0,
+        handing_seconds: float = HANDING_SECONDS,
     ) -> None:
         self.crew = Crew(backlog)
         self._truth = truth
@@ -66,7 +72,9 @@ class Model:
         self._random = np.random.default_rng(1)
         self._threads: dict[str, int] = {}
         self._began: dict[str, float] = {}
-        self.now = self.lost = self.done = 0.0
+        self._there: dict[str, float] = {}
+        self._handing = handing_seconds
+        self.now = self.lost = self.done = self._handed = 0.0
         self.decisions = 0
         for _ in range(workers):
             self._hire()
@@ -105,25 +113,26 @@ class Model:
         del self._threads[name]
         for key in self.crew.vanish(name):
             if key in self._began:
-                self.lost += self.now - self._began.pop(key)
+                self.lost += max(0.0, self.now - self._began.pop(key))
+            self._there.pop(key, None)
         self._at(self.now + self._replace, "hire", "")
         self._send()
 
     def _end(self, key: str) -> None:
         name = self.crew.at(key)
         assert name is not None
-        index = int(key.split("-")[1])
         del self._began[key]
-        self.done += self._truth[index]
-        self.crew.ended(key, float(self._truth[index]))
+        seconds = self._truth(self.crew.members[name].held[key].piece)
+        self.done += seconds
+        self.crew.ended(key, seconds)
         waiting = self.crew.members[name].held
         if waiting:
-            self._begin(next(iter(waiting)))
+            self._begin(name, next(iter(waiting)))
         self._send()
 
-    def _begin(self, key: str, after: float = 0.0) -> None:
-        self._began[key] = self.now + after
-        self._at(self.now + after + float(self._truth[int(key.split("-")[1])]), "end", key)
+    def _begin(self, name: str, key: str) -> None:
+        self._began[key] = max(self.now, self._there.pop(key))
+        self._at(self._began[key] + self._truth(self.crew.members[name].held[key].piece), "end", key)
 
     def _see(self) -> None:
         self.crew.see(self._threads, self._threads)
@@ -133,30 +142,66 @@ class Model:
     def _send(self) -> None:
         for address, attempt in self.crew.assignments():
             self.decisions += 1
-            key = f"b-{attempt.index}-{self.decisions}"
+            key = f"b-{self.decisions}"
             self.crew.sent(key, address, attempt)
+            self._handed = max(self._handed, self.now) + self._handing
+            self._there[key] = self._handed + TRAVEL_SECONDS
             if len(self.crew.members[address].held) == 1:
-                self._begin(key, TRAVEL_SECONDS)
+                self._begin(address, key)
 
 
-def best_possible(truth: NDArray[np.float64], workers: int) -> float:
-    """Busy share where all that blocks take is known beforehand and the longest begin first; nearly the best there is."""
-    free = [0.0] * workers
+def _begin_at(workers: int) -> NDArray[np.float64]:
+    return HANDING_SECONDS * np.arange(1, workers + 1) + TRAVEL_SECONDS
+
+
+def best_whole(truth: NDArray[np.float64], workers: int) -> float:
+    """Busy share where all that blocks take is known beforehand, none is cut, and the longest begin first; nearly the best."""
+    free = list(_begin_at(workers))
     for seconds in -np.sort(-truth):
         heapq.heappush(free, heapq.heappop(free) + float(seconds))
     return float(truth.sum() / (workers * max(free)))
 
 
-def replayed(plan: Plan) -> NDArray[np.float64]:
-    """Seconds of every block of a plan over the measured points."""
-    points = 2.0 ** (np.load(MEASURED)["sixteenths"] / 16.0)
-    axes = list(plan.study.coordinates.values())[-3:]
-    nearest = [
-        np.rint(np.interp(values, ends, (0, count - 1))).astype(np.int64)
-        for values, ends, count in zip(axes, ENDS, points.shape, strict=True)
-    ]
-    taken = points[np.ix_(*nearest)]
-    return np.array([taken[plan.block(index).slices[-3:]].sum() for index in range(plan.count)])
+def best_cut(total: float, workers: int) -> float:
+    """Busy share that nothing can exceed: workers begin as soon as the scheduler has served them, and end together."""
+    used = np.arange(1, workers + 1)
+    end = (total + np.cumsum(_begin_at(workers))) / used
+    return float(total / (workers * end.min()))
+
+
+class Replay:
+    """Seconds of every piece of a plan over the measured points.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of `study_of`.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        points = 2.0 ** (np.load(MEASURED)["sixteenths"] / 16.0)
+        axes = list(plan.study.coordinates.values())[-3:]
+        nearest = [
+            np.rint(np.interp(values, ends, (0, count - 1))).astype(np.int64)
+            for values, ends, count in zip(axes, ENDS, points.shape, strict=True)
+        ]
+        self._plan = plan
+        self._taken = points[np.ix_(*nearest)]
+
+    def __call__(self, piece: Piece) -> float:
+        """Give what a piece takes [s]."""
+        box = piece.part or self._plan.block(piece.index)
+        return float(self._taken[box.slices[-3:]].sum())
+
+    @property
+    def blocks(self) -> NDArray[np.float64]:
+        """What each block takes [s], (count,)."""
+        return np.array([self(Piece(index)) for index in range(self._plan.count)])
+
+
+def proportional(blocks: NDArray[np.float64]) -> Callable[[Piece], float]:
+    """Give what pieces take where all points of a block take as long [s]."""
+    return lambda piece: piece.share * float(blocks[piece.index])
 
 
 def study_of(*points: int) -> Plan:
@@ -173,24 +218,27 @@ def study_of(*points: int) -> Plan:
 def family() -> Known:
     """What is known after a study of 23 × 11 × 39 points."""
     plan = study_of(23, 11, 39)
-    return plan.centres(np.arange(plan.count)), replayed(plan) / plan.block_seconds
+    return plan.centres(np.arange(plan.count)), Replay(plan).blocks / plan.block_seconds
 
 
 def busy(refined: int, workers: int) -> dict[str, Any]:
     """Busy share of a study of 24 × 12 × 40 points, each axis so many times finer, on so many workers; and at best."""
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
-    truth = replayed(plan)
+    replay = Replay(plan)
+    truth = replay.blocks
     shares = {}
     for name, known in (("first", None), ("family", family())):
-        model = Model(Backlog(range(plan.count), Forecast(plan, known)), truth, workers)
+        model = Model(Backlog(range(plan.count), Forecast(plan, known)), replay, workers)
         model.run()
         shares[name] = truth.sum() / (workers * model.now)
+        shares[f"{name}_pieces"] = model.decisions
     return {
         "blocks": plan.count,
         "workers": workers,
         "block_seconds": [float(truth.min()), float(np.median(truth)), float(truth.max())],
         **shares,
-        "best": best_possible(truth, workers),
+        "best_whole": best_whole(truth, workers),
+        "best_cut": best_cut(float(truth.sum()), workers),
     }
 
 
@@ -198,7 +246,7 @@ def estimates(refined: int) -> dict[str, float]:
     """Core seconds of the same study, as they are expected and as they were."""
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
     expected = float(Forecast(plan, family()).seconds.sum())
-    return {"first": plan.seconds, "family": expected, "true": float(replayed(plan).sum())}
+    return {"first": plan.seconds, "family": expected, "true": float(Replay(plan).blocks.sum())}
 
 
 def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
@@ -211,7 +259,7 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     plan = make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes}), seconds_per_point)
     truth = plan.block_seconds * np.random.default_rng(2).lognormal(0.0, 0.5, plan.count)
     began = time.process_time()
-    model = Model(Backlog(range(plan.count), Forecast(plan)), truth, workers, life_seconds)
+    model = Model(Backlog(range(plan.count), Forecast(plan)), proportional(truth), workers, life_seconds)
     model.run()
     cpu = time.process_time() - began
     return {
@@ -230,7 +278,7 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
 def killed(workers: int = 24, blocks: int = 240, seconds: float = 2.0) -> dict[str, Any]:
     """Half of the workers are gone at a third of the run, and none comes back; beside the ideal time."""
     truth = np.full(blocks, seconds) * np.random.default_rng(3).lognormal(0.0, 0.3, blocks)
-    model = Model(Backlog(range(blocks)), truth, workers, replace_seconds=math.inf)
+    model = Model(Backlog(range(blocks)), proportional(truth), workers, replace_seconds=math.inf)
     at = truth.sum() / workers / 3
     for name in list(model._threads)[: workers // 2]:
         model._at(at, "gone", name)
@@ -243,7 +291,7 @@ def run() -> dict[str, Any]:
     """All of it."""
     return {
         "estimates": [estimates(refined) for refined in (1, 2, 4)],
-        "busy": [busy(refined, workers) for refined in (1, 2, 4) for workers in (2, 8, 32, 128)],
+        "busy": [busy(refined, workers) for refined in (1, 2, 4, 8) for workers in (2, 8, 32, 128)],
         "half_killed": killed(),
         "vast": vast(),
     }
