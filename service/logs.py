@@ -10,6 +10,7 @@ from typing import Literal
 LogFormat = Literal["text", "json"]
 _REQUEST = re.compile(r"\[([A-Za-z0-9._-]{1,64})\]$")
 _WORKER = re.compile(r"\bworker (t(?:cp|ls)://\S+?)[:;,]?(?:\s|$)")
+_BLOCK = re.compile(r"\bblock (\d+)\b")
 _STUDY = re.compile(r"\bstudy ([0-9a-f]{12}(?:-\d+)?)\b")
 
 
@@ -25,7 +26,7 @@ class JsonLines(logging.Formatter):
             "logger": record.name,
             "message": message,
         }
-        for key, pattern in (("study", _STUDY), ("worker", _WORKER)):
+        for key, pattern in (("study", _STUDY), ("block", _BLOCK), ("worker", _WORKER)):
             if found := pattern.search(message):
                 told[key] = found[1]
         if record.name == "damperlab.access" and (found := _REQUEST.search(message)):

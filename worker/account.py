@@ -91,6 +91,9 @@ class Account:
         """
         assert self._crew is not None
         study_id = self._lease.study_id
+        incidents, self._crew.incidents = self._crew.incidents, []
+        for sentence in incidents:
+            _log.warning("study %s: %s", study_id, sentence)
         for sentence in self._crew.take_news():
             _log.warning("study %s: %s", study_id, sentence)
             self._store.note(study_id, sentence)
@@ -110,6 +113,13 @@ class Account:
         """Count a block that is done, by its expected kernel seconds."""
         assert self._meter is not None
         self._meter.add(outcome.points, outcome.failed, work)
+        _log.debug(
+            "study %s: block %d is done: %d points, %.3g s",
+            self._lease.study_id,
+            outcome.index,
+            outcome.points,
+            outcome.seconds,
+        )
 
     def report(self, at_once: bool = False) -> None:
         """Report progress where it is time to."""

@@ -34,6 +34,8 @@ class Crew(Roster):
         super().__init__()
         self.retries = 0
         """Blocks that were computed, or begun, again."""
+        self.incidents: list[str] = []
+        """What has happened to blocks, a sentence each without its end; whoever reads it empties it."""
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
@@ -90,6 +92,10 @@ class Crew(Roster):
             # it took what waited behind with it, which had no part in it
             began = place < member.threads and not known
             self._give_back(attempt.begun(apart=True) if began else attempt)
+            if began:
+                self.incidents.append(
+                    f"block {attempt.index} was computed by worker {address}, which is gone"
+                )
         for key in member.held:
             del self._where[key]
         return list(member.held)
@@ -190,6 +196,7 @@ class Crew(Roster):
         if attempt.index in self._given_up:
             return None
         text = f"{type(error).__name__}: {error}"
+        self.incidents.append(f"block {attempt.index} was not computed by worker {member.address}: {text}")
         if isinstance(error, Leaving):
             again = attempt
         elif isinstance(error, WrongCode):
@@ -216,6 +223,7 @@ class Crew(Roster):
 
     def _give_up(self, index: int, message: str) -> Failure:
         """Let a block be; the other parts of one that was cut are wanted no more."""
+        self.incidents.append(f"block {index} is given up: {message}")
         self._given_up.add(index)
         self._backlog.drop(index)
         self._again = deque(attempt for attempt in self._again if attempt.index != index)

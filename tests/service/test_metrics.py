@@ -109,6 +109,10 @@ def test_log_lines_are_json_with_ids_of_their_own() -> None:
     told = json.loads(JsonLines().format(record))
     assert (told["study"], told["worker"], told["level"]) == ("0123456789ab", "tls://h:1", "warning")
     assert told["message"].endswith('"lies"')
+    assert "block" not in told
+    record.args = ("0123456789ab", "block 17 was not computed by worker tcp://h:1: ValueError: no")
+    told = json.loads(JsonLines().format(record))
+    assert (told["study"], told["block"], told["worker"]) == ("0123456789ab", "17", "tcp://h:1")
     access = logging.LogRecord(
         "damperlab.access", logging.INFO, "f", 1, "GET / 200 in 1.0 ms [abc]", (), None
     )

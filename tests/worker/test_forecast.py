@@ -168,6 +168,6 @@ def test_workers_are_nearly_as_busy_as_they_can_be(workers: int) -> None:
 
 
 def test_few_blocks_keep_more_workers_busy_than_there_are_blocks_for() -> None:
-    share = model.busy(1, 32)
+    share = model.busy(2, 128)
     assert share["first"] > share["best_whole"] + 0.02
     assert share["first"] <= share["best_cut"]

@@ -276,3 +276,22 @@ def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() 
     again = {one.index: one for one in crew.members["w1"].held.values()}
     assert again.keys() == {ran, waited}
     assert not any(one.apart for one in again.values())
+
+
+def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
+    crew = crew_of(2, 1)
+    fill(crew)
+    (first,) = [name for name, member in crew.members.items() if member.held]
+    crew.failed(next(iter(crew.members[first].held)), ValueError("no"), 0.0)
+    fill(crew)
+    (second,) = [name for name, member in crew.members.items() if member.held]
+    assert first != second
+    crew.vanish(second)
+    assert crew.incidents == [
+        f"block 0 was not computed by worker {first}: ValueError: no",
+        f"block 0 was computed by worker {second}, which is gone",
+    ]
+    for _ in range(2):
+        fill(crew)
+        crew.failed(next(iter(crew.members[first].held)), ValueError("again"), 0.0)
+    assert crew.incidents[-1] == "block 0 is given up: ValueError: again"
