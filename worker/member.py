@@ -1,14 +1,17 @@
 """A worker process that knows how to leave: it takes no more blocks, ends or gives back what it runs, and is gone."""
 
 import asyncio
+import math
 import os
 import signal
+import socket
 import sys
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import dask
 from distributed import Security, Worker
@@ -18,6 +21,8 @@ from damperlab.worker.alive import show_alive
 from damperlab.worker.cluster import ONE_THREAD
 from damperlab.worker.notice import ASK_SECONDS, announced
 
+ASK_AGAIN_SECONDS = 1.0
+"""Between two looks for a way to the scheduler."""
 LOOK_SECONDS = 0.2
 """Between two looks for a notice, and at what is left to do."""
 
@@ -93,8 +98,12 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
     began = time.monotonic()
+    host = await _own_host(scheduler, told, terms)
+    if host is None:
+        return 0 if told.done() and not wrong else 1
     worker = Worker(
         scheduler,
+        host=host,
         nthreads=1,
         security=security,
         dashboard=False,
@@ -120,6 +129,33 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     if showing is not None:
         showing.cancel()
     return 1 if wrong else 0
+
+
+async def _own_host(scheduler: str, told: "asyncio.Future[str]", terms: Terms) -> str | None:
+    """Give this machine's address on the way to the scheduler, once there is one; None where that is given up.
+
+    Without a way the library would take the loopback address, under which nobody reaches a worker once there is one.
+    """
+    loop = asyncio.get_running_loop()
+    parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+    limit = min(
+        (each for each in (terms.leave_idle_s, terms.lifetime_s) if each is not None), default=math.inf
+    )
+    began, waits = time.monotonic(), False
+    while not told.done() and time.monotonic() - began < limit:
+        with suppress(OSError):
+            found = await loop.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
+            family, kind, protocol, _, address = found[0]
+            with socket.socket(family, kind, protocol) as probe:
+                # nothing is sent
+                probe.connect(address)
+                return str(probe.getsockname()[0])
+        if not waits:
+            waits = True
+            _say(f"there is no way to {scheduler} yet")
+        await asyncio.wait([told], timeout=ASK_AGAIN_SECONDS)
+    _say(f"leaving: there is no way to {scheduler}")
+    return None
 
 
 async def _joined(worker: Worker, told: "asyncio.Future[str]", terms: Terms) -> bool:

@@ -76,6 +76,8 @@ class Window:
         self._identity = ""
         self._flying: dict[str, Future] = {}
         self._examined: dict[str, tuple[Future, str]] = {}
+        # since when an answer that is there cannot be fetched
+        self._late: dict[str, float] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._run = uuid.uuid4().hex[:8]
         self._sent = 0
@@ -196,7 +198,7 @@ class Window:
                     return
             elif key in self._examined:
                 future, address = self._examined.pop(key)
-                answer = self._examination_of(future, address)
+                answer = self._examination_of(key, future, address)
                 if answer is not None:
                     self._judge(address, answer)
 
@@ -335,15 +337,22 @@ class Window:
                 self._sent += 1
                 self._examined[key] = self._send(key, member.address, self._examination), member.address
 
-    def _examination_of(self, future: Future, address: str) -> Answer | None:
+    def _examination_of(self, key: str, future: Future, address: str) -> Answer | None:
         """Give what a worker has answered; one that could not is left out."""
         try:
-            answer: Answer = future.result(timeout=ANSWER_SECONDS)
+            answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
             self.crew.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
         # a worker that does not hold this package, cannot reach the data, is lost, …
         except (Exception, CancelledError) as error:
             self._require_scheduler()
+            now = time.monotonic()
+            fetched = isinstance(error, TimeoutError) and future.status == "finished"
+            if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
+                # it has answered, and nobody reaches it: asked again, while the others are heard
+                self._examined[key] = future, address
+                self._ended.put(key)
+                return None
             reason = f"it cannot begin ({type(error).__name__}: {error})"
             self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
         else:
@@ -377,7 +386,7 @@ class Window:
             for key in self._news(0.2):
                 if key in self._examined:
                     future, address = self._examined.pop(key)
-                    answer = self._examination_of(future, address)
+                    answer = self._examination_of(key, future, address)
                     if answer is not None:
                         answers[address] = answer
                         self.crew.members[address].again_at = float("inf")

@@ -163,3 +163,19 @@ def test_study_over_hosts_that_fail_has_the_bits_of_an_undisturbed_one(
     assert "sources" in events
     assert "cannot begin" in events
     store.close()
+
+
+def test_worker_that_starts_while_its_cable_is_out_joins_by_the_address_at_which_others_reach_it(
+    network: list[Host],
+) -> None:
+    scheduling, _, first, *_ = network
+    known = {"PYTHONPATH": str(ROOT), "DAMPERLAB_CLUSTER_TLS": ""}
+    address = f"tcp://{scheduling.address}:{PORT}"
+    command = [sys.executable, "-m", "dask", "scheduler", f"--host={scheduling.address}", f"--port={PORT}"]
+    scheduler = scheduling.start([*command, "--no-dashboard"], known)
+    until(scheduler, "Scheduler at:")
+    first.cable(False)
+    worker = first.start([sys.executable, "-m", "damperlab", "worker", address], known)
+    until(worker, f"there is no way to {address} yet")
+    first.cable(True)
+    until(scheduler, f"Register worker addr: tcp://{first.address}:")
