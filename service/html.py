@@ -21,7 +21,7 @@ figcaption, .quiet { color: #4d5a6b; font-size: .9rem; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
 @page { margin: 18mm 15mm; }
 @media print { body { margin: 0; max-width: none; font-size: 10.5pt; } }
-@media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
+@media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } td + td { overflow-wrap: anywhere; } }
 """
 
 
