@@ -200,6 +200,23 @@ _PRECISION = _of_cube(
     error_high=NUMBERS,
     max_cycles_share=NUMBERS,
 )
+_FRAGILITY = _of_cube(
+    ("median_scale", "median_scale_interval", "dispersion", "dispersion_interval"),
+    scale=NUMBERS,
+    exceeded=NUMBERS,
+    probability=NUMBERS,
+    lowest=NUMBERS,
+    median=NUMBERS,
+    highest=NUMBERS,
+    threshold=NUMBER,
+    metric=TEXT,
+    records=COUNT,
+    never=COUNT,
+    median_scale=NUMBER,
+    median_scale_interval=NUMBERS,
+    dispersion=NUMBER,
+    dispersion_interval=NUMBERS,
+)
 _IMPORTANCE = _of_cube(
     dimension=_list(_enum(EVERY_DIMENSION)),
     share=NUMBERS,
@@ -374,6 +391,7 @@ def answer_schemas() -> dict[str, Schema]:
         "TmdComparison": _TMD,
         "WorkPrecision": _PRECISION,
         "Importance": _IMPORTANCE,
+        "Fragility": _FRAGILITY,
         "Refinement": _asked(**_REFINEMENT_FIELDS),
         "FollowUps": _asked(
             **_REFINEMENT_FIELDS,

@@ -154,6 +154,24 @@ class Varied:
 
 
 @dataclass(frozen=True)
+class Fragile:
+    """Which limit is exceeded, by what, and of which damper of a ground-motion suite."""
+
+    threshold: float = asked(
+        0.02,
+        "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.",
+        above=0,
+        explicit=("http", "client"),
+    )
+    metric: str | None = asked(
+        None,
+        "Result that exceeds the limit; peak_relative_displacement_m by default.",
+        allowed=EVERY_VARIABLE,
+    )
+    at: At = asked_at()
+
+
+@dataclass(frozen=True)
 class Window:
     """The part of a map that a screen shows."""
 

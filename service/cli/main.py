@@ -19,7 +19,7 @@ from damperlab.service.cli.keys import keys
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
-from damperlab.service.cli.queries import importance, map_, optimum, response
+from damperlab.service.cli.queries import fragility, importance, map_, optimum, response
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
@@ -81,6 +81,7 @@ for name, command, panel in (
     ("tmd", tmd, "Ask"),
     ("robust", robust, "Ask"),
     ("importance", importance, "Ask"),
+    ("fragility", fragility, "Ask"),
     ("precision", precision, "Ask"),
     ("report", write_report, "Ask"),
     ("export", export, "Ask"),

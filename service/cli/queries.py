@@ -18,7 +18,7 @@ from damperlab.service.cli.words import (
     slice_sentence,
     words_of,
 )
-from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Varied
+from damperlab.studies.questions import Fragile, Judging, Plane, Ranking, Second, Selection, Varied
 
 RANKED = {
     "value": "amplitude_ratio",
@@ -197,6 +197,37 @@ def importance(
             for name, share, effect, size in zip(*columns, strict=True)
         )
         print_table(("parameter", "share", phrases.column("effect", of), "values"), rows)
+
+    hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
+
+
+@asks
+def fragility(
+    study: StudyId,
+    fragile: Fragile,
+    output: Output = None,
+    data_dir: DataDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up."""
+    check_file(output)
+    record, cube = ask(study, data_dir)
+    from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.fragility import fragility as fitted
+
+    with working("Reading the cube"):
+        answer = fitted(cube, fragile)
+
+    def draw() -> "Figure":
+        from damperlab.service.figures.fragility import draw_fragility
+
+        return draw_fragility(answer)
+
+    def tell() -> None:
+        say(answer.attrs["note"])
+        columns = {name: answer[name].values.tolist() for name in ("scale", *answer.data_vars)}
+        rows = (tuple(map(number, row)) for row in zip(*columns.values(), strict=True))
+        print_table(tuple(map(str, columns)), rows)
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 

@@ -121,6 +121,17 @@ class Importance(Answer):
         return draw_importance(self)
 
 
+class Fragility(Answer):
+    """How likely a damper exceeds a limit along ``scale``."""
+
+    __slots__ = ()
+
+    def _draw(self) -> "Figure":
+        from damperlab.service.figures.fragility import draw_fragility
+
+        return draw_fragility(self)
+
+
 class WorkPrecision(Answer):
     """Error against run time over the points of a study."""
 
@@ -178,6 +189,11 @@ def read_tmd(document: Mapping[str, Any]) -> TmdComparison:
 def read_importance(document: Mapping[str, Any]) -> Importance:
     """Rebuild shares of variance; see `damperlab.studies.answers.importance`."""
     return Importance(*_parts(document, document, ("dimension",)))
+
+
+def read_fragility(document: Mapping[str, Any]) -> Fragility:
+    """Rebuild a fragility curve; see `damperlab.studies.answers.fragility`."""
+    return Fragility(*_parts(document, document, ("scale",)))
 
 
 def read_precision(document: Mapping[str, Any]) -> WorkPrecision:

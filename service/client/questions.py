@@ -11,6 +11,7 @@ from damperlab.studies.questions import (
     MOST_DESIGNS,
     Amplitudes,
     Design,
+    Fragile,
     Judging,
     Plane,
     Ranking,
@@ -24,6 +25,7 @@ from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduc
 if TYPE_CHECKING:
     from damperlab.service.client.answers import (
         Designs,
+        Fragility,
         FrequencyResponse,
         Importance,
         ResonanceMap,
@@ -179,6 +181,19 @@ class Questions(Asked):
         from damperlab.service.client.answers import read_importance
 
         return read_importance(self._question("importance", Varied(metric, ranges)))
+
+    @explained(Fragile)
+    def fragility(self, threshold: float, metric: str | None = None, **at: float | str) -> "Fragility":
+        """Fit how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up.
+
+        Returns
+        -------
+        Fragility
+            See `damperlab.studies.answers.fragility`.
+        """
+        from damperlab.service.client.answers import read_fragility
+
+        return read_fragility(self._question("fragility", Fragile(threshold, metric, at)))
 
     def work_precision(self) -> "WorkPrecision":
         """Sort the points by run time, and say how exact those of each time are.

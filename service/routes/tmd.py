@@ -10,11 +10,12 @@ from damperlab.service.parameters import asks
 from damperlab.service.routes.queries import answered, answers
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
-from damperlab.studies.questions import Design, Tuning, Varied
+from damperlab.studies.questions import Design, Fragile, Tuning, Varied
 from damperlab.studies.variables import DIMENSIONS
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
@@ -48,6 +49,19 @@ def ask_importance(
     """Share out the variance of a result over the grid: what each parameter explains alone, and what combinations do."""
     (varied,) = asked
     return answered(study, columns_document(importance(service.store.cube(study.id), varied)))
+
+
+@router.get(
+    "/fragility",
+    **answers("Fragility"),
+    summary="How likely a damper exceeds a limit as the records are scaled up",
+)
+def ask_fragility(
+    service: TheService, study: TheStudy, asked: Annotated[tuple[Fragile], asks(Fragile)]
+) -> Document:
+    """Fit the probability of exceeding a limit over the scale of the records of a ground-motion suite."""
+    (fragile,) = asked
+    return answered(study, columns_document(fragility(service.store.cube(study.id), fragile)))
 
 
 @router.get(

@@ -146,6 +146,7 @@ OF_A_SUITE: list[tuple[str, str, dict[str, Any]]] = [
     ("get", f"{STUDY}/resonance-map", {"x": "clearance_m", "y": "friction_force_n"}),
     ("get", f"{STUDY}/optimal-designs", {}),
     ("get", f"{STUDY}/importance", {}),
+    ("get", f"{STUDY}/fragility", {"threshold": 0.02}),
 ]
 
 

@@ -1,0 +1,86 @@
+"""A fragility curve is the distribution that its data were drawn from, and says what it cannot know."""
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.fragility import bounds, fit_lognormal, fragility
+from damperlab.studies.kinds import HARMONIC, SUITE
+from damperlab.studies.questions import Fragile
+
+SCALES = np.array([0.5, 1.0, 2.0, 4.0])
+
+
+def suite_of(values: np.ndarray) -> xr.Dataset:
+    """Values (record, scale) of one damper."""
+    shape = [1] * len(SUITE.dimensions)
+    shape[SUITE.dimensions.index("record")], shape[SUITE.dimensions.index("scale")] = values.shape
+    axes: dict[str, np.ndarray] = {name: np.ones(1) for name in SUITE.dimensions}
+    axes["record"] = np.array([f"record-{i:03}" for i in range(values.shape[0])])
+    axes["scale"] = SCALES
+    data = {
+        SUITE.metric: (SUITE.dimensions, values.reshape(shape), {"units": "m"}),
+        "status": (SUITE.dimensions, np.zeros(shape, np.int8)),
+    }
+    return xr.Dataset(data, axes)
+
+
+def test_counts_in_four_intervals_have_the_two_parameters_that_give_their_shares() -> None:
+    """Three intervals have two free shares, and a lognormal two parameters: the fit gives the shares themselves."""
+    low = np.repeat([0.0, 1.0, 2.0], [3, 5, 2])
+    high = np.repeat([1.0, 2.0, np.inf], [3, 5, 2])
+    fitted = fit_lognormal(low, high)
+    assert fitted is not None
+    a, b = (NormalDist().inv_cdf(share) for share in (0.3, 0.8))
+    dispersion = math.log(2.0) / (b - a)
+    # the grid is zoomed to steps of 1e-11; where a likelihood is flat its place is known to the root of a rounding
+    assert fitted.dispersion == pytest.approx(dispersion, rel=1e-6)
+    assert fitted.median == pytest.approx(math.exp(-a * dispersion), rel=1e-6)
+    assert fitted.median_interval[0] < fitted.median < fitted.median_interval[1]
+    assert fitted.dispersion_interval[0] < fitted.dispersion < fitted.dispersion_interval[1]
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
+    rng = np.random.default_rng(3)
+    held = 0
+    for _ in range(25):
+        capacity = np.exp(rng.normal(math.log(1.4), 0.5, 40))
+        fitted = fit_lognormal(*bounds(capacity[:, None] < SCALES, SCALES))
+        assert fitted is not None
+        held += fitted.median_interval[0] <= 1.4 <= fitted.median_interval[1]
+    # 95 % of 25 is 23.75 with a standard deviation of 1.09; four of them below
+    assert held >= 20
+
+
+def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None:
+    values = np.array([[0.01, 0.03, 0.015, 0.05], [0.001, 0.002, 0.021, 0.03], [0.001, 0.002, 0.003, 0.004]])
+    answer = fragility(suite_of(values), Fragile(0.02))
+    # the first exceeds at 1 and, though less at 2, counts from there on
+    assert answer["exceeded"].values.tolist() == pytest.approx([0, 1 / 3, 2 / 3, 2 / 3])
+    assert answer.attrs["never"] == 1
+    probability = answer["probability"].values
+    assert (np.diff(probability) > 0).all()
+    median, dispersion = answer.attrs["median_scale"], answer.attrs["dispersion"]
+    expected = [NormalDist().cdf(math.log(scale / median) / dispersion) for scale in SCALES]
+    np.testing.assert_allclose(probability, expected, rtol=1e-12)
+    np.testing.assert_array_equal(answer["highest"], values.max(axis=0))
+    assert "2 of 3 records" in answer.attrs["note"]
+
+
+def test_what_cannot_be_fitted_is_said() -> None:
+    same = fragility(suite_of(np.tile([0.01, 0.03, 0.04, 0.05], (4, 1))), Fragile(0.02))
+    assert "median_scale" not in same.attrs
+    assert "No curve can be fitted" in same.attrs["note"]
+    assert np.isnan(same["probability"]).all()
+    never = fragility(suite_of(np.full((4, 4), 0.001)), Fragile(0.02))
+    assert never.attrs["never"] == 4
+    assert "0 of 4 records" in never.attrs["note"]
+    shape = (1,) * len(HARMONIC.dimensions)
+    axes = {name: np.ones(1) for name in HARMONIC.dimensions}
+    harmonic = xr.Dataset({"status": (HARMONIC.dimensions, np.zeros(shape, np.int8))}, axes)
+    with pytest.raises(QueryFault, match="needs a ground-motion suite"):
+        fragility(harmonic, Fragile(0.02))
