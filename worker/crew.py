@@ -107,7 +107,7 @@ class Crew(Roster):
 
     def assignments(self) -> Iterator[tuple[str, Attempt]]:
         """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
-        trusted = any(not member.against.doubtful for member in self.usable)
+        trusted = any(one.usable and not one.against.doubtful for one in self.members.values())
         for depth in range(1, BLOCKS_PER_THREAD + 1):
             hungry = list(self._hungry)
             if depth > 1:
