@@ -51,7 +51,6 @@ def answer_document(found: Found) -> dict[str, Any]:
             for mass, each in found.front
         ],
         "as_good": found.as_good,
-        "shortfall": found.shortfall,
         "stopped": found.stopped,
         "left_out": list(found.left_out),
         "confidence": asked.confidence,

@@ -47,9 +47,6 @@ class Found:
         or where the budget did not allow it.
     as_good : int
         Further dampers judged that may be as good within the errors.
-    shortfall : float or None
-        By how much the best damper of the ranges may be better than the recommended one, in the unit of the measure; None
-        where limits are exceeded.
     stopped : str
         "complete" or "budget".
     step : float
@@ -73,7 +70,6 @@ class Found:
     shown: tuple[Amplitude, ...]
     starts: Starts | None
     as_good: int
-    shortfall: float | None
     stopped: str
     step: float
     left_out: tuple[str, ...]

@@ -13,10 +13,7 @@ Candidate = tuple[float, ...]
 
 FIRST = {1: 1 / 16, 2: 1 / 8, 3: 1 / 4, 4: 1 / 4}
 """The first step, by the number of quantities that are chosen."""
-FINEST = 1 / 32
-"""Steps at which the lattice is no longer halved around several candidates."""
-SHARPEST = 1 / 256
-"""Steps in which it is looked beside single candidates."""
+FINEST = 1 / 64
 FULL = 2
 """Quantities up to which every neighbour of a candidate is looked at; of more only those along one quantity."""
 
@@ -72,13 +69,9 @@ class Lattice:
                     found.update((*centre[:d], value, *centre[d + 1 :]) for value in axis)
         return sorted(found)
 
-    def listed(self, name: str) -> bool:
-        """Whether a quantity has values in a list, with nothing between them."""
-        return bool(self.asked.choices[name].values)
-
-    def fine(self, step: float, finest: float = FINEST) -> bool:
+    def fine(self, step: float) -> bool:
         """Whether half the step is finer than anybody could build, or than the finest."""
-        if step / 2 < finest:
+        if step / 2 < FINEST:
             return True
         return all(
             name in self.asked.tolerances and self._width(name) * step <= self._built(name)

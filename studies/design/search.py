@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from itertools import product
 from math import inf, isinf
 
-from damperlab.studies.design.between import Between
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import Survey, brackets
-from damperlab.studies.design.lattice import FINEST, FIRST, SHARPEST, Candidate, Lattice
+from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude
@@ -36,10 +35,6 @@ ENOUGH = 1 / 32
 """Step from which the lattice is no longer halved where the last halving gained less than the noise of the best one."""
 NOISY = 0.01
 """Share of a value from which its error counts as noise: of a response that repeats it is far less."""
-CLEAR = 0.01
-"""Share of the best by which another may be better that is no longer looked for between the candidates."""
-NOISES = 4.0
-"""Times its noise by which a candidate's neighbours must differ from it for a closer look to tell more."""
 FACTORIAL = 3
 """Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
 HADAMARD = (
@@ -71,16 +66,13 @@ class Effort:
         Share of the budget that the search leaves for what comes after.
     finest : float
         Step at which it ends in any case; 0 where tolerances and noise decide.
-    looks : int
-        Candidates around which is looked once more because of what may lie beside them.
     """
 
-    kept: int = 4
+    kept: int = 6
     finalists: int = 8
     rounds: int = 2
     reserve: float = 0.5
     finest: float = 0.0
-    looks: int = 16
 
 
 @dataclass
@@ -111,7 +103,6 @@ class Search:
     def __post_init__(self) -> None:
         """Lay out frequencies, amplitudes and corners."""
         self.lattice = Lattice(self.asked)
-        self.between = Between(self.lattice)
         self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
         self.amplitudes = amplitudes_of(self.asked, FEW)
         self.corners = corners_of(self.asked)
@@ -142,9 +133,7 @@ class Search:
             yield from self._polish()
         except BudgetSpent:
             self.stopped = "budget"
-        best = self.best()
-        self.step = self.between.step(best)
-        return best
+        return self.best()
 
     def _explore(self) -> Asks:
         """Look at the lattice, ever finer around the best, and judge the best with their tolerances."""
@@ -152,10 +141,8 @@ class Search:
         first = self.lattice.first()
         self._tell(f"a first look at {len(first)} dampers")
         yield from self._add(first)
-        self.between.begin(first, self.step)
         try:
             yield from self._halve()
-            yield from self._doubt()
         except BudgetSpent:
             self.stopped = "budget"
             # what is left of the search's share goes into judging fewer, and all of the budget stands behind the first
@@ -168,11 +155,13 @@ class Search:
         yield from self._judge(finalists)
         for _ in range(self.effort.rounds if self.corners else 0):
             best = self.best()
-            step = max(self.step, FINEST)
-            yield from self._look([best], step)
-            yield from self._judge(
-                [each for each in self.lattice.around([best], step) if each not in self.robust]
-            )
+            new = [
+                each
+                for each in self.lattice.around([best], max(self.step, 1 / 32))
+                if each not in self.robust
+            ]
+            yield from self._add([each for each in new if each not in set(self.pool)])
+            yield from self._judge(new)
             if self.best() == best:
                 break
 
@@ -185,57 +174,16 @@ class Search:
             self._tell(
                 f"around the best {self.effort.kept}, with steps of 1/{round(1 / finer)} of the ranges"
             )
-            yield from self._look(self._top(self.effort.kept), finer)
+            known = set(self.pool)
+            around = self.lattice.around(self._top(self.effort.kept), finer)
+            yield from self._add([each for each in around if each not in known])
             yield from self._settle(self.effort.kept, CLOSE)
             self.step = finer
             after = self._leader()
-            gained = before.violation > after.violation or before.value - after.value > after.noise
-            noisy = after.noise > NOISY * after.value
+            gained = before.violation > after.violation or before.value - after.value > after.error
+            noisy = after.error > NOISY * after.value
             if finer <= self.effort.finest or (finer <= ENOUGH and noisy and not gained):
                 return
-
-    def _look(self, centres: list[Candidate], step: float) -> Asks:
-        """Look at the neighbours of candidates, a step away."""
-        known = set(self.pool)
-        new = [each for each in self.lattice.around(centres, step) if each not in known]
-        yield from self._add(new)
-        self.between.looked_around(centres, new, step)
-
-    def _doubt(self) -> Asks:
-        """Look around the candidates beside which a better damper may lie, the most promising first."""
-        self._tell("between the candidates, where a better damper may lie")
-        for _ in range(self.effort.looks):
-            chosen = None
-            while chosen is None:
-                yield from self._settle(1, CLOSEST)
-                (leader,) = self._top(1)
-                chosen = self._doubtful()
-                # what it and those beside it differ by is to be known as well as they are
-                closely = [chosen] if chosen else self.between.beside(leader, self.pool)
-                behind = [
-                    each for each in map(self.lattice.build, closely) if self._level.get(each, -1) < CLOSE
-                ]
-                if behind:
-                    chosen = None
-                    yield from self.known(behind, CLOSE)
-                elif chosen is None:
-                    return
-            yield from self._look([chosen], self.between.next_step(chosen))
-
-    def _doubtful(self) -> Candidate | None:
-        """Choose the candidate beside which the best damper may lie, where a closer look can tell."""
-        scores = self.scores()
-        lowest = {
-            each: (scores[each].violation, scores[each].value - dip)
-            for each, dip in self.between.dips(scores).items()
-            if dip > NOISES * scores[each].noise
-            and not self.lattice.fine(2.0 * self.between.next_step(each), SHARPEST)
-        }
-        leader = self._leader()
-        bar = (leader.violation, (1.0 - CLEAR) * leader.value)
-        return min(
-            (each for each in lowest if lowest[each] < bar), key=lambda one: (*lowest[one], one), default=None
-        )
 
     def _polish(self) -> Asks:
         """Know as closely as can be every candidate whose worst case may be less than what the best is sure to keep."""
@@ -262,10 +210,6 @@ class Search:
     def score(self, build: Build) -> Score:
         """Judge a build by what is known."""
         return score(self.book, build, self.amplitudes)
-
-    def scores(self) -> dict[Candidate, Score]:
-        """Judge every candidate as drawn."""
-        return {each: self.score(self.lattice.build(each)) for each in self.pool}
 
     def close(self, build: Build) -> bool:
         """Whether a build is known as closely as one can be."""
@@ -325,17 +269,11 @@ class Search:
     def _judge(self, candidates: list[Candidate]) -> Asks:
         """Judge candidates with their tolerances, but for those that cannot be the best."""
         yield from self.known((self.lattice.build(each) for each in candidates), CLOSE)
-        pending = set(candidates)
-        while pending:
-            each = min(pending, key=lambda one: (*self.score(self.lattice.build(one)).rank, one))
-            nominal = self.lattice.build(each)
-            if self.robust and self.score(nominal).rank > self.robust[self.best()].sure:
-                return
-            if not self.close(nominal):
-                # what is seen of it may grow, and another be before it
-                yield from self.known([nominal], CLOSEST)
-                continue
-            pending.remove(each)
+        ranked = sorted(candidates, key=lambda each: (*self.score(self.lattice.build(each)).rank, each))
+        for each in ranked:
+            nominal = self.score(self.lattice.build(each))
+            if self.robust and nominal.rank > self.robust[self.best()].sure:
+                break
             builds = self.with_corners(each)
             yield from self.known(builds, CLOSE + 1)
             self.robust[each] = worst(self.score(build) for build in builds)
@@ -363,8 +301,8 @@ class Search:
         return self.surveys[amplitude.excitation].sample(mass, build.natural_frequency_hz, fine)
 
     def _top(self, count: int) -> list[Candidate]:
-        scores = self.scores()
-        return sorted(self.pool, key=lambda each: (*scores[each].rank, each))[:count]
+        scores = {each: self.score(self.lattice.build(each)).rank for each in self.pool}
+        return sorted(self.pool, key=lambda each: (*scores[each], each))[:count]
 
     def _diverse(self) -> list[Candidate]:
         """Choose finalists: the best, and further ones that are not the same damper within a step of the first lattice."""

@@ -329,11 +329,6 @@ def _known(found: Found) -> Iterator[str]:
         yield f"{points}: the budget of {found.book.budget:,} ended the search, with {step}."
     else:
         yield f"{points}. The search is complete: it ended with {step}."
-    if found.shortfall is not None and found.compared.most > 0.0:
-        yield (
-            f"By what candidates and their neighbours differ, and by their errors, another damper of these ranges may do "
-            f"better by up to {response(found.asked, found.shortfall)} ({100 * found.shortfall / found.compared.most:.2g} %)."
-        )
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
     yield (
