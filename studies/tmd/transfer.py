@@ -9,6 +9,9 @@ from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.stationary import Heights, all_stationary
 from damperlab.studies.vocabulary import Excitation
 
+ALIKE = 1e-9
+"""Relative difference of two heights that is rounding."""
+
 """base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""
 
 
@@ -116,8 +119,9 @@ def highest(
     ends = np.array([low, high] if np.isfinite(high) else [low])
     places = np.append(places[0][inside], ends)
     values = np.append(values[0][inside], amplitude_ratio(ends, absorber, structural_damping, excitation))
-    best = int(values.argmax())
-    return Peak(float(values[best]), float(places[best]))
+    most = float(values.max())
+    # the best tunings make peaks of one height: of those that differ by rounding the one at the lowest frequency
+    return Peak(most, float(places[values >= most * (1.0 - ALIKE)].min()))
 
 
 def _heights(absorber: Absorber, structural_damping: float, excitation: Excitation) -> Heights:

@@ -142,3 +142,16 @@ def test_every_criterion_tunes_and_detuning_does_harm():
     assert heights == sorted(heights)
     assert heights[-1] > 1.4 * heights[0]
     assert best.detuned(0.1).tuning == pytest.approx(1.1 * best.tuning, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("mu", "zeta"), [(0.1, 0.0038), (0.05, 0.01), (0.01, 0.002), (1e-4, 0.0), (0.3, 0.05)]
+)
+def test_of_peaks_of_one_height_the_lowest_frequency_is_said(mu, zeta):
+    """The best tuning makes two: which of them rounding makes the higher is a matter of the processor."""
+    absorber = minimax(mu, zeta)
+    every = peaks(absorber, zeta)
+    most = max(peak.value for peak in every)
+    places = [peak.frequency_ratio for peak in every if peak.value >= most * (1 - 1e-9)]
+    assert places[-1] > places[0]
+    assert highest(absorber, zeta).frequency_ratio == pytest.approx(places[0], rel=1e-9)
