@@ -460,7 +460,9 @@ def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
 def test_cancel_resume_and_delete_which_asks_first(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
-    record = client.post("/api/v1/studies", json=helpers.long_study("long", 0.0041)).raise_for_status().json()
+    # minutes of kernels: what is cancelled twice must not have ended by then
+    study = helpers.long_study("long", 0.0041, frequencies=12_000)
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
     page = open_page().go()
     card = page.locator(f"[data-study='{record['id']}']")
     page.get_by_label("Search").fill("no study is called so")
