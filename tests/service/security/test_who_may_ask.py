@@ -134,7 +134,13 @@ def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: 
         for method, path in (("POST", "/cancel"), ("POST", "/resume"), ("DELETE", "")):
             answer = bob.request(method, url + path)
             assert (answer.status_code, _kind(answer)) == (403, "not-yours"), path
-        now = helpers.wait_for_design(bob, made.json()["id"], lambda now: now["round"] > 1)
+
+        def has_study(now: dict[str, Any]) -> bool:
+            # a design says which studies it waits for before it enters them
+            first = f"{STUDIES}/{now['studies'][0]}" if now["studies"] else STUDIES + "/none"
+            return now["round"] > 1 and bob.get(first).status_code == 200
+
+        now = helpers.wait_for_design(bob, made.json()["id"], has_study)
         record = bob.get(f"{STUDIES}/{now['studies'][0]}").json()
         assert record["provenance"]["submitted_by"] == "ann"
         # a design that is done cannot be cancelled any more
