@@ -157,7 +157,7 @@ class Crew(Roster):
         attempt = self._take(key)
         self._backlog.learn(attempt.piece, kernel_seconds)
         if member.standing == "on trial":
-            member.standing = "usable"
+            self.trust(member)
         member.against.unreadable = 0
         member.against.blamed.clear()
         for address in attempt.avoid - {member.address}:

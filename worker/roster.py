@@ -64,7 +64,7 @@ class Member:
     standing : str
         One of `Standing`.
     reason : str
-        Why it is left out, or leaves.
+        Why it is left out, was before it is on trial, or leaves.
     again_at : float
         When it is to be examined, by the caller's clock.
     held : dict of Attempt
@@ -124,9 +124,16 @@ class Roster:
             return
         if member.standing == "out":
             self.news.append(f"worker {address} is used again")
-        member.standing = "on trial" if member.standing == "out" else "usable"
-        member.reason, member.against.unreadable, member.admitted = "", 0, True
+        if member.standing == "out":
+            member.standing = "on trial"  # and keeps its reason, which may still hold
+        else:
+            self.trust(member)
+        member.against.unreadable, member.admitted = 0, True
         self._threads += member.threads
+
+    def trust(self, member: Member) -> None:
+        """Take a worker for one that computes."""
+        member.standing, member.reason = "usable", ""
 
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
         """Let a worker compute no more; what it holds it may still end.
@@ -163,9 +170,11 @@ class Roster:
             if member.standing == "out"
             else f"{member.address} leaves: {member.reason}"
             if member.standing == "leaving"
+            else f"{member.address} was left out and is tried again: {member.reason}"
+            if member.standing == "on trial"
             else f"{member.address} has not been examined yet"
             for member in self.members.values()
-            if not member.usable
+            if member.standing != "usable"
         ]
         return f"none of the {len(self.members)} workers can compute: {_some(told)}"
 

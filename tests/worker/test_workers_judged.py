@@ -261,6 +261,19 @@ def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> Non
     )
 
 
+def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
+    crew = crew_of(1, 4)
+    crew.leave_out("w0", "its store says 503")
+    assert "w0 is left out: its store says 503" in crew.words()
+    crew.admit("w0")
+    assert not crew.able
+    assert "w0 was left out and is tried again: its store says 503" in crew.words()
+    fill(crew)
+    crew.ended(next(iter(crew.members["w0"].held)))
+    assert crew.able
+    assert crew.members["w0"].reason == ""
+
+
 def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
     crew = crew_of(2, 20)
     ran, waited = fill(crew)["w0"]

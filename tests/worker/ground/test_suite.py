@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.choices import DwellContact
 from damperlab.studies.definition import parse_study
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.motion import GroundMotion
@@ -117,7 +118,7 @@ def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     np.testing.assert_allclose(brief[peak], instant[peak], rtol=1e-5)
     assert (np.abs(long[peak] / instant[peak] - 1.0) > 1e-5).all()
     assert long["energy_residual"].max() < 1e-9
-    damper = Damper(0.409, 0.1605, 0.001, 0.47, 0.3 / Structure(1.605, 1.5).omega)
+    damper = Damper(0.409, 0.1605, 0.001, 0.47, DwellContact(model="dwell", contact_time=0.3))
     alone = ground_response(Structure(1.605, 1.5), damper, builtin_record("northridge-090"), 3.0)
     suite = suite_of(axes=axes)
     force = float(suite.coordinates["friction_force_n"][0])
