@@ -52,6 +52,9 @@ def test_keys_of_an_older_catalogue_get_their_checksums(tmp_path):
         for statement in (
             "DROP INDEX unsealed_access_keys",
             "ALTER TABLE access_keys DROP COLUMN crc",
+            "DROP INDEX waiting",
+            "ALTER TABLE studies DROP COLUMN priority",
+            "CREATE INDEX waiting ON studies (state)",
             "UPDATE alembic_version SET version_num = '0008'",
         ):
             connection.exec_driver_sql(statement)
