@@ -128,6 +128,15 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
     }
 
 
+def in_si(cube: xr.Dataset) -> list[InUnits]:
+    """Give the dimensions and results that a cube over base amplitudes has in SI units itself; none of another one."""
+    if AMPLITUDE not in cube.sizes:
+        return []
+    names = [*RATIOS_OF, AMPLITUDE, *RESULT_NAMES]
+    found = {name: dict(cube[name].attrs) for name in names if name in cube.variables}
+    return [InUnits(name, name, 1.0, of["units"], of["long_name"]) for name, of in found.items()]
+
+
 def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) -> xr.Dataset:
     """Give the metric that was named in units, and the error beside it, in place of the ratios; others as they are."""
     results = {each.name: each for each in results_in_units(cube)}

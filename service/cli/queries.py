@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.store.record import Record
 
 
@@ -155,11 +156,12 @@ def optimum(
         return draw_ranking(answer)
 
     def tell() -> None:
-        for sentence in (*ranking_sentences(answer), words_of(answer)["note"]):
+        phrases = Phrases.of(cube)
+        for sentence in (*ranking_sentences(answer, phrases), words_of(answer)["note"]):
             say(sentence)
         if answer.sizes["rank"] > 1:
             shown = answer.drop_vars(["lowest", "highest"], errors="ignore")
-            print_table(*rows_table(shown, Phrases.of(cube), RANKED))
+            print_table(*rows_table(shown, phrases, RANKED | _worst_of(answer, phrases)))
 
     hand_out(record, answer, output, as_json, draw, lambda: ranking_document(answer), tell)
 
@@ -230,6 +232,13 @@ def fragility(
         print_table(tuple(map(str, columns)), rows)
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
+
+
+def _worst_of(answer: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
+    """Say what value and error mean where dampers are ranked by their worst case."""
+    metric = str(answer.attrs.get("metric", RANKED["value"]))
+    error = metric.replace("amplitude", "amplitude_error", 1)
+    return {"value": metric} | ({"error": error} if phrases.unit(error) else {})
 
 
 def ask(

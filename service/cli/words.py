@@ -137,23 +137,28 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
     return " ".join(phrases)
 
 
-def ranking_sentences(answer: "xr.Dataset") -> tuple[str, ...]:
+def ranking_sentences(answer: "xr.Dataset", phrases: "Phrases") -> tuple[str, ...]:
     """Say what a ranking means: its verdict, or the best damper and its worst case."""
     if "metric" in answer.attrs:
-        return tuple(filter(None, (worst_sentence(answer),)))
+        return tuple(filter(None, (worst_sentence(answer, phrases),)))
     return tuple(words_of(answer).get("verdict", ()))
 
 
-def worst_sentence(answer: "xr.Dataset") -> str:
+def worst_sentence(answer: "xr.Dataset", phrases: "Phrases") -> str:
     """Say which damper is best, and where its worst case is; nothing where none is left."""
     if answer.sizes["rank"] == 0:
         return ""
     best = answer.isel(rank=0)
     told = {str(name): best[name].item() for name in best.coords if name != "rank"}
-    damper = ", ".join(f"{name} = {told.pop(name):.6g}" for name in kind_of(told).designs)
+    damper = ", ".join(_equal(name, told.pop(name), phrases) for name in kind_of(told).designs)
     record = told.pop(RECORD, None)
-    case = ", ".join(f"{name} = {value:.6g}" for name, value in told.items())
+    case = ", ".join(_equal(name, value, phrases) for name, value in told.items())
     where = f"at {case}" if record is None else f"under {record} at {case}"
-    units = best["value"].attrs["units"]
-    value = f"{float(best['value']):.6g}" + ("" if units == "1" else f" {units}")
+    metric = str(answer.attrs["metric"])
+    units = "" if phrases.unit(metric) else best["value"].attrs["units"]
+    value = phrases.value(metric, float(best["value"])) + ("" if units in ("", "1") else f" {units}")
     return f"Best damper: {damper}. Its worst case, {value}, is {where}."
+
+
+def _equal(name: str, value: float, phrases: "Phrases") -> str:
+    return f"{phrases.label(name)} = {phrases.value(name, value)}"

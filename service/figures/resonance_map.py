@@ -27,15 +27,22 @@ from damperlab.service.figures.style import (
     title_of,
 )
 from damperlab.studies.amplitudes import AMPLITUDE
+from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.kinds import SUITE
+from damperlab.studies.unit_names import AMPLITUDES
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 
-SMALLER_IS_BETTER = (
-    "amplitude_ratio",
-    "amplitude_ratio_max",
-    "amplitude_ratio_rms",
-    "relative_amplitude_ratio",
+_RATIOS = ("amplitude_ratio", "amplitude_ratio_max", "amplitude_ratio_rms", "relative_amplitude_ratio")
+SMALLER_IS_BETTER = frozenset(
+    (
+        *_RATIOS,
+        *(AMPLITUDES[name] for name in _RATIOS),
+        *(name for name in SUITE.variables if name.startswith(("peak_", "rms_"))),
+    )
 )
 """Metrics of which a map has an optimum."""
+MET = frozenset(("frequency_ratio", "frequency_hz", AMPLITUDE, RECORD, "scale", "natural_frequency_hz"))
+"""Dimensions that no designer chooses: over one, the smallest value is no optimum."""
 ALIKE = 1e-9
 """Relative difference of values that are drawn as one."""
 CONTOUR_POINTS = 8
@@ -67,8 +74,7 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
             _fill(figure, axes, values, shown, x.values, y.values)
         handles: list[Patch | Line2D] = []
         judged = metric in SMALLER_IS_BETTER and answer.attrs.get("reduce") != "min"
-        # No designer chooses a frequency or how far the base moves: over one, the smallest value is no optimum.
-        if judged and not {"frequency_ratio", "frequency_hz", AMPLITUDE} & set(values.dims):
+        if judged and not MET & set(values.dims):
             handles.extend(_stars(axes, answer, x, y, shown))
         hatched = (axes, x.values, y.values)
         if locked is not None and locked.any():

@@ -125,10 +125,12 @@ def fixed_title(answer: xr.Dataset) -> str:
         told(name, answer[name].item(), str(answer[name].attrs.get("units", "1"))) for name in here
     )
     if "over" in answer.attrs:
-        fixed += f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over'], answer.attrs['over'])}"
+        fixed += (
+            f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over']) or answer.attrs['over']}"
+        )
     if "worst_over" in answer.attrs:
         worst = answer.attrs["worst_over"]
-        fixed += f" of the max over {SYMBOLS.get(worst, worst)}"
+        fixed += f" of the max over {SYMBOLS.get(worst) or worst}"
     return fixed
 
 

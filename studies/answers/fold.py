@@ -47,8 +47,8 @@ class Mean:
         """Take in one slab."""
         known = ~np.isnan(values)
         parts = {"value": np.where(known, values, 0.0).sum(axis=0), "count": known.sum(axis=0)}
-        if "amplitude_error" in beside:
-            parts["amplitude_error"] = np.where(known, beside["amplitude_error"], 0.0).sum(axis=0)
+        for name in beside.keys() & {"amplitude_error", "amplitude_error_m"}:
+            parts[name] = np.where(known, beside[name], 0.0).sum(axis=0)
         for name, array in parts.items():
             self._sums[name] = self._sums[name] + array if name in self._sums else array
         # failed is worse than not computed, which is worse than converged

@@ -9,11 +9,11 @@ from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
-    COMPANIONS,
     as_float,
     check_metric,
     choose,
     coded,
+    companions,
     completeness,
     count,
     in_ratios,
@@ -73,7 +73,7 @@ def frequency_response(
             )
         )
     index = choose(cube, at, (FREQUENCY,))
-    names = [name for name in COMPANIONS if name in cube.data_vars and name != metric]
+    names = companions(cube, metric)
     chosen = scalars(cube, index)
     between = Between(cube, metric, at, (FREQUENCY,)) if selection.interpolate else None
     if between is not None:

@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import xarray as xr
 
-from damperlab.studies.unit_names import AMPLITUDES
-from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
+from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
+from damperlab.studies.amplitudes import RATIOS_OF
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, SPEED
+from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
 from damperlab.studies.variables import SYMBOLS
 
 AMPLITUDE = "amplitude_ratio"
@@ -35,6 +37,18 @@ PRINTED: dict[str, Printed] = {
 }
 """What is written for a ratio in a study in units."""
 
+PRINTED_OF_SI: dict[str, Printed] = {
+    **{name: PRINTED[ratio] for name, ratio in RATIOS_OF.items()},
+    BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
+    "particle_mass_kg": PRINTED["mass_ratio"],
+    "frequency_hz": PRINTED[FREQUENCY],
+    **{name: PRINTED[source] for source, name in AMPLITUDES.items()},
+    SPEED: PRINTED["impact_speed_max"],
+}
+"""What is written for the dimensions and results that a cube, or an answer, has in SI units."""
+
+_PRINTED = PRINTED | PRINTED_OF_SI
+
 
 @dataclass(frozen=True)
 class Phrases:
@@ -43,7 +57,7 @@ class Phrases:
     Parameters
     ----------
     quantities : mapping of InUnits
-        What stands in units, by its ratio; all else stays a ratio.
+        What stands in units, by its name in the cube; all else stays a ratio.
     """
 
     quantities: Mapping[str, InUnits] = field(default_factory=dict)
@@ -51,7 +65,9 @@ class Phrases:
     @classmethod
     def of(cls, cube: xr.Dataset) -> "Phrases":
         """Give those of a study in units; of one in ratios alone they are those of ratios."""
-        return cls({each.source: each for each in (*coordinates_in_units(cube), *results_in_units(cube))})
+        beside = (*coordinates_in_units(cube), *results_in_units(cube))
+        found = {each.source: each for each in (*beside, *in_si(cube))}
+        return cls(found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside})
 
     def _has(self, name: str) -> bool:
         return name in self.quantities
@@ -59,28 +75,29 @@ class Phrases:
     def symbol(self, name: str) -> str:
         """Give the symbol of a dimension or of the amplitude."""
         if self._has(name):
-            return PRINTED[name].symbol
+            return _PRINTED[name].symbol
         return "X/Z" if name == AMPLITUDE else SYMBOLS.get(name, name)
 
     def label(self, name: str) -> str:
         """Give the name of a dimension: that of the cube, or its quantity with its symbol."""
-        return PRINTED[name].label if self._has(name) else name
+        return _PRINTED[name].label if self._has(name) else name
 
     def unit(self, name: str) -> str:
         """Give the unit with the space before it; nothing for a ratio."""
-        return f" {PRINTED[name].unit}" if self._has(name) else ""
+        return f" {_PRINTED[name].unit}" if self._has(name) else ""
 
     def column(self, name: str, quantity: str = "") -> str:
         """Name a column of a table, with its unit in brackets; `quantity` is what an answer's own name stands for."""
         quantity = quantity or name
         if not self._has(quantity):
             return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
-        label = PRINTED[name].label if name in SYMBOLS else AMPLITUDES.get(name, name).removesuffix("_m")
-        return f"{label} [{PRINTED[quantity].unit}]"
+        of_a_dimension = name in SYMBOLS or name in COORDINATE_NAMES or name == BASE_AMPLITUDE
+        named = AMPLITUDES.get(name, name).removesuffix("_m_per_s").removesuffix("_m")
+        return f"{_PRINTED[name].label if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
 
     def printed(self, name: str, value: float) -> float:
         """Give a value of a ratio as it is written, without its unit."""
-        return value * self.quantities[name].factor * PRINTED[name].scale if self._has(name) else value
+        return value * self.quantities[name].factor * _PRINTED[name].scale if self._has(name) else value
 
     def number(self, name: str, value: float, form: str = ".6g") -> str:
         """Spell a value of a ratio without its unit."""

@@ -13,13 +13,13 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
-    COMPANIONS,
     as_float,
     check_axis,
     check_dimension,
     check_metric,
     choose,
     coded,
+    companions,
     completeness,
     count,
     in_ratios,
@@ -151,9 +151,11 @@ def resonance_map(
         sentences = [say(cube, index, at, phrases)]
         if over is not None and over in kind_of(cube.sizes).also:
             count_of, ends = cube.sizes[over], cube[over].values[[0, -1]]
+            low, high = phrases.number(over, ends[0], "g"), phrases.value(over, ends[-1], "g")
+            high += "" if phrases.unit(over) else " m"
+            where = "" if reduce == "mean" else f"; {over}_at gives the one at which it occurs"
             sentences.append(
-                f"The {reduce} over the study's {count_of} base amplitudes from {ends[0]:g} to {ends[1]:g} m; {over}_at "
-                "gives the one at which it occurs."
+                f"The {reduce} over the study's {count_of} base amplitudes from {low} to {high}{where}."
             )
         if worst:
             sentences.append(say_worst(cube, phrases))
@@ -191,7 +193,7 @@ def _in_units(
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:
     between = Between(cube, metric, at, (y, x))
-    values = between.read(_companions(cube, metric))
+    values = between.read(companions(cube, metric))
     flag = values.pop("interpolated")
     attributes = completeness(*count(values["status"]), flag.size)
     answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
@@ -200,15 +202,11 @@ def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Datase
     return answer
 
 
-def _companions(cube: xr.Dataset, metric: str) -> list[str]:
-    return [name for name in COMPANIONS if name in cube.data_vars and name != metric]
-
-
 def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, int]) -> xr.Dataset:
     status = read(cube, "status", index, (y, x))
     values = {
         name: status if name == "status" else read(cube, name, index, (y, x))
-        for name in (metric, *_companions(cube, metric))
+        for name in (metric, *companions(cube, metric))
     }
     if not coded(cube, metric):
         values[metric] = as_float(values[metric])
@@ -232,7 +230,7 @@ def _reduced(
     step = max(1, BUDGET // (area * each))
     inner_step = max(1, BUDGET // (area * step))
     dims_read = (over, y, x) if inner is None else (inner, over, y, x)
-    names = _companions(cube, metric)
+    names = companions(cube, metric)
     fold: Mean | Extremum = Mean() if reduce == "mean" else Extremum(1.0 if reduce == "max" else -1.0)
     computed = failed = 0
     there = np.zeros((cube.sizes[y], cube.sizes[x]), np.int64)

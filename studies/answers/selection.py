@@ -15,6 +15,7 @@ from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.kinds import kind_of
+from damperlab.studies.unit_names import AMPLITUDES
 from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import STEPPED, Status
 
@@ -187,6 +188,13 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
             )
         found[source] = finite(name, value) / units[name].factor if name in units else value
     return found
+
+
+def companions(cube: xr.Dataset, metric: str) -> list[str]:
+    """Name what stands beside a metric: its error in the unit that it has, where the cube has both."""
+    in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
+    names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
+    return [name for name in names if name in cube.data_vars and name != metric]
 
 
 def say(cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS) -> str:

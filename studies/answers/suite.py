@@ -243,7 +243,9 @@ def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -
         met = (counted(part.sizes[AMPLITUDE], "base amplitude"),)
         met += tuple(f"{part.sizes[n]} {words}" for n, words in _MET.items() if part.sizes[n] > 1)
     long_name = part[metric].attrs.get("long_name", metric)
-    sentences = [f"Ranked by the largest {long_name} over {', '.join(met)}; smaller is better."]
+    sentences = [
+        f"Ranked by the largest {long_name.removeprefix('largest ')} over {', '.join(met)}; smaller is better."
+    ]
     left_out = [f"{said[name]} {why}" for name, why in _LEFT_OUT.items() if said.get(name)]
     if left_out:
         sentences.append(f"Left out of {counted(said['designs'], 'damper')}: {', '.join(left_out)}.")

@@ -190,3 +190,44 @@ def test_delete_asks_first(stored: Stored, tmp_path: Path) -> None:
     run("delete", "other", "--yes", "--data-dir", tmp_path)
     run("show", "other", "--data-dir", tmp_path, status=2)
     assert [left.name for left in (tmp_path / "cubes").iterdir()] == ["damperlab.json"]  # the owner marker
+
+
+def test_what_is_said_of_dampers_over_base_amplitudes_is_in_units(tmp_path: Path) -> None:
+    study = {
+        "name": "ray",
+        "physical": {
+            "mass_kg": 2.0,
+            "natural_frequency_hz": 2.5,
+            "base_amplitude_m": [0.001, 0.002],
+            "particle_mass_kg": 0.2,
+            "clearance_m": [0.005, 0.01],
+            "friction_force_n": 0.3,
+            "excitation_frequency_hz": [2.4, 2.5],
+        },
+    }
+    (tmp_path / "ray.json").write_text(json.dumps(study))
+    run("run", tmp_path / "ray.json", "--data-dir", tmp_path)
+
+    def printed(*question: str) -> str:
+        return run(*question, "--data-dir", tmp_path).stdout
+
+    best = json.loads(printed("optimum", "ray", "--json"))["designs"][0]
+    said = printed("optimum", "ray")
+    assert f"clearance d = {1e3 * best['clearance_m']:g} mm, friction force F = 0.3 N" in said
+    assert f"Its worst case, {1e3 * best['value']:.6g} mm" in said
+    assert f"base amplitude Z = {1e3 * best['base_amplitude_m']:g} mm" in said
+    assert f"excitation frequency f = {2.5 * best['frequency_ratio']:g} Hz" in said
+    curve = printed("response", "ray", "--clearance-m", "0.005", "--base-amplitude-m", "0.002")
+    assert "excitation frequency f [Hz]  amplitude [mm]  amplitude_error [mm]" in curve
+    shown = printed("map", "ray", "--x", "clearance_m", "--y", "base_amplitude_m")
+    assert "Z [mm] \\ d [mm]" in shown
+    everything = said + curve + shown + printed("importance", "ray")
+    ratios = (
+        "X/Z",
+        "mass_ratio",
+        "clearance_ratio",
+        "friction_ratio",
+        "frequency_ratio =",
+        "amplitude_ratio",
+    )
+    assert not [ratio for ratio in ratios if ratio in everything]

@@ -128,14 +128,17 @@ def test_a_store_finds_its_cube_sound(stored: tuple[Store, str]) -> None:
 
 
 def test_a_map_of_dampers_shows_the_worst_base_amplitude_and_frequency(cube: xr.Dataset) -> None:
-    answer = resonance_map(cube, "clearance_m", "friction_force_n")
+    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_ratio"))
     values = cube["amplitude_ratio"].values[0, 0, 0]
     np.testing.assert_array_equal(answer["amplitude_ratio"], values.max(axis=(2, 3)).T)
     where = values.max(axis=3).argmax(axis=2).T
     np.testing.assert_array_equal(answer["base_amplitude_m_at"], Z[where])
     assert "3 base amplitudes from 0.001 to 0.004 m" in answer.attrs["note"]
-    lengths = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m"))
+    assert "3 base amplitudes from 1 to 4 mm" in answer.attrs["in_units"]["note"]
+    lengths = resonance_map(cube, "clearance_m", "friction_force_n")
     np.testing.assert_array_equal(lengths["amplitude_m"], (values * Z[:, None]).max(axis=(2, 3)).T)
+    assert "amplitude_error_m" in lengths
+    assert "amplitude_error" not in lengths
 
 
 def test_the_backbone_of_a_damper_is_a_map_over_amplitude_and_frequency(cube: xr.Dataset) -> None:
@@ -152,7 +155,12 @@ def test_the_backbone_of_a_damper_is_a_map_over_amplitude_and_frequency(cube: xr
 def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Dataset) -> None:
     values = cube["amplitude_ratio"].values[0, 0, 0]
     worst = values.max(axis=(2, 3))
-    answer = ranked_designs(cube, Judging(), Ranking(), lambda _: {})
+    lengths = ranked_designs(cube, Judging(), Ranking(), lambda _: {})
+    np.testing.assert_array_equal(
+        lengths["value"], np.sort((values * Z[:, None]).max(axis=(2, 3)), axis=None)
+    )
+    ratio = Ranking(metric="amplitude_ratio")
+    answer = ranked_designs(cube, Judging(), ratio, lambda _: {})
     np.testing.assert_array_equal(answer["value"], np.sort(worst.ravel()))
     c, f = np.unravel_index(worst.argmin(), worst.shape)
     a, r = np.unravel_index(values[c, f].argmax(), values[c, f].shape)
@@ -169,7 +177,7 @@ def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Data
     band = ranked_designs(
         cube,
         Judging(ranges={"frequency_hz": (3.9, 4.5), "base_amplitude_m": (0.0015, 1)}),
-        Ranking(),
+        ratio,
         lambda _: {},
     )
     np.testing.assert_array_equal(band["value"], np.sort(values[:, :, 1:, 1:3].max(axis=(2, 3)).ravel()))
