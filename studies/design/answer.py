@@ -51,6 +51,7 @@ def answer_document(found: Found) -> dict[str, Any]:
             for mass, each in found.front
         ],
         "as_good": found.as_good,
+        "shortfall": None if found.shortfall is None else asdict(found.shortfall),
         "stopped": found.stopped,
         "left_out": list(found.left_out),
         "confidence": asked.confidence,

@@ -17,6 +17,7 @@ from damperlab.studies.design.front import front_of
 from damperlab.studies.design.margins import margins_of
 from damperlab.studies.design.score import Score, binding, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search, amplitudes_of
+from damperlab.studies.design.shortfall import shortfall_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.faults import Fault, StudyFaults, counted
@@ -186,6 +187,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
         starts=starts_of(asked, excitation, book.from_many_starts, stated.most),
         as_good=as_good,
+        shortfall=shortfall_of(search, best),
         stopped=search.stopped or "complete",
         step=search.step,
         left_out=tuple(left),

@@ -9,6 +9,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
 from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding
+from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.starts import Starts
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
@@ -47,6 +48,8 @@ class Found:
         or where the budget did not allow it.
     as_good : int
         Further dampers judged that may be as good within the errors.
+    shortfall : Shortfall or None
+        By how much another damper may be better; None where limits are exceeded.
     stopped : str
         "complete" or "budget".
     step : float
@@ -70,6 +73,7 @@ class Found:
     shown: tuple[Amplitude, ...]
     starts: Starts | None
     as_good: int
+    shortfall: Shortfall | None
     stopped: str
     step: float
     left_out: tuple[str, ...]

@@ -69,6 +69,10 @@ class Lattice:
                     found.update((*centre[:d], value, *centre[d + 1 :]) for value in axis)
         return sorted(found)
 
+    def listed(self, name: str) -> bool:
+        """Whether a quantity has values in a list, with nothing between them."""
+        return bool(self.asked.choices[name].values)
+
     def fine(self, step: float) -> bool:
         """Whether half the step is finer than anybody could build, or than the finest."""
         if step / 2 < FINEST:

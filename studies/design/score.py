@@ -20,8 +20,9 @@ class Score:
 
     Parameters
     ----------
-    value, error : float
-        The largest value of the measure in its unit, and by how much it may be larger, with the confidence asked for.
+    value, error, noise : float
+        The largest value of the measure in its unit; by how much it may be larger, with the confidence asked for; by how much
+        smaller, since a response that does not repeat is known to its standard error.
     violation : float
         The largest share by which a limit is exceeded; 0 where all hold.
     reached : dict of float
@@ -38,6 +39,7 @@ class Score:
 
     value: float
     error: float
+    noise: float
     violation: float
     reached: dict[str, float]
     frequency_ratio: float
@@ -92,10 +94,18 @@ def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
         if best is None or values[place] > best.value:
             at = build.nominal(float(curve.r[place]))
             best = Score(
-                float(values[place]), 0.0, 0.0, reached, at, float(curve.base_m[place]), build, amplitude
+                float(values[place]),
+                0.0,
+                float(errors[place]),
+                0.0,
+                reached,
+                at,
+                float(curve.base_m[place]),
+                build,
+                amplitude,
             )
     if best is None:
-        return Score(math.inf, 0.0, math.inf, reached, math.nan, math.nan, build, None)
+        return Score(math.inf, 0.0, 0.0, math.inf, reached, math.nan, math.nan, build, None)
     violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)
     error = most - best.value if math.isfinite(best.value) else 0.0
     return replace(best, error=error, violation=max(violation, 0.0), reached=reached)

@@ -9,6 +9,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import LEVELS, SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
+from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Specification
@@ -22,6 +23,8 @@ CALLED = {
 }
 UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
+HARDLY = 0.05
+"""Per cent below which a damper is not called better."""
 SAME = 0.02
 """Share within which two worst cases are called equal."""
 
@@ -329,9 +332,23 @@ def _known(found: Found) -> Iterator[str]:
         yield f"{points}: the budget of {found.book.budget:,} ended the search, with {step}."
     else:
         yield f"{points}. The search is complete: it ended with {step}."
+    if found.shortfall is not None and found.compared.most > 0.0:
+        yield _shortfall(found.shortfall, found.compared.most, bool(found.asked.tolerances))
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
     yield (
-        "Every response is the one reached from rest. Dampers between the candidates were not looked at, and one that "
-        "none of its neighbours shows cannot be excluded."
+        "Every response is the one reached from rest. A better damper that none of its neighbours shows cannot be excluded."
+    )
+
+
+def _shortfall(shortfall: Shortfall, most: float, tolerances: bool) -> str:
+    computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
+    none = "none is better" if computed < HARDLY else f"none is better by more than {computed:.2g} %"
+    taken = (
+        "; those not judged with their tolerances are taken to lose the least by them" if tolerances else ""
+    )
+    may = "no better one is expected" if between < HARDLY else f"one may be better by up to {between:.2g} %"
+    return (
+        f"Of the dampers that were looked at {none}, errors counted{taken}. Between them, by how steeply the response falls "
+        f"towards what was not computed, {may}."
     )

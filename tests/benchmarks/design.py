@@ -100,6 +100,9 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
         "error": found.nominal.error,
         "brute force": float(best),
         "found over brute force": found.nominal.value / best,
+        "stated shortfall": None
+        if found.shortfall is None
+        else found.shortfall.between / found.compared.most,
         "true over stated": fine / found.nominal.most,
         "points": found.book.spent,
         "points of brute force": SIDE * SIDE * FREQUENCIES,
