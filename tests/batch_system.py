@@ -9,7 +9,10 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+
+import pytest
 
 TASK = {
     "sbatch": "SLURM_ARRAY_TASK_ID",
@@ -36,10 +39,27 @@ def put_commands(folder: Path) -> Path:
     return kept
 
 
+def make_queue(folder: Path, patch: pytest.MonkeyPatch) -> Path:
+    """Make a batch system of this machine for whatever a test starts; give where its jobs are kept."""
+    kept = put_commands(folder / "bin")
+    patch.setenv("PATH", f"{folder / 'bin'}:{os.environ['PATH']}")
+    patch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
+    patch.setenv("DAMPERLAB_CLUSTER_HOST", "127.0.0.1")
+    return kept
+
+
 def running(kept: Path) -> list[int]:
     """Process ids of jobs that run."""
     pids = (int(line) for file in kept.glob("*.pids") for line in file.read_text().split())
     return [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def wait_until_ended(kept: Path, seconds: float = 400.0) -> None:
+    """Wait until no job runs: what is taken back may take a moment."""
+    deadline = time.monotonic() + seconds
+    while running(kept):
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
 
 
 def _submit(kept: Path, command: str, text: str) -> None:

@@ -65,11 +65,11 @@ def asks(command: Command) -> Command:
     for name, each in signature.parameters.items():
         if name in questions:  # its options stand in the help where it stands in the command
             mine = [field.name for field in fields_of(questions[name]) if field.name in more]
-            parameters += [_parameter(field, *more.pop(field)) for field in mine]
+            parameters += [parameter(field, *more.pop(field)) for field in mine]
         else:
             parameters.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY))
-    parameters += [_parameter(name, *rest) for name, rest in more.items()]
-    return _as(asking, parameters)
+    parameters += [parameter(name, *rest) for name, rest in more.items()]
+    return with_parameters(asking, parameters)
 
 
 def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
@@ -89,7 +89,7 @@ def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
     def extend(command: Command) -> Command:
         signature = inspect.signature(command, eval_str=True)
         options = [
-            _parameter(
+            parameter(
                 name,
                 Annotated[
                     str | None,
@@ -127,7 +127,9 @@ def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
             if name != "design"
         ]
         first = 1 if _has_argument(kept) else 0
-        return _as(extended, [*kept[:first], *options, _parameter("at", spelled, None), *kept[first:]])
+        return with_parameters(
+            extended, [*kept[:first], *options, parameter("at", spelled, None), *kept[first:]]
+        )
 
     return extend
 
@@ -138,7 +140,7 @@ def _has_argument(parameters: list[inspect.Parameter]) -> bool:
     return any(isinstance(each, type(typer.Argument())) for each in about)
 
 
-def _as(command: Any, parameters: list[inspect.Parameter]) -> Command:
+def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Command:
     """Give a command the parameters that typer reads."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
@@ -151,7 +153,8 @@ def sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}."
 
 
-def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+def parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    """Make a parameter of a command."""
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 

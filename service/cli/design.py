@@ -1,33 +1,30 @@
 """The command design: from a specification to a damper, with every evaluation a study in the store."""
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.failures import FAILED
-from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, say, working
-from damperlab.service.cli.run import Terms, compute, find_or_submit
+from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import open_store
 
 if TYPE_CHECKING:
     import xarray as xr
-    from distributed import Client
 
     from damperlab.studies.definition import Study
     from damperlab.studies.design.found import Found
     from damperlab.studies.specification.specification import Specification
-    from damperlab.studies.store.store import Store
-
 
 HERE_SECONDS = 2.0
 """Expected work of one study up to which it is computed in this process: a cluster takes longer to hand it out."""
 
 
+@computes
 def design(
     specification: Annotated[
         str,
@@ -41,8 +38,8 @@ def design(
         typer.Option("--output", "-o", metavar="FILE", help="Write the report too, as .html or .pdf."),
     ] = None,
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Check the specification, and print its budget; compute nothing."),
@@ -50,7 +47,6 @@ def design(
     as_json: AsJson = False,
 ) -> None:
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
-    check_cluster(workers, scheduler)
     check_document(output)
     from damperlab.service.designs import budget_of
     from damperlab.studies.specification.reading import read_specification
@@ -61,8 +57,8 @@ def design(
     if dry_run:
         _print_size(asked, budget, as_json)
         return
-    with _Evaluation(open_store(data_dir), asked, workers, scheduler).opened() as evaluation:
-        found = _search(asked, budget, evaluation)
+    with Computer(open_store(data_dir), means, HERE_SECONDS) as computer:
+        found = _search(asked, budget, _Evaluation(computer, asked))
     from damperlab.studies.design.answer import answer_document
 
     document = answer_document(found)
@@ -80,33 +76,19 @@ def design(
 
 
 class _Evaluation:
-    """Computes the studies of a design, all of them on one cluster, which is started where one is worth it.
+    """Computes the studies of a design.
 
     Parameters
     ----------
-    store : Store
-        Where they are kept.
+    computer : Computer
+        Of all of them.
     asked : Specification
         What they are for.
-    workers, scheduler : int or None, str or None
-        Of the cluster.
     """
 
-    def __init__(
-        self, store: "Store", asked: "Specification", workers: int | None, scheduler: str | None
-    ) -> None:
-        self._store = store
+    def __init__(self, computer: Computer, asked: "Specification") -> None:
+        self._computer = computer
         self._more = {"designs": asked.digest}
-        self._workers = workers
-        self._scheduler = scheduler
-        self._stack = ExitStack()
-        self._client: Client | None = None
-
-    @contextmanager
-    def opened(self) -> Iterator["_Evaluation"]:
-        """Close the cluster at the end, if there is one."""
-        with self._stack:
-            yield self
 
     def cube(self, study: "Study") -> "xr.Dataset":
         """Compute a study, unless it is stored, and read its results.
@@ -116,29 +98,16 @@ class _Evaluation:
         Exit
             If the study did not get done.
         """
-        record = find_or_submit(self._store, study, True, self._more)
+        store = self._computer.store
+        record = find_or_submit(store, study, True, self._more)
         if record.state != "done":
-            here = 0.0 if self._scheduler else HERE_SECONDS
-            terms = Terms(self._shared(), here_seconds=here)
-            record = compute(self._store, record, self._workers, self._scheduler, terms)
+            record = self._computer.compute(record)
         if record.state != "done":
             note(
                 f"damperlab: the study {record.id} is {record.state}. Run the same command again to continue."
             )
             raise typer.Exit(FAILED)
-        return self._store.cube(record.id).load()
-
-    def _shared(self) -> "Callable[[], AbstractContextManager[Client]]":
-        @contextmanager
-        def shared() -> "Iterator[Client]":
-            if self._client is None:
-                from damperlab.worker.cluster import connect
-
-                cluster = connect(workers=self._workers, scheduler=self._scheduler)
-                self._client = self._stack.enter_context(cluster)
-            yield self._client
-
-        return shared
+        return store.cube(record.id).load()
 
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Found":

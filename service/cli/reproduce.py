@@ -2,16 +2,17 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import CommandFailed
-from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import duration, note, number, print_json, print_table, say
-from damperlab.service.cli.run import Terms, compute, find_or_submit
+from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import label, open_store, settings_of
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 REPORT = "reproduction"
 
 
+@computes
 def reproduce(
     output: Annotated[
         Path,
@@ -34,8 +36,8 @@ def reproduce(
         ),
     ] = Path(REPORT),
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     quick: Annotated[
         bool, typer.Option("--quick", help="Compute coarse grids only, to try the command.")
     ] = False,
@@ -45,7 +47,6 @@ def reproduce(
 
     The studies are stored like any others, so a second run computes only missing points.
     """
-    check_cluster(workers, scheduler)
     if output.exists() and not output.is_dir():
         raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
@@ -53,7 +54,7 @@ def reproduce(
     from damperlab.service.figures.style import save
     from damperlab.service.reproduction.report import in_markdown, make_report
 
-    with _solver(data_dir, workers, scheduler) as solve:
+    with _solver(data_dir, means) as solve:
         report, figures = make_report(solve, quick, lambda what: note(f"Reproducing {what} …"))
     report = plain(report)
     for name, figure in figures.items():
@@ -72,24 +73,16 @@ def reproduce(
 
 
 @contextmanager
-def _solver(data_dir: Path | None, workers: int | None, scheduler: str | None) -> "Iterator[Solve]":
+def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
     """Give what computes a study by the ordinary way, all on one cluster that is started for the first that needs it."""
-    from damperlab.worker.cluster import connect
-
     store = open_store(data_dir)
     reuse = settings_of(data_dir).reuse
-    with ExitStack() as stack:
-        clients: list[Any] = []
-
-        def client() -> Any:
-            if not clients:
-                clients.append(stack.enter_context(connect(workers=workers, scheduler=scheduler)))
-            return nullcontext(clients[0])
+    with Computer(store, means) as computer:
 
         def solve(study: "Study") -> "xr.Dataset":
             record = find_or_submit(store, study, reuse)
             if record.state != "done":
-                record = compute(store, record, workers, scheduler, Terms(client))
+                record = computer.compute(record)
             if record.state != "done":
                 left = record.points_total - record.points_done
                 raise CommandFailed(

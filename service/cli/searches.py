@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from damperlab.service.cli.asked import asks
+from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
     AsJson,
     DataDir,
-    Scheduler,
     StudyId,
-    Workers,
-    check_cluster,
     check_name,
 )
 from damperlab.service.cli.output import note, number, print_json, say, working
@@ -29,13 +27,13 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.follow_up import Refinement
     from damperlab.studies.definition import Study
     from damperlab.studies.store.record import Record
-    from damperlab.studies.store.store import Store
 
     Cubes = Mapping[str, xr.Dataset]
     Judge = Callable[[Study, Cubes], Refinement]
 
 
 @asks
+@computes
 def refine(
     study: StudyId,
     search: Search,
@@ -43,12 +41,11 @@ def refine(
     judging: Judging,
     follow_ups: FollowUps,
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     as_json: AsJson = False,
 ) -> None:
     """Compute finer follow-up studies where better designs may lie, or at a class boundary, down to the tolerance."""
-    check_cluster(workers, scheduler)
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)
     if along is None and boundary.at:
@@ -63,32 +60,30 @@ def refine(
             return refine_boundary(asked, cubes, along, boundary.at, search.tolerance)
         return refine_optimum(asked, cubes, search, judging)
 
-    Pursuit(open_store(data_dir), workers, scheduler).follow(
-        study, "refine", judge, follow_ups.dry_run, as_json
-    )
+    with Computer(open_store(data_dir), means) as computer:
+        Pursuit(computer).follow(study, "refine", judge, follow_ups.dry_run, as_json)
 
 
 @asks
+@computes
 def race(
     study: StudyId,
     rules: Race,
     judging: Judging,
     follow_ups: FollowUps,
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     as_json: AsJson = False,
 ) -> None:
     """Compute the designs that may be the best for more and more cycles, until the best is known with the given confidence."""
-    check_cluster(workers, scheduler)
     from damperlab.studies.answers.race import race_designs
 
     def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
         return race_designs(asked, cubes, rules, judging)
 
-    Pursuit(open_store(data_dir), workers, scheduler).follow(
-        study, "race", judge, follow_ups.dry_run, as_json
-    )
+    with Computer(open_store(data_dir), means) as computer:
+        Pursuit(computer).follow(study, "race", judge, follow_ups.dry_run, as_json)
 
 
 @dataclass(frozen=True)
@@ -97,27 +92,24 @@ class Pursuit:
 
     Parameters
     ----------
-    store : Store
-        Where the study and its follow-ups are.
-    workers, scheduler : int or None, str or None
-        Of the cluster that computes the follow-ups.
+    computer : Computer
+        Of the follow-ups, beside the study.
     """
 
-    store: "Store"
-    workers: int | None
-    scheduler: str | None
+    computer: Computer
 
     def follow(self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool) -> None:
         """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
         from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
 
-        record = self.store.find(study)
+        store = self.computer.store
+        record = store.find(study)
         require_harmonic(record.dimensions, question)
         asked = parse_harmonic(record.definition)
         ids = [record.id]
         while True:
-            cubes = {name: self.store.cube(name) for name in ids}
+            cubes = {name: store.cube(name) for name in ids}
             with working("Judging"):
                 found = judge(asked, cubes)
             note(found.note)
@@ -140,11 +132,11 @@ class Pursuit:
 
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
         """Run a follow-up to its end; what is done of it is kept if it stops."""
-        from damperlab.service.cli.run import compute, find_or_submit
+        from damperlab.service.cli.run import find_or_submit
 
-        record = find_or_submit(self.store, asked, True, {"refines": parent.id})
+        record = find_or_submit(self.computer.store, asked, True, {"refines": parent.id})
         if record.state != "done":
-            record = compute(self.store, record, self.workers, self.scheduler)
+            record = self.computer.compute(record)
         if record.state != "done":
             note(
                 f"damperlab: the follow-up {record.id} is {record.state}. Run the same command again to continue."

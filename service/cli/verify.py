@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED, CommandFailed
-from damperlab.service.cli.options import AsJson, DataDir, Scheduler, Workers, check_cluster
+from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, working
-from damperlab.service.cli.run import compute
 from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from damperlab.studies.store.verify import Damage
 
 
+@computes
 def verify(
     study: Annotated[
         str | None,
@@ -25,12 +26,11 @@ def verify(
     ] = None,
     data_dir: DataDir = None,
     repair: Annotated[bool, typer.Option("--repair", help="Recompute damaged and lost blocks.")] = False,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     as_json: AsJson = False,
 ) -> None:
     """Read every stored file and compare it with its checksum; exit status 1 if anything is damaged."""
-    check_cluster(workers, scheduler)
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
     from damperlab.studies.store.verify import check_catalogue
@@ -39,7 +39,8 @@ def verify(
         catalogue = list(check_catalogue(store)) if study is None else []
     for line in catalogue:
         note(f"damperlab: {line}")
-    answers = [_verify(store, record, repair, workers, scheduler) for record in records]
+    with Computer(store, means) as computer:
+        answers = [_verify(computer, record, repair) for record in records]
     if as_json:
         print_json({"studies": answers, "catalogue": catalogue})
     elif not answers:
@@ -48,12 +49,11 @@ def verify(
         raise typer.Exit(FAILED)
 
 
-def _verify(
-    store: "Store", record: "Record", repair: bool, workers: int | None, scheduler: str | None
-) -> dict[str, Any]:
+def _verify(computer: Computer, record: "Record", repair: bool) -> dict[str, Any]:
     from damperlab.studies.store.verify import repair as take_back
     from damperlab.studies.store.verify import verify as damages_of
 
+    store = computer.store
     with working(f"Reading {label(record)}"):
         damages = list(damages_of(store, record))
     for damage in damages:
@@ -71,7 +71,7 @@ def _verify(
             record = take_back(store, record, hidden)
             damages += hidden
         if record.blocks_done < record.blocks_total:
-            record = compute(store, record, workers, scheduler)
+            record = computer.compute(record)
         repaired = record.blocks_done == record.blocks_total
         note(f"{label(record)} is {'repaired' if repaired else record.state}.")
     return {

@@ -4,28 +4,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED
-from damperlab.service.cli.options import AsJson, DataDir, Scheduler, StudyId, Workers, check_cluster
+from damperlab.service.cli.options import AsJson, DataDir, StudyId
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
-from damperlab.service.cli.run import compute, finish
+from damperlab.service.cli.run import finish
 from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
     from damperlab.studies.store.differences import Differences
 
 
+@computes
 def recompute(
     study: StudyId,
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     replace: Annotated[
         bool, typer.Option("--replace/--keep", help="Delete the older version once the new one is complete.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Recompute an outdated study with today's solver, keep both results, and show the differences."""
-    check_cluster(workers, scheduler)
     from damperlab.studies.faults import counted
     from damperlab.studies.store.differences import differences_of
     from damperlab.worker.provenance import provenance
@@ -36,7 +37,8 @@ def recompute(
     if not created:
         note(f"Version {newer.version} of study {label(older)} is {newer.state}: {newer.id}.")
     if newer.state != "done":
-        newer = compute(store, newer, workers, scheduler)
+        with Computer(store, means) as computer:
+            newer = computer.compute(newer)
     with working("Comparing"):
         found = differences_of(store, newer, older)
     failed = len(store.given_up(newer.id))
@@ -68,17 +70,18 @@ def recompute(
         )
 
 
+@computes
 def retry(
     study: StudyId,
     data_dir: DataDir = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    *,
+    means: Means,
     as_json: AsJson = False,
 ) -> None:
     """Recompute blocks that failed as a whole, for example because a worker died; points that failed numerically stay."""
-    check_cluster(workers, scheduler)
     store = open_store(data_dir)
-    finish(store, store.retry(store.find(study).id), workers, scheduler, as_json)
+    with Computer(store, means) as computer:
+        finish(computer, store.retry(store.find(study).id), as_json)
 
 
 def _show(found: "Differences") -> None:

@@ -3,14 +3,13 @@
 import os
 import subprocess
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 from typing import get_args
 
 import pytest
 import yaml
-from tests.batch_system import put_commands, running
+from tests.batch_system import make_queue, wait_until_ended
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -23,7 +22,6 @@ from damperlab.worker.examination import bits_of
 from damperlab.worker.jobs import AGAIN_SECONDS, Hired, hire
 from damperlab.worker.outcomes import ClusterUnusable
 
-ROOT = Path(__file__).parents[2]
 SECONDS = 400
 SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)
 OPTIONS: dict[BatchSystem, str] = {
@@ -57,11 +55,7 @@ LONGER = {
 
 @pytest.fixture
 def queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    kept = put_commands(tmp_path / "bin")
-    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:{os.environ['PATH']}")
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    monkeypatch.setenv("DAMPERLAB_CLUSTER_HOST", "127.0.0.1")
-    return kept
+    return make_queue(tmp_path, monkeypatch)
 
 
 def computed(
@@ -78,14 +72,6 @@ def computed(
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
-
-
-def ended(queue: Path) -> None:
-    """Wait until no job runs: what is taken back may take a moment."""
-    deadline = time.monotonic() + SECONDS
-    while running(queue):
-        assert time.monotonic() < deadline
-        time.sleep(0.2)
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
@@ -190,7 +176,7 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
         record = store.find("batch")
         assert (record.state, record.points_done, record.points_failed) == ("done", 120, 0)
     assert list(queue.glob("*.sh"))
-    ended(queue)
+    wait_until_ended(queue)
     # the keys of the cluster are gone with it
     assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
 
@@ -198,7 +184,7 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
 def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
     # the worker leaves fifteen seconds after it began, which is less than the work takes
     computed(tmp_path, "slurm", LONGER, "--workers", "1", DAMPERLAB_JOB_SECONDS="100")
-    ended(queue)
+    wait_until_ended(queue)
     told = [log.read_text() for log in sorted(queue.glob("*.log"))]
     assert len(told) > 1
     assert "its lifetime of 40 s ends" in told[0]

@@ -1,0 +1,298 @@
+"""With what the commands that compute do so: their options, and what computes their studies."""
+
+import inspect
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, fields
+from datetime import datetime
+from functools import wraps
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+from damperlab.service.cli.asked import Command, parameter, with_parameters
+from damperlab.service.cli.options import (
+    QUEUE_SECONDS,
+    WAIT_SECONDS,
+    Cluster,
+    Scheduler,
+    Wait,
+    Workers,
+    check_cluster,
+)
+from damperlab.service.cli.output import note
+from damperlab.service.cli.progress import StudyProgress, preparation
+from damperlab.service.cli.store import settings_of
+from damperlab.studies.vocabulary import BatchSystem
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from damperlab.service.cluster import SharedCluster
+    from damperlab.studies.store.record import Record
+    from damperlab.studies.store.store import Store
+
+HERE_SECONDS = 0.5
+"""Expected work below which no cluster is started: its processes take longer than that to start."""
+WATCH_SECONDS = 0.5
+"""Between two looks at a study that another process runs."""
+OPTIONS = {"workers": Workers, "scheduler": Scheduler, "cluster": Cluster, "wait": Wait}
+
+
+@dataclass(frozen=True)
+class Means:
+    """With what a command computes, as it was asked to.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Processes of a cluster of this machine, or most jobs of a batch system.
+    scheduler : str, optional
+        Address of a Dask scheduler elsewhere.
+    cluster : str, optional
+        A batch system.
+    wait : float, optional
+        Seconds to wait while no worker can compute.
+
+    Raises
+    ------
+    BadParameter
+        Two of them exclude each other.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    cluster: BatchSystem | None = None
+    wait: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what excludes each other."""
+        check_cluster(self.workers, self.scheduler, self.cluster)
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether this machine shall not compute."""
+        return self.scheduler is not None or self.cluster is not None
+
+    @property
+    def wait_seconds(self) -> float:
+        """How long to wait while no worker can compute."""
+        if self.wait is not None:
+            return self.wait
+        return WAIT_SECONDS if self.cluster is None else QUEUE_SECONDS
+
+
+def computes(command: Command) -> Command:
+    """Give a command the options of its parameter of the type `Means`."""
+    signature = inspect.signature(command, eval_str=True)
+    names = [each.name for each in fields(Means)]
+    parameters: list[inspect.Parameter] = []
+    taken = ""
+    for name, each in signature.parameters.items():
+        if each.annotation is Means:
+            taken = name
+            parameters += [parameter(option, OPTIONS[option], None) for option in names]
+        else:
+            parameters.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+
+    @wraps(command)
+    def computing(**given: Any) -> None:
+        means = Means(**{name: given.pop(name) for name in names})
+        command(**given, **{taken: means})
+
+    return with_parameters(computing, parameters)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far a command goes to compute a study.
+
+    Parameters
+    ----------
+    budget_hours : float, optional
+        Core hours in kernels after which it stops, to be resumed.
+    ends : datetime, optional
+        When it stops, to be resumed.
+    """
+
+    budget_hours: float | None = None
+    ends: datetime | None = None
+
+
+NO_LIMITS = Limits()
+
+
+class Computer(ExitStack):
+    """Computes studies one after the other, all on one cluster, which is opened for the first that needs one.
+
+    Use it as a context: the cluster ends with it, if it is its own.
+
+    Parameters
+    ----------
+    store : Store
+        Where the studies are.
+    means : Means
+        With what they are computed.
+    here_seconds : float, optional
+        Expected work of a study up to which it is computed in this process, unless that is to be done elsewhere; by
+        default `HERE_SECONDS` where nothing is said of a cluster.
+    """
+
+    def __init__(self, store: "Store", means: Means, here_seconds: float | None = None) -> None:
+        super().__init__()
+        self.store = store
+        self._means = means
+        if here_seconds is None:
+            here_seconds = HERE_SECONDS if means.workers is None else 0.0
+        self._here_seconds = 0.0 if means.elsewhere else here_seconds
+        self._cluster: SharedCluster | None = None
+        self._now: str | None = None
+
+    def compute(self, record: "Record", limits: Limits = NO_LIMITS) -> "Record":
+        """Run a study or, while another process does, watch it.
+
+        Parameters
+        ----------
+        record : Record
+            The study.
+        limits : Limits
+            How far to go.
+
+        Returns
+        -------
+        Record
+            As it ended.
+        """
+        from damperlab.studies.store.faults import StudyBusy
+        from damperlab.worker.runner import SECONDS_PER_HOUR, run_study
+
+        budget = None if limits.budget_hours is None else limits.budget_hours * SECONDS_PER_HOUR
+        self._now = record.id
+        with (
+            _stop_on_signals() as stop,
+            _stop_at(limits.ends, stop) as over,
+            StudyProgress(record.name or record.id, record.points_total) as progress,
+        ):
+            while True:
+                try:
+                    ended = run_study(
+                        self.store,
+                        record.id,
+                        self._lent,
+                        lambda now: progress.update(
+                            now.points_done,
+                            now.points_failed,
+                            now.points_per_second,
+                            now.seconds_left,
+                            preparation(now.phase, now.phase_done, now.phase_total),
+                        ),
+                        stop,
+                        # asked to go on with what it is now; whoever cancels it meanwhile is heard
+                        only_from=("queued", "running", record.state),
+                        here_seconds=self._here_seconds,
+                        wait_seconds=self._means.wait_seconds,
+                        budget_seconds=budget,
+                    )
+                    return _told_of_the_time(self.store, ended, limits.ends) if over.is_set() else ended
+                except StudyBusy as error:
+                    note(f"{error} Following it until it ends.")
+                    record = self._watch(record.id, progress, stop)
+                    if record.ended or stop.is_set():
+                        return record
+
+    def _watch(self, study_id: str, progress: StudyProgress, stop: threading.Event) -> "Record":
+        """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
+        while True:
+            record = self.store.find(study_id)
+            before = preparation(record.phase, record.phase_done, record.phase_total)
+            progress.update(record.points_done, record.points_failed, None, record.seconds_left, before)
+            if record.ended or record.owner is None or stop.wait(WATCH_SECONDS):
+                return record
+
+    @contextmanager
+    def _lent(self) -> "Iterator[Client]":
+        # loaded only where a cluster is needed: it is most of what a tiny study would cost
+        from damperlab.service.cluster import SharedCluster
+
+        if self._cluster is None:
+            self._cluster = SharedCluster(self._opened)
+            self.callback(self._cluster.close)
+        with self._cluster.borrow() as client:
+            yield client
+
+    def _opened(self) -> "AbstractContextManager[Client]":
+        means = self._means
+        if means.cluster is None:
+            from damperlab.worker.cluster import connect
+
+            return connect(workers=means.workers, scheduler=means.scheduler)
+        from damperlab.service.cluster import opening
+
+        settings = settings_of(self.store.data_dir, workers=means.workers, cluster=means.cluster)
+        note(
+            f"Workers are jobs of {means.cluster}; what they print is kept under {settings.data_dir / 'jobs'}."
+        )
+        return opening(settings, self._left)()
+
+    def _left(self) -> int:
+        """Blocks that are left of the study that is computed."""
+        if self._now is None:
+            return 0
+        now = self.store.find(self._now)
+        return now.blocks_total - now.blocks_done
+
+
+@contextmanager
+def _stop_on_signals() -> Iterator[threading.Event]:
+    """Turn the first Ctrl-C or termination request into a stop that keeps what is done; the second one ends at once."""
+    stop = threading.Event()
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        if stop.is_set():
+            signal.signal(number, before[signal.Signals(number)])
+            signal.raise_signal(number)
+        stop.set()
+        note("Stopping after the blocks that are running. Press Ctrl-C again to stop immediately.")
+
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, ask)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading.Event]:
+    """Stop at a time as a signal would; gives what is set where that has happened."""
+    over = threading.Event()
+
+    def end() -> None:
+        over.set()
+        stop.set()
+
+    if ends is None:
+        yield over
+        return
+    timer = threading.Timer(max(0.0, (ends - datetime.now(ends.tzinfo)).total_seconds()), end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield over
+    finally:
+        timer.cancel()
+
+
+def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
+    """Keep with a study that it was stopped at its time."""
+    if record.state != "cancelled" or ends is None:
+        return record
+    left = record.blocks_total - record.blocks_done
+    message = (
+        f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} blocks are kept, "
+        f"resume computes the other {left}"
+    )
+    return store.set_state(record.id, "cancelled", message, only_from=("cancelled",))

@@ -1,0 +1,167 @@
+"""Commands that compute in jobs of a batch system, and a service whose workers are jobs."""
+
+import json
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.batch_system import make_queue, running, wait_until_ended
+from tests.service.cli.commands import run
+
+from damperlab import Client
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.examination import bits_of
+from damperlab.worker.provenance import provenance
+from damperlab.worker.tasks import failed_values
+
+FRICTION: dict[str, Any] = {
+    "particle": False,
+    "damping_ratio": 0.05,
+    "axes": {
+        "friction_ratio": {"start": 0.5, "stop": 1.1, "num": 4},
+        "frequency_ratio": [0.9, 1.0, 1.1, 1.2],
+    },
+}
+SPECIFICATION: dict[str, Any] = {
+    "name": "small machine",
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.5, "stop": 8.5}},
+    "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}},
+    "clearance_m": 0.005,
+    "particle_mass_kg": 4.0,
+    "restitution": 0.5,
+    "tolerances": {"friction_force_n": "10%"},
+    "limits": {"displacement_m": 0.005},
+    "builds": 4,
+}
+LASTING: dict[str, Any] = {
+    "name": "lasting",
+    "damping_ratio": 0.0038,
+    "axes": {
+        "clearance_ratio": {"start": 10, "stop": 20, "num": 12},
+        "friction_ratio": [0.2, 0.4, 0.6],
+        "frequency_ratio": {"start": 0.98, "stop": 1.02, "num": 160},
+        "restitution": 0.47,
+        "mass_ratio": 0.1,
+    },
+}
+"""About sixteen core seconds."""
+WORK_SECONDS = 400.0
+
+
+@pytest.fixture
+def queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    return make_queue(tmp_path, monkeypatch)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(Store.open(tmp_path / "data")) as opened:
+        yield opened
+
+
+def submit(store: Store, study: Study, failed: int, **more: str) -> Record:
+    """A study of which one block was given up, and no other is computed."""
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 4, 4)[-len(study.shape) :], seconds_per_point)
+    record, _ = store.submit(study, plan, provenance() | more)
+    block = plan.block(failed)
+    checksum = write_region(store.cube_path(record.id), block, failed_values(study, block), "g")
+    identity = more.get("identity", "")
+    store.mark(
+        record.id,
+        BlockOutcome(
+            failed, block.points, block.points, 0.1, 0.0, "its worker died", "g", checksum, 0, identity
+        ),
+    )
+    return record
+
+
+def jobs(queue: Path) -> int:
+    return len(list(queue.glob("*.sh")))
+
+
+def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -> None:
+    data = ("--data-dir", store.data_dir, "--workers", "1")
+    long = {**FRICTION, "axes": {**FRICTION["axes"], "friction_ratio": {"start": 0.5, "stop": 1.1, "num": 8}}}
+    record = submit(store, parse_study({**long, "name": "again"}), 1)
+    assert record.blocks_total == 2
+    run("resume", record.id, *data, "--cluster", "slurm")
+    assert (store.find(record.id).points_failed, jobs(queue)) == (16, 1)
+    run("retry", record.id, *data, "--cluster", "pbs", "--wait", "200")
+    assert (store.find(record.id).points_failed, jobs(queue)) == (0, 2)
+    assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
+    before = store.cube(record.id).load()
+    file = next(Path(store.cube_path(record.id), "blocks").iterdir())
+    file.write_bytes(file.read_bytes()[:40])
+    run("verify", record.id, "--repair", *data, "--cluster", "lsf")
+    assert jobs(queue) == 3
+    assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
+    other = {"solver": "0" * 16, "identity": "0" * 16}
+    older = submit(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
+    run("recompute", older.id, *data, "--cluster", "sge")
+    newest = store.newest(older.digest)
+    assert newest is not None
+    assert (newest.id, newest.state, jobs(queue)) == (f"{older.id}-2", "done", 4)
+    wait_until_ended(queue)
+
+
+def test_follow_ups_and_the_studies_of_a_design_share_one_cluster_of_jobs(
+    tmp_path: Path, queue: Path
+) -> None:
+    study = tmp_path / "locking.json"
+    study.write_text(json.dumps({**FRICTION, "name": "locking"}))
+    run("run", study, "--data-dir", tmp_path / "data")
+    asked = ["refine", "locking", "--tolerance", "0.01", "--data-dir", tmp_path / "data", "--json"]
+    found = json.loads(run(*asked, "--cluster", "slurm", "--workers", "1").stdout)
+    assert (found["known"], jobs(queue)) == (True, 1)
+    assert found["with"]
+    specification = tmp_path / "spec.json"
+    specification.write_text(json.dumps(SPECIFICATION))
+    answer = run(
+        *("design", specification, "--data-dir", tmp_path / "data", "--json"),
+        *("--cluster", "sge", "--workers", "1"),
+    )
+    assert json.loads(answer.stdout)["worst"]["value"] <= 0.005
+    assert jobs(queue) == 2
+    wait_until_ended(queue)
+    refused = run(*asked[:-1], "--cluster", "slurm", "--scheduler", "tcp://127.0.0.1:8786", status=2)
+    assert "cannot be combined" in refused.stderr
+
+
+def test_service_has_jobs_as_there_is_work_and_outlives_them(
+    own_service: Callable[..., Any], tmp_path: Path, queue: Path
+) -> None:
+    service = own_service(DAMPERLAB_CLUSTER="slurm", DAMPERLAB_WORKERS="2")
+    assert jobs(queue) == 0
+    with Client(service.url) as client:
+        study = client.submit(LASTING)
+        deadline = time.monotonic() + WORK_SECONDS
+        while not study.record.blocks_done:
+            assert time.monotonic() < deadline
+            time.sleep(0.2)
+        # every job is killed, as where a partition is taken out of service
+        for pid in running(queue):
+            os.killpg(pid, signal.SIGKILL)
+        assert study.wait().state == "done"
+    assert jobs(queue) > 1
+    assert service.stop() == 0
+    wait_until_ended(queue)
+    assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
+    asked = parse_study(LASTING)
+    whole = solve_block(asked, plan_with_chunk(asked, asked.shape, seconds_per_point).block(0))
+    with closing(Store.open(tmp_path / "data")) as store:
+        record = store.find("lasting")
+        assert record.points_failed == 0
+        assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})
