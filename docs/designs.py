@@ -31,7 +31,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.specification.reading import named_specifications, parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import load_text
-from damperlab.studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.variables import ResponseClass
 from damperlab.worker.block import solve_block
 
 PAGE = ROOT / "docs" / "examples" / "designs.md"
@@ -55,7 +55,8 @@ def specification(name: str) -> Specification:
 def solved(study: Study) -> xr.Dataset:
     """Compute a study in this process."""
     values = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
-    return xr.Dataset({name: (DIMENSIONS, array) for name, array in values.items()}, study.coordinates)
+    arrays = {name: (tuple(study.coordinates), array) for name, array in values.items()}
+    return xr.Dataset(arrays, study.coordinates, {"study": json.dumps(study.document())})
 
 
 def designed(asked: Specification) -> Found:

@@ -11,6 +11,12 @@ AMPLITUDE = "base_amplitude_m"
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
 """What a damper keeps, and the ratio that falls as the base amplitude grows."""
 
+CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
+"""What of the base may be the same at every frequency in place of its displacement, and which derivative that is."""
+
+AT_NATURAL = "base amplitude Z at the natural frequency"
+"""What the dimension is where a velocity or an acceleration is the same at every frequency."""
+
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),
     "restitution": ("1", DIMENSION_LONG_NAMES["restitution"]),
@@ -48,6 +54,19 @@ def over_amplitudes(physical: object, particle: bool) -> bool:
         return False
     kept = kept_by_damper(physical, particle)
     return len(kept) == len(RATIOS_OF) or any(is_axis(value) for value in kept.values())
+
+
+def base_amplitudes(amplitude_m: Any, frequency_ratio: Any, constant: str | None) -> Any:
+    """Give the base amplitudes Z [m] at frequency ratios; arrays that broadcast.
+
+    Parameters
+    ----------
+    amplitude_m, frequency_ratio : float or array
+        Along the dimensions: the amplitude at the natural frequency, and the frequency over that.
+    constant : str or None
+        A key of `CONSTANT`: a velocity V makes Z = V/ω, an acceleration A makes Z = A/ω². None: a displacement.
+    """
+    return amplitude_m if constant is None else amplitude_m / frequency_ratio ** CONSTANT[constant]
 
 
 def kept_by_damper(physical: Mapping[str, Any], particle: bool) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from pydantic import (
     model_validator,
 )
 
+from damperlab.studies.amplitudes import AMPLITUDE, AT_NATURAL, RATIOS_OF
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
-from damperlab.studies.amplitudes import RATIOS_OF
 from damperlab.studies.axes import (
     AxisSpec,
     ClearanceRatio,
@@ -164,7 +164,9 @@ class Study(Choice):
             faults.extend(faults_of(error, KEYS))
         faults.extend(faults_between(document))
         if study is not None and study.physical is not None and not faults:
-            faults.extend(derived_faults(study.physical, study.particle))
+            faults.extend(
+                derived_faults(study.physical, study.particle, study.coordinates["frequency_ratio"])
+            )
         if study is not None and study.particle and not faults and study.contact.model == "compliant":
             fault = compliant_fault(float(study.coordinates["restitution"][0]), "axes.restitution")
             faults.extend([fault] if fault else [])
@@ -208,6 +210,8 @@ class Study(Choice):
         named = {name: ("1", words) for name, words in DIMENSION_LONG_NAMES.items()}
         if self.over_amplitudes:
             named = AMPLITUDE_DIMENSIONS
+            if self.physical is not None and self.physical.constant is not None:
+                named = named | {AMPLITUDE: (named[AMPLITUDE][0], AT_NATURAL)}
         return {name: {"units": unit, "long_name": words} for name, (unit, words) in named.items()}
 
     @property
@@ -255,6 +259,8 @@ class Study(Choice):
                 name: self.physical.values().get(name) for name in ("mass_kg", "natural_frequency_hz")
             }
             settings |= {name: None if found is None else found.tolist() for name, found in structure.items()}
+            if self.physical.constant is not None:
+                settings["constant"] = self.physical.constant
         return settings
 
     @property

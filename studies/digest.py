@@ -33,6 +33,8 @@ def study_digest(study: "Study") -> str:
         for name, values in study.physical.values().items():
             if name not in ignored:
                 feed(content, f"physical.{name}", _bytes(values))
+        if study.physical.constant is not None:
+            feed(content, "physical.constant", study.physical.constant.encode())
     settings: dict[str, Any] = study.model_dump(
         mode="json", include={"particle", "contact", "metrics", "steady", "solver", "start"}
     )

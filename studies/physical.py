@@ -3,16 +3,25 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, is_axis, kept_by_damper, over_amplitudes
+from damperlab.studies.amplitudes import (
+    AMPLITUDE,
+    CONSTANT,
+    RATIOS_OF,
+    base_amplitudes,
+    is_axis,
+    kept_by_damper,
+    over_amplitudes,
+)
 from damperlab.studies.axes import AxisSpec, along, axis_values
 from damperlab.studies.choices import Choice
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.quantity import RATIOS, Quantity
+from damperlab.studies.reads import Reads
 
 Values = Mapping[str, NDArray[np.float64]]
 
@@ -44,12 +53,31 @@ QUANTITIES = (
 """Every quantity of a physical block."""
 
 
+_FREQUENCY = "frequency_ratio"
+
+
+def _read_constant(raw: object) -> str | None:
+    if raw is None or (isinstance(raw, str) and raw in CONSTANT):
+        return raw
+    raise StudyFaults(
+        [
+            Fault(
+                "",
+                describe(raw),
+                " or ".join(CONSTANT),
+                "write one of them, or leave it out for a displacement",
+            )
+        ]
+    )
+
+
 class Physical(Choice):
     """A physical case; each entry is a number or an axis.
 
     A ratio is made where its own quantity is given: `clearance_m` makes the clearance ratio, and needs
     `base_amplitude_m` for it. Where the base amplitude is an axis of a damper whose force and clearance stay, the study
-    is one over base amplitudes, see `damperlab.studies.amplitudes`.
+    is one over base amplitudes, see `damperlab.studies.amplitudes`; there `constant` may say that the velocity or the
+    acceleration of the base is the same at every frequency, and `base_amplitude_m` is its amplitude at the natural one.
     """
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
@@ -60,10 +88,22 @@ class Physical(Choice):
     friction_force_n: Annotated[AxisSpec | None, along(FRICTION_FORCE)] = None
     clearance_m: Annotated[AxisSpec | None, along(CLEARANCE)] = None
     particle_mass_kg: Annotated[AxisSpec | None, along(PARTICLE_MASS)] = None
+    constant: Annotated[
+        Literal["velocity", "acceleration"] | None,
+        Reads(
+            _read_constant,
+            {
+                "type": ["string", "null"],
+                "enum": [*CONSTANT, None],
+                "description": "what of the base is the same at every frequency, in place of its displacement; only where "
+                "dampers are followed over base amplitudes, which are then those at the natural frequency",
+            },
+        ),
+    ] = None
 
     def values(self) -> dict[str, NDArray[np.float64]]:
         """Return the given quantities, expanded."""
-        given = {name: getattr(self, name) for name in type(self).model_fields}
+        given = {quantity.name: getattr(self, quantity.name) for quantity in QUANTITIES}
         return {name: axis_values(spec) for name, spec in given.items() if spec is not None}
 
     def over_amplitudes(self, particle: bool) -> bool:
@@ -76,7 +116,8 @@ class Physical(Choice):
         Parameters
         ----------
         points : mapping of ndarray
-            `clearance_m`, `friction_force_n` and `base_amplitude_m`; arrays that broadcast.
+            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` where something else than the
+            displacement of the base is constant; arrays that broadcast.
         particle : bool
             Whether the scene has one.
 
@@ -87,6 +128,7 @@ class Physical(Choice):
             has no particle or no friction.
         """
         given = {**self.values(), **points}
+        given[AMPLITUDE] = base_amplitudes(given[AMPLITUDE], points.get(_FREQUENCY), self.constant)
         kept = kept_by_damper(dict(self), particle)
         return {
             ratio: DERIVATIONS[ratio].law(given) + 0.0 if name in kept else 0.0 * given[AMPLITUDE]
@@ -181,7 +223,13 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
                 allowed = f"a number: {derivation.source} needs it to make {derivation.ratio}"
                 told = f"{{field}} is missing: {derivation.source} needs it to give {derivation.ratio}."
                 faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice, told))
-    axes = [name for name, value in raw.items() if is_axis(value)]
+    if raw.get("constant") is not None and not crossed:
+        told = "{field} needs a study over base amplitudes."
+        advice = (
+            "give `base_amplitude_m` as a list beside `clearance_m` and `friction_force_n`, or leave it out"
+        )
+        faults.append(Fault("physical.constant", describe(raw["constant"]), "nothing here", advice, told))
+    axes = [name for name, value in raw.items() if name != "constant" and is_axis(value)]
     for name in axes:
         here = f"physical.{name}"
         fed = [d.ratio for d in made if name == d.source or name in d.partners]
@@ -213,15 +261,25 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
     return faults
 
 
-def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
-    """Find the ratios that a physical block, valid in itself, takes out of their bounds."""
+def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]) -> list[Fault]:
+    """Find the ratios that a physical block, valid in itself, takes out of their bounds.
+
+    Parameters
+    ----------
+    physical : Physical
+        The block.
+    particle : bool
+        Whether the scene has one.
+    band : ndarray
+        The frequency ratios of the study.
+    """
     faults: list[Fault] = []
     given = physical.values()
     crossed = physical.over_amplitudes(particle)
     for derivation in derivations(given, particle):
         quantity = RATIOS[derivation.ratio]
         spans = crossed and derivation.source in RATIOS_OF
-        values = derivation.values(_corners(given, derivation.source) if spans else given)
+        values = derivation.values(_corners(physical, derivation.source, band) if spans else given)
         field = f"physical.{derivation.source}"
         wrong = [float(value) for value in (values[0], values[-1]) if not quantity.admits(float(value))]
         if wrong:
@@ -236,7 +294,11 @@ def derived_faults(physical: Physical, particle: bool) -> list[Fault]:
     return faults
 
 
-def _corners(given: Values, source: str) -> Values:
-    """Return the quantities with the ends of an axis of a damper at the ends of the base amplitudes, 4 values each."""
-    ends = np.meshgrid(given[source][[0, -1]], given[AMPLITUDE][[0, -1]])
-    return {**given, source: ends[0].ravel(), AMPLITUDE: ends[1].ravel()}
+def _corners(physical: Physical, source: str, band: NDArray[np.float64]) -> Values:
+    """Return the quantities with the ends of an axis of a damper at the ends of base amplitudes and band, 8 values each."""
+    given = physical.values()
+    own, amplitude, r = (
+        ends.ravel()
+        for ends in np.meshgrid(*(axis[[0, -1]] for axis in (given[source], given[AMPLITUDE], band)))
+    )
+    return {**given, source: own, AMPLITUDE: base_amplitudes(amplitude, r, physical.constant)}

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.physical import Physical
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
@@ -88,9 +88,16 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
     found = cube.assign_coords(coordinates | ratios_beside(cube))
     if not results:
         return found
-    along = {each.name: _result(cube[each.source] * cube[AMPLITUDE], each) for each in results_along(cube)}
+    along = {each.name: _result(cube[each.source] * base_of(cube), each) for each in results_along(cube)}
     found = found.assign({name: array.transpose(*cube["status"].dims) for name, array in along.items()})
     return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
+
+
+def base_of(cube: xr.Dataset) -> xr.DataArray:
+    """Give the base amplitude Z [m] of a cube over base amplitudes, over those and, where it changes, the frequency."""
+    constant = _physical(cube).get("constant")
+    found: xr.DataArray = base_amplitudes(cube[AMPLITUDE], cube["frequency_ratio"], constant)
+    return found
 
 
 def results_along(cube: xr.Dataset) -> list[InUnits]:
@@ -110,18 +117,20 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the clearance and friction ratios of a cube over base amplitudes, over two of its dimensions each."""
+    """Give the clearance and friction ratios of a cube over base amplitudes, each over its own dimension and those of Z."""
     if AMPLITUDE not in cube.sizes:
         return {}
     study = json.loads(cube.attrs["study"])
-    points = {name: cube[name].values[:, None] for name in RATIOS_OF} | {
-        AMPLITUDE: cube[AMPLITUDE].values[None, :]
-    }
-    ratios = Physical.model_validate(study["physical"]).ratios_at(points, study.get("particle", True))
+    physical = Physical.model_validate(study["physical"])
+    met = (AMPLITUDE,) if physical.constant is None else (AMPLITUDE, "frequency_ratio")
+    own = (slice(None), *(None for _ in met))
+    points = {name: cube[name].values[own] for name in RATIOS_OF}
+    points |= dict(zip(met, np.meshgrid(*(cube[name].values for name in met), indexing="ij"), strict=True))
+    ratios = physical.ratios_at(points, study.get("particle", True))
     return {
         ratio: xr.Variable(
-            (name, AMPLITUDE),
-            np.broadcast_to(ratios[ratio], (cube.sizes[name], cube.sizes[AMPLITUDE])).copy(),
+            (name, *met),
+            np.broadcast_to(ratios[ratio], tuple(cube.sizes[each] for each in (name, *met))).copy(),
             {"units": "1", "long_name": DIMENSION_LONG_NAMES[ratio]},
         )
         for name, ratio in RATIOS_OF.items()

@@ -1,5 +1,6 @@
 """The book of a search: every point that is known, and the studies that make those known that are wanted."""
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -7,10 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
-from damperlab.studies.design.build import Build, Place
+from damperlab.studies.design.build import Build, Law, Place, Spot
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Measure, Specification
 from damperlab.studies.variables import Status
@@ -25,6 +27,8 @@ VARIABLES = (
     "response_class",
 )
 """What is kept of a point."""
+BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
+"""The dimension that stands in the place of a ratio where something else than the displacement of the base is constant."""
 METRICS = (*VARIABLES, "cycles", "run_time", "status")
 STUDY_COST = 40
 """Points whose computing costs as much as a further study does."""
@@ -87,9 +91,9 @@ class Book:
         """The best damper so far, for whoever waits; nothing depends on it."""
         self.from_many_starts: list[xr.Dataset] = []
         """The recommended damper from several starts, once it is known."""
-        self._known: dict[tuple[Place, float], tuple[float, ...]] = {}
-        self._frequencies: dict[Place, set[float]] = {}
-        """Where a damper may be known, by its ratios at the natural frequency."""
+        self._known: dict[tuple[Spot, float], tuple[float, ...]] = {}
+        self._frequencies: dict[Spot, set[float]] = {}
+        """Where a damper may be known."""
         self._curves: dict[tuple[Build, Amplitude], Curve] = {}
 
     @property
@@ -101,79 +105,80 @@ class Book:
         """Count the points that are wanted and not known."""
         return len({point for each in wanted for _, point in self._points(each)} - self._known.keys())
 
-    def _points(self, wanted: Wanted) -> Iterator[tuple[float, tuple[Place, float]]]:
-        """Give base amplitude, ratios and frequency of all that is wanted."""
-        build, structure, amplitude = wanted.build, self.asked.structure, wanted.amplitude
+    def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
+        """Give what is known of a point that is wanted, for each of them."""
+        spot = wanted.build.spot(self.asked.structure, wanted.amplitude)
         for r in wanted.frequencies:
-            base_m = amplitude.base_m(build.nominal(r))
-            yield base_m, (build.place(structure, base_m), r)
+            yield spot, r
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study, ...]:
         """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
-        lacking: dict[tuple[float, Place], set[float]] = {}
+        lacking: dict[tuple[float, Spot], set[float]] = {}
         for each in wanted:
-            place = each.build.place(self.asked.structure, each.amplitude.reference_m)
-            self._frequencies.setdefault(place, set()).update(each.frequencies)
-            for base_m, point in self._points(each):
+            spot = each.build.spot(self.asked.structure, each.amplitude)
+            self._frequencies.setdefault(spot, set()).update(each.frequencies)
+            for point in self._points(each):
                 if point not in self._known:
-                    lacking.setdefault((base_m, point[0]), set()).add(point[1])
-        groups: dict[tuple[float, bool, frozenset[float]], set[Place]] = {}
-        for (amplitude, place), frequencies in lacking.items():
-            groups.setdefault((amplitude, place[2] > 0.0, frozenset(frequencies)), set()).add(place)
+                    lacking.setdefault((each.amplitude.reference_m, spot), set()).add(point[1])
+        groups: dict[tuple[float, bool, Law, frozenset[float]], set[Place]] = {}
+        for (amplitude, (law, place)), frequencies in lacking.items():
+            groups.setdefault((amplitude, place[2] > 0.0, law, frozenset(frequencies)), set()).add(place)
         made: list[Study] = []
-        for kind in sorted({key[:2] for key in groups}):
+        for kind in sorted({key[:3] for key in groups}):
             sets = [
-                _Group(designs, key[2])
-                for key, designs in sorted(groups.items(), key=lambda one: sorted(one[0][2]))
-                if key[:2] == kind
+                _Group(designs, key[3])
+                for key, designs in sorted(groups.items(), key=lambda one: sorted(one[0][3]))
+                if key[:3] == kind
             ]
             for group in _merged(sets):
-                made += [self._study(kind[0], kind[1], grid, group.frequencies) for grid in group.grids]
+                made += [self._study(*kind, grid, group.frequencies) for grid in group.grids]
         return tuple({study.digest: study for study in made}.values())
 
     def _study(
         self,
         amplitude_m: float,
         particle: bool,
+        law: Law,
         grid: list[NDArray[np.float64]],
-        frequencies: frozenset[float],
+        frequencies: Iterable[float],
+        **more: object,
     ) -> Study:
+        """Make the study of a grid of dampers at frequencies; `more` takes the place of what is said for every study."""
         damping, restitution, mass, clearance, friction = (axis.tolist() for axis in grid)
-        axes = {"friction_ratio": friction, "frequency_ratio": sorted(frequencies)}
+        axes: dict[str, object] = {"frequency_ratio": sorted(set(frequencies))}
         if particle:
-            axes |= {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
+            axes |= {"restitution": restitution, "mass_ratio": mass}
         document = {
             "name": f"{self.asked.name}, design" if self.asked.name else "design",
             "damping_ratio": damping,
-            "axes": axes,
             "particle": particle,
             "metrics": list(METRICS),
         }
-        return parse_harmonic(document | self._physical(amplitude_m))
+        if law:
+            constant, amplitude, structure_kg, natural_hz = law
+            physical = {
+                "mass_kg": structure_kg,
+                "natural_frequency_hz": natural_hz,
+                AMPLITUDE: [amplitude],
+                "friction_force_n": friction,
+                "constant": constant,
+            }
+            physical |= {"clearance_m": clearance} if particle else {}
+            return parse_harmonic(document | {"axes": axes, "physical": physical} | more)
+        axes |= {"friction_ratio": friction} | ({"clearance_ratio": clearance} if particle else {})
+        return parse_harmonic(document | {"axes": axes} | self._physical(amplitude_m) | more)
 
     def from_starts(self, wanted: Wanted, starts: int, seed: int) -> tuple[Study, ...]:
-        """Make the studies that compute a build from several starts, one for every base amplitude that it meets."""
-        found: dict[tuple[float, Place], list[float]] = {}
-        for base_m, (place, r) in self._points(wanted):
-            found.setdefault((base_m, place), []).append(r)
-        return tuple(self._from_starts(*key, rs, starts, seed) for key, rs in found.items())
-
-    def _from_starts(
-        self, amplitude_m: float, place: Place, frequencies: list[float], starts: int, seed: int
-    ) -> Study:
-        damping, restitution, mass, clearance, friction = place
-        axes: dict[str, object] = {"friction_ratio": friction, "frequency_ratio": sorted(set(frequencies))}
-        if mass > 0.0:
-            axes |= {"restitution": restitution, "mass_ratio": mass, "clearance_ratio": clearance}
-        document = {
+        """Make the study that computes a build from several starts."""
+        law, place = wanted.build.spot(self.asked.structure, wanted.amplitude)
+        more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
-            "damping_ratio": damping,
-            "axes": axes,
-            "particle": mass > 0.0,
             "metrics": [*METRICS, "amplitude_ratio_worst", "attractors"],
             "start": {"kind": "ensemble", "n": starts, "seed": seed},
         }
-        return parse_harmonic(document | self._physical(amplitude_m))
+        grid = [np.array([value]) for value in place]
+        reference_m = wanted.amplitude.reference_m
+        return (self._study(reference_m, place[2] > 0.0, law, grid, wanted.frequencies, **more),)
 
     def _physical(self, amplitude_m: float) -> dict[str, object]:
         """Give the block that gives a study its units, where there are any."""
@@ -196,32 +201,35 @@ class Book:
                 self.from_many_starts.append(cube)
                 self.spent += cube["status"].size
                 continue
-            axes = [cube[name].values.tolist() for name in DESIGN]
+            law = _law_of(cube)
+            names = [BESIDE.get(name, name) if law else name for name in DESIGN]
+            axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in VARIABLES], axis=-1)
             status = cube["status"].values
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
-            for index in np.ndindex(*status.shape[:-1]):
+            # there is one base amplitude where there is a dimension of it
+            columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(VARIABLES))
+            for index in np.ndindex(*columns.shape[:-2]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
-                if any(each.motion.order == 0 for each in self.asked.excitations):
-                    self._frequencies.setdefault(place, set()).update(frequencies)
+                spot: Spot = (law, place)
+                self._frequencies.setdefault(spot, set()).update(frequencies)
                 for at, row in zip(frequencies, columns[index].tolist(), strict=True):
-                    if (place, at) not in self._known:
-                        self._known[place, at] = tuple(row)
+                    if (spot, at) not in self._known:
+                        self._known[spot, at] = tuple(row)
                         self.spent += 1
 
     def curve(self, build: Build, amplitude: Amplitude) -> "Curve":
         """Give what is known of a build under an amplitude, within the band of its excitation."""
         if (build, amplitude) not in self._curves:
-            place = build.place(self.asked.structure, amplitude.reference_m)
+            spot = build.spot(self.asked.structure, amplitude)
             low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
-            asked = tuple(r for r in sorted(self._frequencies.get(place, ())) if low <= r <= high)
-            points = self._points(Wanted(build, amplitude, asked))
-            known = [(base_m, at) for base_m, at in points if at in self._known]
-            rows = np.array([self._known[at] for _, at in known]).reshape(len(known), len(VARIABLES))
+            asked = sorted(r for r in self._frequencies.get(spot, ()) if low <= r <= high)
+            known = [r for r in asked if (spot, r) in self._known]
+            rows = np.array([self._known[spot, r] for r in known]).reshape(len(known), len(VARIABLES))
             self._curves[build, amplitude] = Curve(
-                np.array([r for _, (_, r) in known]),
-                np.array([base_m for base_m, _ in known]),
+                np.array(known),
+                np.array([amplitude.base_m(build.nominal(r)) for r in known]),
                 dict(zip(VARIABLES, rows.T, strict=True)),
             )
         return self._curves[build, amplitude]
@@ -254,6 +262,15 @@ class Curve:
     def measured(self, measure: Measure) -> NDArray[np.float64]:
         """Give the measure, shape (n,), in its unit."""
         return measure.factor * self.base_m * self[measure.variable]
+
+
+def _law_of(cube: xr.Dataset) -> Law:
+    """Give what of the base a study holds constant, with what it is of."""
+    if AMPLITUDE not in cube.sizes:
+        return ()
+    physical = json.loads(cube.attrs["study"])["physical"]
+    amplitude = float(cube[AMPLITUDE].values[0])
+    return physical["constant"], amplitude, physical["mass_kg"], physical["natural_frequency_hz"]
 
 
 def _merged(groups: list[_Group]) -> list[_Group]:

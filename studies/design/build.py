@@ -2,10 +2,17 @@
 
 from dataclasses import dataclass, replace
 
+from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
 
 Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
+
+Law = tuple[()] | tuple[str, float, float, float]
+"""What of the base is constant over the frequencies: nothing to say of a displacement; of a velocity or an acceleration its
+word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency."""
+Spot = tuple[Law, Place]
+"""A damper under an amplitude, at every frequency: in ratios under a displacement, else with d [m] and F [N] in their place."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +45,18 @@ class Build:
             return (damping, 0.0, 0.0, 0.0, friction)
         clearance = self.clearance_m / amplitude_m
         return (damping, self.restitution, self.particle_mass_kg / mass, clearance, friction)
+
+    def spot(self, structure: Structure, amplitude: Amplitude) -> Spot:
+        """Give what a study asks for of this build under an amplitude of an excitation, whatever the frequency."""
+        ratios = self.place(structure, amplitude.reference_m)
+        constant = amplitude.excitation.motion.constant
+        if constant is None:
+            return (), ratios
+        mass = structure.mass_kg * (1.0 + self.mass_kg)
+        frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
+        law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
+        clearance = self.clearance_m if self.particle_mass_kg else 0.0
+        return law, (*ratios[:3], clearance, self.friction_force_n)
 
     def own(self, frequency_ratio: float) -> float:
         """Turn a frequency over the nominal natural frequency into one over this structure's."""

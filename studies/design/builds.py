@@ -17,9 +17,6 @@ SEED = 20
 """Of builds and starts drawn: the same ones in every run."""
 FOR_BUILDS = 0.5
 """Share of what is left of the budget that builds may take."""
-LEVELS = 8
-"""Equal parts of a tolerance whose middles are drawn where every frequency is a study of its own: builds that have values in
-common are computed together."""
 WORST = 5
 """Builds drawn whose peaks are bracketed: those that may be the worst."""
 
@@ -50,8 +47,6 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
     asked, book = search.asked, search.book
     names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
-    if any(each.motion.order for each in asked.excitations):
-        shares = (2.0 * np.floor(LEVELS * (shares + 1.0) / 2.0) + 1.0) / LEVELS - 1.0
     every = [build.moved(asked, dict(zip(names, row, strict=True))) for row in shares.tolist()]
     wanted = [list(_beside(search, build, each)) for each in every]
     room = FOR_BUILDS * book.left

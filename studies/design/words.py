@@ -6,7 +6,7 @@ from math import isinf
 from damperlab.studies.design.absorber import Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.builds import LEVELS, SEED
+from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.shortfall import Shortfall
@@ -187,17 +187,11 @@ def _builds(found: Found) -> Iterator[str]:
         else f"stay within {response(asked, builds.bound)}, the worst of the drawn damper and of the corners of its tolerances"
     )
     yield (
-        f"Of {counted(builds.drawn, 'build')} drawn evenly {_where(asked)} (seed {SEED}), {builds.passed} {kept}: the "
+        f"Of {counted(builds.drawn, 'build')} drawn evenly within the tolerances (seed {SEED}), {builds.passed} {kept}: the "
         f"probability is between {builds.low:.3f} and {builds.high:.3f} with a confidence of {asked.confidence:.3g}."
     )
     if builds.drawn < asked.builds:
         yield f"The budget allowed no more than these of the {asked.builds} builds asked for."
-
-
-def _where(asked: Specification) -> str:
-    if any(each.motion.order for each in asked.excitations):
-        return f"from the middles of {LEVELS} equal parts of each tolerance"
-    return "within the tolerances"
 
 
 def _starts(found: Found) -> Iterator[str]:

@@ -22,20 +22,23 @@ class Motion:
         Derivative of the displacement: 0, 1 or 2.
     unit, words : str
         For sentences.
+    constant : str or None
+        What a study calls it, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement.
     """
 
     key: str
     order: int
     unit: str
     words: str
+    constant: str | None = None
 
 
 MOTIONS = {
     each.key: each
     for each in (
         Motion("base_amplitude_m", 0, "m", "base amplitude"),
-        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity"),
-        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration"),
+        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity", "velocity"),
+        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration", "acceleration"),
     )
 }
 """What may be constant over the band; each an amplitude, not an effective value."""

@@ -14,7 +14,6 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
-from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.store.chunks import Marks, chunk_file, chunk_key, damaged
 from damperlab.studies.store.coding import StoredArray, StoredCoordinate
 from damperlab.studies.store.cube import block_grid, read_chunk
@@ -23,7 +22,7 @@ from damperlab.studies.store.description import DESCRIPTION, Description, descri
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.packed import block_key
 from damperlab.studies.store.shelf import Shelf
-from damperlab.studies.units import ratios_beside, results_along
+from damperlab.studies.units import base_of, ratios_beside, results_along
 
 
 def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Dataset:
@@ -87,22 +86,23 @@ def _along_amplitudes(
 ) -> dict[str, xr.Variable]:
     """Give the results in units of a study over base amplitudes, each read with its ratio."""
     found = {}
-    for each in results_along(xr.Dataset(variables, attrs=described.attributes)):
+    cube = xr.Dataset(variables, attrs=described.attributes)
+    for each in results_along(cube):
         array = described.arrays[each.source]
-        axis = described.dimensions.index(AMPLITUDE)
-        factors = each.factor * variables[AMPLITUDE].values
-        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), axis, factors))
+        base = base_of(cube)
+        shape = [base.sizes.get(name, 1) for name in described.dimensions]
+        factors = each.factor * base.values.reshape(shape)
+        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), factors))
         encoding = {"chunks": array.chunks}
         found[each.name] = xr.Variable(described.dimensions, lazy, each.attributes, encoding)
     return found
 
 
 class _Along(BackendArray):
-    """A stored array times one factor for each place along one of its axes."""
+    """A stored array times factors that broadcast to its shape."""
 
-    def __init__(self, source: "_CheckedArray", axis: int, factors: np.ndarray) -> None:
+    def __init__(self, source: "_CheckedArray", factors: np.ndarray) -> None:
         self._source = source
-        self._axis = axis
         self._factors = factors
         self.shape = source.shape
         self.dtype = np.dtype(np.float64)
@@ -111,9 +111,13 @@ class _Along(BackendArray):
         return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self._read)
 
     def _read(self, key: tuple[Any, ...]) -> np.ndarray:
-        factors = self._factors[key[self._axis]]
-        behind = sum(not isinstance(one, int | np.integer) for one in key[self._axis + 1 :])
-        return np.asarray(self._source.read(key) * factors.reshape(*factors.shape, *(1,) * behind))
+        factors = self._factors
+        for axis in reversed(range(factors.ndim)):
+            one = key[axis]
+            if factors.shape[axis] == 1:
+                one = 0 if isinstance(one, int | np.integer) else slice(None)
+            factors = factors[(slice(None),) * axis + (one,)]
+        return np.asarray(self._source.read(key) * factors)
 
 
 def _coordinate(

@@ -107,3 +107,37 @@ def test_points_are_shared_by_studies_of_one_structure_alone() -> None:
     assert settings == study(RAY | {"clearance_m": 0.01}).settings()
     assert settings != study(RAY | {"natural_frequency_hz": 2.6}).settings()
     assert settings != parse_study({"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}).settings()
+
+
+def test_where_a_velocity_or_an_acceleration_is_constant_the_ratios_are_those_of_the_displacement_it_makes() -> (
+    None
+):
+    for word, order in (("velocity", 1), ("acceleration", 2)):
+        made = study(RAY | {"constant": word})
+        points = {
+            "clearance_m": np.array([0.0075, 0.0225]),
+            "friction_force_n": np.array([0.3, 0.3]),
+            "base_amplitude_m": np.array([1e-3, 4e-3]),
+            "frequency_ratio": np.array([0.96, 1.25]),
+        }
+        base_m = points["base_amplitude_m"] / points["frequency_ratio"] ** order
+        as_displacement = study(RAY).ratios(points | {"base_amplitude_m": base_m})
+        for ratio in ("clearance_ratio", "friction_ratio"):
+            np.testing.assert_array_equal(made.ratios(points)[ratio], as_displacement[ratio])
+        assert made.labels["base_amplitude_m"]["long_name"] == "base amplitude Z at the natural frequency"
+        assert parse_study(made.document()) == made
+        assert made.digest != study(RAY).digest
+        # a point of one is no point of the other, though their coordinates are equal
+        assert made.settings() != study(RAY).settings()
+    assert study(RAY | {"constant": "velocity"}).digest != study(RAY | {"constant": "acceleration"}).digest
+
+
+def test_what_is_constant_is_said_of_a_study_over_base_amplitudes_alone() -> None:
+    assert set(faults({"physical": RAY | {"constant": "jerk"}})) == {"physical.constant"}
+    one = STRUCTURE | {"base_amplitude_m": 1e-3, "clearance_m": 0.008, "constant": "velocity"}
+    assert set(faults({"physical": one, "axes": {"frequency_ratio": 1}})) == {"physical.constant"}
+    # within bounds at the natural frequency, and out of them where an acceleration makes the base move far less
+    wide = RAY | {"clearance_m": 5e8, "excitation_frequency_hz": [2.5, 25.0]}
+    bounds = study({**wide, "base_amplitude_m": [1e-3, 2e-3]})
+    assert bounds.points == 8
+    assert set(faults({"physical": wide | {"constant": "acceleration"}})) == {"physical.clearance_m"}

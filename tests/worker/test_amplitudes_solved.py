@@ -89,3 +89,23 @@ def test_blocks_cover_its_grid_and_need_the_kernels_of_its_scene(ray: Study) -> 
     whole = solve(ray)["amplitude_ratio"]
     for index, part in enumerate(parts):
         np.testing.assert_array_equal(part["amplitude_ratio"], whole[plan.block(index).slices])
+
+
+@pytest.mark.parametrize(("word", "order"), [("velocity", 1), ("acceleration", 2)])
+def test_under_a_constant_velocity_or_acceleration_too(word: str, order: int) -> None:
+    """Each point has the bits of the point alone, under the displacement that the base has at its frequency."""
+    given = {"clearance_m": CLEARANCES, "friction_force_n": FORCES[:1], "excitation_frequency_hz": HERTZ}
+    held = study_of(given | {"base_amplitude_m": AMPLITUDES[1:], "constant": word})
+    found = solve(held)
+    for place in np.ndindex(*held.shape):
+        c, _, a, r = place[3:]
+        at = {
+            "clearance_m": CLEARANCES[c],
+            "friction_force_n": FORCES[0],
+            "excitation_frequency_hz": HERTZ[r],
+        }
+        ratio = HERTZ[r] / STRUCTURE["natural_frequency_hz"]
+        alone = solve(study_of(at | {"base_amplitude_m": AMPLITUDES[1:][a] / ratio**order}))
+        for name, values in found.items():
+            if name != "run_time":
+                assert values[place].tobytes() == alone[name].reshape(-1)[0].tobytes(), (name, place)

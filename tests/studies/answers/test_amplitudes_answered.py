@@ -4,6 +4,7 @@ import csv
 import io
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,11 +39,9 @@ PHYSICAL = {
 }
 
 
-@pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, str]]:
-    folder: Path = tmp_path_factory.mktemp("amplitudes")
-    store = Store.open(folder)
-    study = parse_study({"name": "ray", "physical": PHYSICAL})
+def keep(store: Store, physical: dict[str, Any]) -> str:
+    """Store a study whose values are drawn, and give its id."""
+    study = parse_study({"name": "ray", "physical": physical})
     plan = plan_with_chunk(study, (1, 1, 1, 1, 2, 2, 3), lambda _, at: np.ones(len(at["mass_ratio"])))
     study_id = store.submit(study, plan, {})[0].id
     rng = np.random.default_rng(5)
@@ -55,7 +54,14 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, st
             values["response_class"][:] = ResponseClass.LOCKED
         write_region(store.cube_path(study_id), block, values)
         store.mark(study_id, BlockOutcome(index, block.points, 0, 0.1, 0.1))
-    yield store, study_id
+    return study_id
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, str]]:
+    folder: Path = tmp_path_factory.mktemp("amplitudes")
+    store = Store.open(folder)
+    yield store, keep(store, PHYSICAL)
     store.close()
 
 
@@ -83,6 +89,35 @@ def test_results_in_units_are_the_ratios_times_each_base_amplitude(cube: xr.Data
         ("amplitude_error_m", "m"),
     ):
         assert cube[name].attrs["units"] == unit
+
+
+def test_under_a_constant_acceleration_results_in_units_have_the_displacement_of_each_frequency(
+    stored: tuple[Store, str],
+) -> None:
+    store, _ = stored
+    cube = store.cube(keep(store, PHYSICAL | {"constant": "acceleration"}))
+    base_m = Z[:, None] / cube["frequency_ratio"].values ** 2
+    ratio = cube["amplitude_ratio"].values
+    np.testing.assert_array_equal(cube["amplitude_m"].values, ratio * base_m)
+    part = cube["amplitude_m"].isel(base_amplitude_m=[2, 0], frequency_ratio=slice(1, 3), clearance_m=1)
+    np.testing.assert_array_equal(part.values[0, 0, 0], (ratio * base_m)[0, 0, 0, 1][:, [2, 0], 1:3])
+    one = cube["amplitude_m"].isel(frequency_ratio=2, friction_force_n=[0, 2])
+    np.testing.assert_array_equal(one.values, (ratio * base_m)[..., 2][..., [0, 2], :])
+    loaded = with_units(cube.drop_vars(["amplitude_m"]).load())
+    np.testing.assert_array_equal(loaded["amplitude_m"].values, ratio * base_m)
+    assert cube["clearance_ratio"].dims == ("clearance_m", "base_amplitude_m", "frequency_ratio")
+    np.testing.assert_array_equal(cube["clearance_ratio"][1], 0.01 / base_m)
+    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
+    # a handful of roundings
+    np.testing.assert_allclose(cube["friction_ratio"][2], 1.5 / (stiffness * base_m), rtol=1e-15)
+    # the map shows the worst of metres, which is not where the ratio is largest
+    shown = resonance_map(cube, "clearance_m", "friction_force_n", Selection(metric="amplitude_m"))
+    np.testing.assert_allclose(
+        shown["amplitude_m"].values.T.ravel(), (ratio * base_m).max(axis=(5, 6)).ravel(), rtol=1e-15
+    )
+    rows = list(csv.DictReader(io.StringIO("".join(csv_lines(cube)))))
+    assert len(rows) == ratio.size
+    np.testing.assert_allclose([float(row["amplitude_m"]) for row in rows], (ratio * base_m).ravel())
 
 
 def test_ratios_are_coordinates_beside_the_dimensions(cube: xr.Dataset) -> None:
