@@ -1,16 +1,19 @@
 /** A new design: the fields of a specification and its JSON are two views of one document, and either can be edited. */
 
 import { ask, faultText, Refusal, refusalBox, send } from "./api.js";
-import { capital, debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
+import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
+import { excitationFields } from "./excitation_fields.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted } from "./numbers.js";
+import { group, number, read, shown, span, titled } from "./specified.js";
 import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
+/** @typedef {import("./specified.js").Held} Held */
 
-const { structure, excitation, damper, ratios, limits, numbers, tables } = WORDS.specification;
+const { structure, damper, ratios, limits, numbers, tables } = WORDS.specification;
 const FIRST = "prototype";
 /** How a quantity of the damper is said. */
 const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "from a list"]]);
@@ -145,18 +148,13 @@ async function copy(id) {
   return { name: `copy of ${name}`, about: [`A copy of ${name}. Points that it shares with the original are not computed again.`], definition: { ...design.specification, name: `${name}, changed` } };
 }
 
-/**
- * @typedef {{get: (path: string) => any, set: (path: string, value: any) => void, again: () => void}} Held the document,
- *   by the paths of its fields; `again` draws the fields anew
- */
-
 /** Every field of a specification. @param {Held} held */
 function fieldsOf(held) {
   const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
   return [
     el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
     group("Structure", "structure", structure.filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined).map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)])),
-    group("Excitation", "excitation", [motion(held), ...excitation.frequency.filter((each, i) => (excitation.frequency.some((one) => held.get(`excitation.${one.name}`) !== undefined) ? held.get(`excitation.${each.name}`) !== undefined : i === 0)).map((each) => span(held, `excitation.${each.name}`, each))]),
+    excitationFields(held),
     ...damper.map((each) => damperField(held, each)),
     group("Limits", "limits", limits.map((each) => number(held, `limits.${each.name}`, each))),
     group("What is judged", "measure", [
@@ -164,42 +162,6 @@ function fieldsOf(held) {
       ...numbers.map((each) => number(held, each.name, each)),
     ]),
   ];
-}
-
-/** @param {string} title @param {string} field @param {any[]} children */
-function group(title, field, children) {
-  return el("fieldset", { "data-field": field }, el("legend", {}, title), el("div", { class: "pairs" }, children), el("div", { class: "faults" }));
-}
-
-/** One number. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
-function number(held, path, each, title = titled(each)) {
-  const value = held.get(path);
-  const box = el("input", { type: "number", step: "any", value: shown(value, each), placeholder: each.usual_value ?? "", oninput: () => held.set(path, read(box.value, each)) });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, title), box, el("span", { class: "faults" }));
-}
-
-/** A number, or from one to another. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
-function span(held, path, each, title = titled(each)) {
-  const value = held.get(path);
-  const [low, high] = value !== null && typeof value === "object" ? [value.start, value.stop] : [value, undefined];
-  const start = el("input", { type: "number", step: "any", value: shown(low, each), "aria-label": `${titled(each)}, from`, oninput: () => change() });
-  const stop = el("input", { type: "number", step: "any", value: shown(high, each), "aria-label": `${titled(each)}, to; empty for one value`, oninput: () => change() });
-  function change() {
-    const [one, other] = [read(start.value, each), read(stop.value, each)];
-    held.set(path, other === undefined ? one : { start: one, stop: other });
-  }
-  return el("div", { class: "field", "data-field": path }, el("span", {}, title), el("span", { class: "ends" }, start, "to", stop), el("span", { class: "faults" }));
-}
-
-/** What is constant over the band, and how much of it. @param {Held} held */
-function motion(held) {
-  const now = excitation.motions.find((each) => held.get(`excitation.${each.name}`) !== undefined) ?? excitation.motions[0];
-  const change = (/** @type {string} */ name) => {
-    held.set(`excitation.${now.name}`, undefined);
-    held.set(`excitation.${name}`, 1);
-    held.again();
-  };
-  return [picker("Constant over the band", excitation.motions.map((each) => [each.name, each.label]), now.name, change), span(held, `excitation.${now.name}`, now)];
 }
 
 /** A quantity of the damper: given, or what it may be; and its tolerance. @param {Held} held @param {SpecifiedField & {ratio: string}} unit */
@@ -256,23 +218,6 @@ function tolerance(held, each) {
   return el("label", { class: "field", "data-field": path }, el("span", {}, `± ${each.unit ? `${each.unit}, or a share` : "the number, or a share"} as 10%`), box, el("span", { class: "faults" }));
 }
 
-/** @param {SpecifiedField} each */
-function titled(each) {
-  return capital(each.label) + (each.unit ? ` [${each.unit}]` : "");
-}
-
-/** A number as it is shown. @param {any} value @param {SpecifiedField} each @returns {any} */
-function shown(value, each) {
-  return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
-}
-
-/** A number as it was typed; text stays what it is, for the service to judge. @param {string} typed @param {SpecifiedField} each @returns {any} */
-function read(typed, each) {
-  if (typed.trim() === "") return undefined;
-  const value = Number(typed);
-  return Number.isNaN(value) ? typed : Number((value / each.scale).toPrecision(15));
-}
-
 /** @param {any} document @param {string} path */
 function at(document, path) {
   return path.split(".").reduce((held, key) => (held !== null && typeof held === "object" ? held[key] : undefined), document);
@@ -290,12 +235,12 @@ function put(held, [key, ...rest], value) {
     held[key] = {};
   }
   put(held[key], rest, value);
-  if (key !== "choose" && Object.keys(held[key]).length === 0) delete held[key];
+  if (key !== "choose" && !Array.isArray(held) && Object.keys(held[key]).length === 0) delete held[key];
 }
 
 /** The element of a field: that of its longest beginning. @param {Element} fields @param {string} name @returns {Element | null} */
 function fieldOf(fields, name) {
-  for (let path = name.replaceAll("[", "."); path; path = path.includes(".") ? path.slice(0, path.lastIndexOf(".")) : "") {
+  for (let path = name.replaceAll("[", ".").replaceAll("]", ""); path; path = path.includes(".") ? path.slice(0, path.lastIndexOf(".")) : "") {
     const found = fields.querySelector(`[data-field="${CSS.escape(path)}"]`);
     if (found) return found;
   }

@@ -46,7 +46,8 @@ export const WORDS: {
   specification: {
     /** `usual`: shown though it is not given; `loose`: has a tolerance. */
     structure: (SpecifiedField & { usual: boolean; loose: boolean })[];
-    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[] };
+    /** `most`: how many there may be. */
+    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[]; most: number };
     /** Quantities of the damper, each with the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;

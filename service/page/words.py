@@ -18,7 +18,7 @@ from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
-from damperlab.studies.specification.scene import EXCITATION_KEYS, STRUCTURE_KEYS
+from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
 from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES, SPEED
@@ -93,6 +93,7 @@ def _specification() -> dict[str, Any]:
             "frequency": [
                 _specified(name, OF_SCENE[name].meaning) for name in EXCITATION_KEYS if name not in MOTIONS
             ],
+            "most": MOST_EXCITATIONS,
         },
         "damper": chosen,
         "ratios": {

@@ -97,6 +97,37 @@ def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callabl
     }
 
 
+def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable[..., Any]) -> None:
+    watched = open_page()
+    watched.allowed = ("422",)
+    page = watched.go("#/designs/new")
+    text = page.get_by_label("The specification as JSON")
+
+    def excitation() -> Any:
+        return json.loads(text.input_value())["excitation"]
+
+    alone = excitation()
+    add = page.get_by_role("button", name="Add another excitation")
+    add.click()
+    assert excitation() == [alone, alone]
+    second = page.get_by_role("group", name="Excitation 2", exact=True)
+    second.get_by_label("Name").fill("starting")
+    second.get_by_label("Constant over the band").select_option("base_velocity_m_per_s")
+    band = {key: value for key, value in alone.items() if key.startswith("frequency")}
+    assert excitation() == [alone, {"name": "starting", "base_velocity_m_per_s": 1, **band}]
+    expect(page.locator(".estimate")).to_contain_text("To be chosen")
+    first = page.get_by_role("group", name="Excitation 1", exact=True)
+    first.get_by_label("Name").fill("starting")
+    expect(page.locator('[data-field="excitation.1.name"] .faults')).to_contain_text("another excitation")
+    first.get_by_role("button", name="Remove").click()
+    assert excitation() == {"base_velocity_m_per_s": 1, **band}
+    expect(page.get_by_role("group", name="Excitation", exact=True)).to_be_visible()
+    for _ in range(7):
+        add.click()
+    expect(add).to_have_count(0)
+    assert len(excitation()) == 8
+
+
 @pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
 def test_each_view_of_designs_is_for_everybody_and_fits(
     open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]
