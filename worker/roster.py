@@ -71,8 +71,8 @@ class Member:
         By task key, in the order in which they were sent; a worker computes them in that order.
     against : Suspicion
         What speaks against it.
-    admitted : bool
-        Whether it has computed at any time: its kernels are compiled.
+    compiled : bool
+        Whether it has computed points: its kernels are compiled.
     """
 
     address: str
@@ -82,7 +82,7 @@ class Member:
     again_at: float = 0.0
     held: dict[str, Attempt] = field(default_factory=dict)
     against: Suspicion = field(default_factory=Suspicion)
-    admitted: bool = False
+    compiled: bool = False
 
     @property
     def usable(self) -> bool:
@@ -128,7 +128,7 @@ class Roster:
             member.standing = "on trial"  # and keeps its reason, which may still hold
         else:
             self.trust(member)
-        member.against.unreadable, member.admitted = 0, True
+        member.against.unreadable = 0
         self._threads += member.threads
 
     def trust(self, member: Member) -> None:

@@ -135,6 +135,8 @@ class Window:
             No worker can compute for long.
         """
         self._examination = examine, cube_path, digest, code, canary
+        # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
+        self._able = time.monotonic()
         while True:
             answers = self._answers(look_on)
             if answers is None:
@@ -317,10 +319,10 @@ class Window:
         self._cancel([self._examined.pop(key)[0] for key in gone], "the worker has left")
         if examine:
             self._examine(now)
-        # a worker that compiles before it answers is no want of workers; one that was admitted has compiled before
+        # a worker that compiles before it answers is no want of workers
         asked = {address for _, address in self._examined.values()}
-        new = any(one.address in asked and not one.admitted for one in self.crew.members.values())
-        compiles = self._examination is not None and self._examination[-1] is not None and new
+        new = any(one.address in asked and not one.compiled for one in self.crew.members.values())
+        compiles = self._asks_for_points and new
         if self.crew.able or compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:
@@ -375,6 +377,12 @@ class Window:
             )
         else:
             self.crew.admit(address)
+            if self._asks_for_points and address in self.crew.members:
+                self.crew.members[address].compiled = True
+
+    @property
+    def _asks_for_points(self) -> bool:
+        return self._examination is not None and self._examination[-1] is not None
 
     def _answers(self, look_on: Callable[[], bool]) -> Mapping[str, Answer] | None:
         """Examine everybody; wait for all of those who are there, but not for long once one has answered."""

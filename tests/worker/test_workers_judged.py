@@ -3,8 +3,10 @@
 import os
 import shutil
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,7 @@ from damperlab.worker.examination import bits_of, canary_of, examine, majority, 
 from damperlab.worker.progress import Progress
 from damperlab.worker.provenance import code_hash, provenance
 from damperlab.worker.runner import run_study
+from damperlab.worker.window import Window
 
 ROOT = Path(__file__).parents[2]
 CHUNK = (1, 1, 1, 1, 1, 4)
@@ -125,6 +128,23 @@ class AfterABlock(threading.Event):
 
     def is_set(self) -> bool:
         return self._store.find(self._study_id).blocks_done > 0
+
+
+def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
+    """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
+    record = submit(store)
+    canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
+    wait_seconds = 1.5
+    with connect(workers=1) as client:
+        window = Window(client, lambda index, key: (abs, index), Backlog([0]), wait_seconds=wait_seconds)
+        first = partial(window.assemble, store.cube_path(record.id), record.digest, code_hash())
+        facts = first("", None, "", lambda: True)
+        assert facts is not None
+        busy = client.submit(time.sleep, 4.0 * wait_seconds, pure=False)
+        time.sleep(2.0 * wait_seconds)
+        assert not busy.done()
+        assert first(facts["identity"], canary, "", lambda: True) == facts
+        window.close()
 
 
 def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(store: Store, tmp_path: Path) -> None:
