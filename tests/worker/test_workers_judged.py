@@ -134,14 +134,16 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
     record = submit(store)
     canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
-    wait_seconds = 1.5
+    wait_seconds = 5.0
     with connect(workers=1) as client:
+        # whatever it loads first is no part of this
+        client.run(examine, store.cube_path(record.id), record.digest, code_hash(), canary)
         window = Window(client, lambda index, key: (abs, index), Backlog([0]), wait_seconds=wait_seconds)
         first = partial(window.assemble, store.cube_path(record.id), record.digest, code_hash())
         facts = first("", None, "", lambda: True)
         assert facts is not None
-        busy = client.submit(time.sleep, 4.0 * wait_seconds, pure=False)
-        time.sleep(2.0 * wait_seconds)
+        busy = client.submit(time.sleep, 2.5 * wait_seconds, pure=False)
+        time.sleep(1.2 * wait_seconds)
         assert not busy.done()
         assert first(facts["identity"], canary, "", lambda: True) == facts
         window.close()
