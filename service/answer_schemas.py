@@ -444,6 +444,8 @@ def answer_schemas() -> dict[str, Schema]:
             "anyOf": [of("Design"), _object(name=TEXT, digest=TEXT, chosen=TEXTS, budget_points=COUNT)]
         },
         "Compared": _object(
+            ("histories",),
+            histories=_by_name(TABLE, CASES),
             record=_object(**_GROUND_MOTION),
             length_scale_m=NUMBER,
             design=_by_name(NUMBER),

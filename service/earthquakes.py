@@ -18,8 +18,15 @@ UNITS = {
 }
 
 
-def answer_comparison(asked: Earthquake) -> dict[str, Any]:
+def answer_comparison(asked: Earthquake, samples: int = 0) -> dict[str, Any]:
     """Compute a comparison, bounded in what it may cost.
+
+    Parameters
+    ----------
+    asked : Earthquake
+        The comparison.
+    samples : int
+        Most samples of the time history of each case; 0 for no histories.
 
     Raises
     ------
@@ -32,7 +39,8 @@ def answer_comparison(asked: Earthquake) -> dict[str, Any]:
     omega = structure_of(asked).omega
     shortest = min(motion.step_s, 0.4 / omega)
     windows = (motion.duration_s + asked.values["tail_s"]) / shortest
-    runs = 1 + sum(case not in ("none", "tmd") for case in asked.cases) * (1 + asked.starts)
+    acting = sum(case not in ("none", "tmd") for case in asked.cases)
+    runs = 1 + acting * (1 + asked.starts + (samples > 0))
     if windows * runs > MOST_WINDOWS:
         found = f"{runs} runs of about {windows:,.0f} steps"
         advice = "ask for fewer `starts` or `cases`, a shorter tail, or a slower structure"
@@ -49,4 +57,8 @@ def answer_comparison(asked: Earthquake) -> dict[str, Any]:
         )
     answer = compare(asked)
     paper = {case: {"peak_m": peak, "rms_m": rms} for case, (peak, rms) in TABLE_A1.items()}
+    if samples:
+        from damperlab.service.histories import sampled
+
+        answer["histories"] = sampled(asked, samples)
     return {**answer, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}

@@ -1,29 +1,12 @@
 """Histories of the structure with each damper under one record."""
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from damperlab.service.figures.style import BLUE, GREY, STYLE, VERMILION, styled
+from damperlab.service.histories import histories_of
 from damperlab.studies.ground.motion import STANDARD_GRAVITY
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.vocabulary import CASES
-from damperlab.worker.ground.absorber import absorber_history
-from damperlab.worker.ground.comparison import absorber_of, damper_of, structure_of
-from damperlab.worker.ground.response import ground_history
-
-
-def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]:
-    """Compute `time_s` and `relative_displacement_m` with each damper of a comparison, by its case."""
-    structure, absorber = structure_of(asked), absorber_of(asked)
-    factor, tail = asked.values["scale"], asked.values["tail_s"]
-    histories = {}
-    for case in asked.cases:
-        if case == "tmd":
-            histories[case] = absorber_history(structure, absorber, asked.motion, factor, tail)
-        else:
-            histories[case] = ground_history(structure, damper_of(asked, case), asked.motion, factor, tail)[1]
-    return histories
 
 
 def draw_earthquake(asked: Earthquake) -> Figure:

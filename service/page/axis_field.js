@@ -75,7 +75,7 @@ export function axisField(quantity, spec, onChange) {
     el("legend", {}, quantity.label, quantity.unit ? ` [${quantity.unit}]` : ""),
     mode,
     inputs,
-    quantity.help && el("p", { class: "quiet help" }, quantity.help),
+    quantity.help && el("p", { class: "quiet hint" }, quantity.help),
     el("div", { class: "faults" }),
   );
 }

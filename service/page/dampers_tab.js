@@ -7,6 +7,8 @@ import { help } from "./help.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
 import { short } from "./numbers.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
+import { surveyMotion } from "./survey_motion.js";
+import { surveyPoint } from "./survey_point.js";
 import { sliders } from "./sliders.js";
 import { NAMES } from "./vocabulary.js";
 import { WORDS } from "./words.js";
@@ -30,6 +32,8 @@ export function dampersTab(session, place) {
   const trouble = el("div");
   const controls = el("div", { class: "row controls" });
   const table = el("div");
+  const point = kind === SUITE ? surveyPoint(session, view, variables) : null;
+  const motion = kind === SUITE ? surveyMotion(session) : null;
   let asked = 0;
 
   function drawControls() {
@@ -58,6 +62,7 @@ export function dampersTab(session, place) {
     Object.assign(view, what);
     look();
     rank();
+    point?.look();
   }
 
   async function look() {
@@ -73,10 +78,35 @@ export function dampersTab(session, place) {
       fill(trouble);
       fill(note, prose(said(answer, shown.words(given).note)));
       if (answer.y.length === 1) await chart.draw(() => lineTraces(answer), () => lineLayout(answer));
-      else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, words), () => mapLayout(answer));
+      else await chart.draw(() => mapTraces(answer, { contours: true, classes: false }, marks(answer), words), () => mapLayout(answer));
+      if (!chart.plot.dataset.wired) wire();
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
     }
+  }
+
+  /** A click on the map chooses the damper, as the sliders do. */
+  function wire() {
+    chart.plot.dataset.wired = "yes";
+    chart.plot.on("plotly_click", (/** @type {any} */ event) => {
+      const at = (/** @type {"x" | "y"} */ axis) => event.points[0][axis] / shown.factor(view[axis]);
+      selection.chooseValues(selection.axes[view.y].length > 1 ? { [view.x]: at("x"), [view.y]: at("y") } : { [view.x]: at("x") });
+    });
+  }
+
+  /** The smallest value, where a designer chooses both dimensions, and the point. @param {any} answer */
+  function marks(answer) {
+    const chosen = { x: selection.value(view.x) * shown.factor(view.x), y: selection.value(view.y) * shown.factor(view.y) };
+    const judged = [view.x, view.y].every((name) => kind.damper.includes(name)) && /^(peak|rms|amplitude|relative_amplitude)_(?!error)/.test(view.metric);
+    /** @type {{x: number, y: number, value: number} | null} */
+    let least = null;
+    answer.values.forEach((/** @type {(number | null)[]} */ row, /** @type {number} */ j) =>
+      row.forEach((value, i) => {
+        if (judged && value !== null && (least === null || value < least.value)) least = { x: answer.x[i], y: answer.y[j], value };
+      }),
+    );
+    const best = /** @type {{x: number, y: number, value: number} | null} */ (least);
+    return { best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, acts: false }, idle: null, pareto: [], point: chosen };
   }
 
   async function rank() {
@@ -131,12 +161,14 @@ export function dampersTab(session, place) {
     el(
       "div",
       { class: "study" },
-      el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, session.shown)),
-      el("section", { class: "box designs" }, help(kind.page, kind.about), el("h2", {}, "Best dampers"), table),
+      el("div", { class: "left" }, controls, trouble, chart.element, note, sliders(selection, session.shown), point?.element),
+      el("div", { class: "beside" }, el("section", { class: "box designs" }, help(kind.page, kind.about), el("h2", {}, "Best dampers"), table), motion?.element),
     ),
   );
   look();
   rank();
+  point?.look();
+  motion?.look();
 }
 
 /**

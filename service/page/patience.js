@@ -12,13 +12,14 @@ const LOOK_MILLISECONDS = 1000;
  * @param {any} document
  * @param {(words: string) => void} tell told what goes on where that is not computing
  * @param {AbortSignal} [signal]
+ * @param {Record<string, any>} [parameters]
  */
-export async function sendPatiently(path, document, tell, signal = undefined) {
+export async function sendPatiently(path, document, tell, signal = undefined, parameters = {}) {
   let waits = true;
   const look = async () => {
     if (!waits || signal?.aborted) return;
     try {
-      const ready = await send(path, document, { dry_run: true }, signal);
+      const ready = await send(path, document, { ...parameters, dry_run: true }, signal);
       if (waits) tell(ready.phase === "compiling" ? compiling(ready) : "");
     } catch {
       return; // what is wrong with the request its own answer says
@@ -27,7 +28,7 @@ export async function sendPatiently(path, document, tell, signal = undefined) {
   };
   const timer = setTimeout(look, LOOK_MILLISECONDS);
   try {
-    return await send(path, document, {}, signal);
+    return await send(path, document, parameters, signal);
   } finally {
     waits = false;
     clearTimeout(timer);

@@ -13,13 +13,7 @@ import { WORDS } from "./words.js";
  */
 export function recordPicker(chosen, onChange) {
   const select = el("select", { onchange: () => onChange(select.value) });
-  const trouble = el("div", { class: "upload faults", role: "alert" });
-  const file = el("input", { type: "file", accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv", onchange: () => upload() });
-  const units = el(
-    "select",
-    {},
-    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(([value, text]) => el("option", { value }, text)),
-  );
+  const trouble = el("div");
 
   /** @param {string} id */
   async function list(id) {
@@ -36,6 +30,36 @@ export function recordPicker(chosen, onChange) {
     return value;
   }
 
+  list(chosen).then(
+    (id) => id !== undefined && id !== chosen && onChange(id),
+    (error) => fill(trouble, refusalBox(error)),
+  );
+  return el(
+    "div",
+    { class: "records", "data-field": "record" },
+    el("label", { class: "field" }, el("span", {}, "Record"), select),
+    uploadField(async (kept) => {
+      await list(kept.id);
+      onChange(kept.id);
+    }),
+    trouble,
+  );
+}
+
+/**
+ * A file of one's own to be kept as a record.
+ *
+ * @param {(kept: any) => void | Promise<void>} onKept the record as the service lists it
+ */
+export function uploadField(onKept) {
+  const trouble = el("div", { class: "upload faults", role: "alert" });
+  const file = el("input", { type: "file", accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv", onchange: () => upload() });
+  const units = el(
+    "select",
+    {},
+    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(([value, text]) => el("option", { value }, text)),
+  );
+
   async function upload() {
     const [text] = file.files;
     if (!text) return;
@@ -47,9 +71,8 @@ export function recordPicker(chosen, onChange) {
         { name: text.name.slice(0, 200), units: units.value },
         { method: "POST", body: text, headers: { "Content-Type": csv ? "text/csv" : "application/octet-stream" } },
       );
-      await list(kept.id);
+      await onKept(kept);
       say(`${kept.name} is chosen.`);
-      onChange(kept.id);
     } catch (error) {
       if (error instanceof Refusal && error.faults.length) fill(trouble, error.faults.map((fault) => el("p", {}, faultText(fault))));
       else fill(trouble, refusalBox(error));
@@ -57,14 +80,7 @@ export function recordPicker(chosen, onChange) {
     file.value = "";
   }
 
-  list(chosen).then(
-    (id) => id !== undefined && id !== chosen && onChange(id),
-    (error) => fill(trouble, refusalBox(error)),
-  );
-  return el(
-    "div",
-    { class: "records", "data-field": "record" },
-    el("label", { class: "field" }, el("span", {}, "Record"), select),
+  return [
     el(
       "details",
       {},
@@ -73,5 +89,5 @@ export function recordPicker(chosen, onChange) {
       el("div", { class: "row" }, el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units), el("label", { class: "field" }, el("span", {}, "File"), file)),
     ),
     trouble,
-  );
+  ];
 }

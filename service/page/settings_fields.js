@@ -15,7 +15,7 @@ const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" }
  * @param {any} value
  * @param {(value: number) => void} onChange
  */
-function numberField(label, field, value, onChange) {
+export function numberField(label, field, value, onChange) {
   const box = el("input", { type: "number", step: "any", value, oninput: () => onChange(Number(box.value)) });
   return el("label", { class: "field", "data-field": field }, el("span", {}, label), box, el("span", { class: "faults" }));
 }

@@ -6,6 +6,7 @@ import { checkbox, debounced, el, fill, picker, prose, say, typedObject } from "
 import { help } from "./help.js";
 import { count, counted, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
+import { SURVEY, surveyFields } from "./survey_fields.js";
 import { contactField, startField, steadyField } from "./settings_fields.js";
 import { OF_PARTICLE, vocabulary } from "./vocabulary.js";
 
@@ -13,7 +14,8 @@ const FIRST_SCENE = "figure-11";
 
 /** @type {import("./main.js").View} */
 export async function studyForm(root, { query }) {
-  const { studies: named } = await vocabulary();
+  const [{ studies }, { records }] = await Promise.all([vocabulary(), ask("records")]);
+  const named = [...studies, SURVEY];
   const cloned = query.get("from") === null ? null : await clone(query);
   const scenes = cloned ? [cloned, ...named] : named;
   const wanted = cloned?.name ?? query.get("scene") ?? FIRST_SCENE;
@@ -29,7 +31,7 @@ export async function studyForm(root, { query }) {
   const estimate = el("div", { class: "estimate", role: "status" });
   const elsewhere = el("div", { class: "faults" });
   const submit = el("button", { type: "submit", class: "primary" }, "Run the study");
-  const options = scenes.map((/** @type {any} */ one) => [one.name, one.name]);
+  const options = /** @type {[string, string][]} */ (scenes.map((/** @type {any} */ one) => [one.name, one.name]));
 
   /** @param {string} name */
   function choose(name) {
@@ -42,7 +44,7 @@ export async function studyForm(root, { query }) {
 
   /** Draw the fields anew: the document came from elsewhere, or what it holds has changed. */
   function draw() {
-    fill(fields, fieldsOf(study, change, redraw));
+    fill(fields, study.records === undefined ? fieldsOf(study, change, redraw) : surveyFields(study, change, redraw, records));
   }
 
   /** @param {string} path @param {any} value */
@@ -90,12 +92,13 @@ export async function studyForm(root, { query }) {
 
   /** Put each fault at the field that it names; what has no field here goes above the button. @param {any[]} faults */
   function showFaults(faults) {
-    for (const place of root.querySelectorAll(".faults")) if (place !== wrong) fill(place);
+    // what is wrong with a file stays until another is chosen
+    for (const place of root.querySelectorAll(".faults:not(.upload)")) if (place !== wrong) fill(place);
     for (const marked of root.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
     for (const fault of faults) {
       const field = fieldOf(fields, fault.field);
       for (const input of field?.querySelectorAll("input") ?? []) input.setAttribute("aria-invalid", "true");
-      (field?.querySelector(".faults") ?? elsewhere).append(el("p", {}, faultText(fault)));
+      (field?.querySelector(".faults:not(.upload)") ?? elsewhere).append(el("p", {}, faultText(fault)));
     }
   }
 

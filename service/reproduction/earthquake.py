@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.service.figures.earthquake import draw_earthquake, histories_of
+from damperlab.service.figures.earthquake import draw_earthquake
+from damperlab.service.histories import histories_of
 from damperlab.service.reproduction.section import Row, Section, Solve
 from damperlab.studies.choices import InstantContact
 from damperlab.studies.ground.builtin import builtin_record

@@ -13,6 +13,7 @@ from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_bo
 from damperlab.service.documents import Document
 from damperlab.service.estimates import readiness_document
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
+from damperlab.service.histories import history_scenes
 from damperlab.service.problems import documented
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
@@ -46,6 +47,17 @@ class RecordQuery(BaseModel):
         None, description="Units of the acceleration where the file does not state them."
     )
     name: str = Field("", max_length=200, description="Name of the record.")
+
+
+class ComparisonQuery(ComputeQuery):
+    """Parameters of a comparison."""
+
+    samples: int = Field(
+        0,
+        ge=0,
+        le=50_000,
+        description="Most samples of the time history of each case; 0 for no histories. Thinned ones keep the peaks.",
+    )
 
 
 @router.get(
@@ -161,18 +173,20 @@ def remove_record(
     summary="Dampers under a record",
 )
 async def compare_dampers(
-    request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]
+    request: Request, service: TheService, query: Annotated[ComparisonQuery, Query()]
 ) -> Response:
     """Compare no damper, a tuned mass damper, friction, a particle and both under one record (the paper's Table A1)."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
-    asked, wanted = await run_sync(_asked, service, body)
+    asked, wanted = await run_sync(_asked, service, body, query.samples > 0)
     if query.dry_run:
         return Document(readiness_document(wanted))
     await run_sync(service.kernels.require, wanted, limiter=service.compiling)
-    return Response(await service.work.run(request, comparison_body, asked), media_type=JSON_TYPES[0])
+    return Response(
+        await service.work.run(request, comparison_body, asked, query.samples), media_type=JSON_TYPES[0]
+    )
 
 
-def _asked(service: Service, body: bytes) -> tuple[Earthquake, list[Scene]]:
+def _asked(service: Service, body: bytes, histories: bool) -> tuple[Earthquake, list[Scene]]:
     asked = read_earthquake(load_text(body, "json"), service.settings.records)
-    return asked, scenes_of(asked)
+    return asked, scenes_of(asked) + (history_scenes(asked) if histories else [])

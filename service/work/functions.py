@@ -25,9 +25,9 @@ def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
     return bytes(Document(compute(asked, cycles_limit)).body)
 
 
-def comparison_body(asked: Earthquake) -> bytes:
+def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
     """Compare dampers; the JSON of the answer."""
-    return bytes(Document(answer_comparison(asked)).body)
+    return bytes(Document(answer_comparison(asked, samples)).body)
 
 
 def fit_asked(body: bytes) -> tuple[FitQuestion, list[Scene]]:

@@ -98,3 +98,31 @@ def test_uploads_are_bounded_and_typed(client: httpx.Client) -> None:
     broken = COLUMNS.replace("-0.06", "five")
     line = client.post(RECORDS, content=broken, headers={"content-type": "text/csv"})
     assert line.json()["errors"][0]["field"] == "line 4"
+
+
+def test_the_histories_of_a_comparison_have_its_peaks(client: httpx.Client) -> None:
+    asked = {"record": "northridge-360", "cases": ["none", "tmd", "hybrid"], "starts": 0, "tail_s": 2.0}
+    plain = client.post(COMPARE, json=asked).raise_for_status().json()
+    assert "histories" not in plain
+    whole = client.post(COMPARE, json=asked, params={"samples": 50_000}).raise_for_status().json()
+    assert whole["cases"] == plain["cases"]
+    few = client.post(COMPARE, json=asked, params={"samples": 300}).raise_for_status().json()
+    assert list(whole["histories"]) == ["none", "tmd", "hybrid"]
+    for case, history in whole["histories"].items():
+        time, x = history["time_s"], history["relative_displacement_m"]
+        assert not history["thinned"]
+        assert len(time) == len(x)
+        assert time[-1] == pytest.approx(plain["record"]["duration_s"] + 2.0, abs=0.02)
+        # a window turns the motion by at most 0.4, so between two samples it rises by less than 1 - cos 0.2 = 2 %
+        largest = max(map(abs, x))
+        peak = plain["cases"][case]["peak_relative_displacement_m"]
+        assert 0.98 * peak <= largest <= peak * (1 + 1e-12)
+        thin = few["histories"][case]
+        assert thin["thinned"]
+        assert len(thin["time_s"]) <= 300
+        assert max(map(abs, thin["relative_displacement_m"])) == largest
+        assert set(zip(thin["time_s"], thin["relative_displacement_m"], strict=True)) <= set(
+            zip(time, x, strict=True)
+        )
+    assert all(value is None for value in whole["histories"]["none"]["particle_displacement_m"])
+    assert client.post(COMPARE, json=asked, params={"samples": 50_001}).status_code == 422

@@ -1,0 +1,58 @@
+"""Time histories of a structure with each damper of a comparison under one record."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.ground.question import Earthquake
+from damperlab.worker.ground.absorber import absorber_history
+from damperlab.worker.ground.comparison import absorber_of, damper_of, scenes_of, structure_of
+from damperlab.worker.ground.response import ground_history
+from damperlab.worker.scenes import Scene
+
+
+def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]:
+    """Compute `time_s`, `relative_displacement_m` and what else is known of the motion with each damper, by its case."""
+    structure, absorber = structure_of(asked), absorber_of(asked)
+    factor, tail = asked.values["scale"], asked.values["tail_s"]
+    histories = {}
+    for case in asked.cases:
+        if case == "tmd":
+            histories[case] = absorber_history(structure, absorber, asked.motion, factor, tail)
+        else:
+            histories[case] = ground_history(structure, damper_of(asked, case), asked.motion, factor, tail)[1]
+    return histories
+
+
+def history_scenes(asked: Earthquake) -> list[Scene]:
+    """Scenes that these histories need."""
+    return [scene._replace(purpose="record-history") for scene in scenes_of(asked)]
+
+
+def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
+    """Give the histories with at most so many samples each.
+
+    Parameters
+    ----------
+    asked : Earthquake
+        The comparison.
+    most : int
+        Samples of one case, at least 2. All are given where there are no more; else some at even places, and those of the
+        largest and smallest displacement against the base, so that a peak stays.
+
+    Returns
+    -------
+    dict
+        By case the columns, as `ground_history` names them; ``thinned`` says whether some were left out.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for case, columns in histories_of(asked).items():
+        count = columns["time_s"].size
+        rows = np.arange(count)
+        if count > most:
+            x = columns["relative_displacement_m"]
+            even = np.linspace(0, count - 1, max(2, most - 2)).astype(int)
+            rows = np.unique([*even, int(x.argmax()), int(x.argmin())])
+        found[case] = {name: column[rows] for name, column in columns.items()} | {"thinned": count > most}
+    return found

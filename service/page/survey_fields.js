@@ -1,0 +1,111 @@
+/** The fields of a survey: dampers under ground-motion records that are scaled up and down. */
+
+import { axisField } from "./axis_field.js";
+import { checkbox, el, fill } from "./dom.js";
+import { short } from "./numbers.js";
+import { PHYSICAL, RATIOS } from "./quantities.js";
+import { uploadField } from "./records.js";
+import { contactField, numberField } from "./settings_fields.js";
+
+/** Records that a new survey begins with. */
+const FIRST = ["el-centro-180", "loma-prieta-000", "northridge-090", "san-fernando-164"];
+
+/** @type {Record<string, import("./axis_field.js").Quantity>} */
+const AXES = Object.fromEntries(
+  [
+    { ...PHYSICAL.clearance_m, field: "axes.clearance_m" },
+    { ...PHYSICAL.friction_force_n, field: "axes.friction_force_n", high: 10 },
+    { ...PHYSICAL.particle_mass_kg, field: "axes.particle_mass_kg" },
+    { ...RATIOS.restitution, field: "axes.restitution" },
+    { field: "axes.scale", label: "Factor on the records", low: 0.1, high: 4, step: 0.1, usual: 1 },
+    { ...PHYSICAL.natural_frequency_hz, field: "axes.natural_frequency_hz" },
+    { ...RATIOS.damping_ratio, field: "axes.damping_ratio" },
+  ].map((quantity) => [quantity.field.split(".")[1], quantity]),
+);
+
+/** What stands for a survey among the studies that a new one may start from. */
+export const SURVEY = {
+  name: "survey of earthquakes",
+  about: ["Dampers under ground-motion records, scaled up step by step: which damper is best under its worst record, and how likely each exceeds a limit."],
+  definition: {
+    name: "survey",
+    records: FIRST,
+    axes: {
+      clearance_m: { start: 0.005, stop: 0.02, num: 4 },
+      friction_force_n: [0, 0.5, 1, 2, 4],
+      scale: { start: 0.25, stop: 2, num: 8 },
+    },
+  },
+};
+
+/**
+ * Every field of a survey.
+ *
+ * @param {any} study
+ * @param {(path: string, value: any) => void} change
+ * @param {(study: any) => void} redraw
+ * @param {any[]} records those that the service has
+ */
+export function surveyFields(study, change, redraw, records) {
+  const name = el("input", { type: "text", maxlength: 200, value: study.name ?? "", oninput: () => change("name", name.value) });
+  const usual = (/** @type {string} */ key) => PHYSICAL[key]?.usual;
+  return [
+    el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
+    recordsField(study, change, records),
+    Object.entries(AXES).map(([key, quantity]) => {
+      // what is left out is the paper's prototype
+      const spec = study.axes?.[key] ?? quantity.usual / (quantity.scale ?? 1);
+      return axisField(quantity, spec, (value) => change(quantity.field, value));
+    }),
+    el(
+      "div",
+      { class: "row" },
+      numberField("Mass of the structure M [kg]", "mass_kg", study.mass_kg ?? usual("mass_kg"), (value) => change("mass_kg", value)),
+      numberField("Free vibration after the record [s]", "tail_s", study.tail_s ?? 0, (value) => change("tail_s", value)),
+    ),
+    el(
+      "details",
+      { class: "more" },
+      el("summary", {}, "Contact and perturbed starts"),
+      contactField(study, change, redraw),
+      el("div", { class: "row" }, numberField("Perturbed starts of each case", "starts", study.starts ?? 0, (value) => change("starts", value))),
+    ),
+  ];
+}
+
+/** @param {any} study @param {(path: string, value: any) => void} change @param {any[]} records */
+function recordsField(study, change, records) {
+  const chosen = new Set(ids(study.records).map((id) => whole(id, records)));
+  const boxes = el("div", { class: "checks" });
+  function draw() {
+    fill(
+      boxes,
+      records.map((one) =>
+        checkbox(`${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`, chosen.has(one.id), (on) => choose(one.id, on)),
+      ),
+    );
+  }
+  /** @param {string} id @param {boolean} on */
+  function choose(id, on) {
+    if (on) chosen.add(id);
+    else chosen.delete(id);
+    change("records", [...chosen]);
+  }
+  draw();
+  const upload = uploadField((kept) => {
+    if (!records.some((one) => one.id === kept.id)) records.push(kept);
+    choose(kept.id, true);
+    draw();
+  });
+  return el("fieldset", { class: "axis", "data-field": "records" }, el("legend", {}, "Records"), boxes, upload, el("div", { class: "faults" }));
+}
+
+/** Records of a document: texts, or what a study that is stored keeps of them. @param {any} given @returns {string[]} */
+function ids(given) {
+  return (Array.isArray(given) ? given : [given]).flatMap((one) => (typeof one === "string" ? [one] : typeof one?.id === "string" ? [one.id] : []));
+}
+
+/** The id of a record that may be written as an earthquake's name. @param {string} written @param {any[]} records */
+function whole(written, records) {
+  return records.find((one) => one.id === written)?.id ?? records.find((one) => one.id.startsWith(written))?.id ?? written;
+}

@@ -1,0 +1,173 @@
+/** One damper of a survey: its result over the scale of every record, and how likely it exceeds a limit. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { debounced, el, fill, prose } from "./dom.js";
+import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { short } from "./numbers.js";
+import { pythonLine } from "./python_line.js";
+import { RECORD } from "./selection.js";
+
+const SCALE = "scale";
+/** Most records whose curves are drawn; more would hide each other. */
+const MOST_RECORDS = 12;
+const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
+
+/**
+ * @param {import("./study.js").Session} session
+ * @param {{metric: string, met: string}} view
+ * @param {any[]} variables of the suite
+ */
+export function surveyPoint({ selection, record, shown, changes }, view, variables) {
+  const id = record.id;
+  const scales = selection.axes[SCALE];
+  const records = selection.axes[RECORD];
+  /** @type {Record<string, any>} what was asked for last */
+  let asked = {};
+  /** @type {(number | null)[][]} results under each record, over the scales */
+  let found = [];
+  let number = 0;
+  const rising = figure({ label: "Result over the scale of each record", name: `incremental-${id}`, height: 380 });
+  const curve = figure({ label: "Probability of exceeding the limit", name: `fragility-${id}`, height: 280, python: () => pythonLine(id, "fragility", asked) });
+  const title = el("h2", {}, "The damper");
+  const cases = el("div");
+  const note = el("p", { class: "quiet", role: "status" });
+  const trouble = el("div");
+  const box = el("input", { type: "number", step: "any", min: 0, oninput: () => exceeded() });
+  const label = el("span", {}, "Limit");
+  const element = el(
+    "section",
+    { class: "box survey", "aria-label": "The damper" },
+    title,
+    scales.length > 1 ? [rising.element, cases, el("h3", {}, "Fragility"), el("label", { class: "field" }, label, box), curve.element, note] : el("p", { class: "quiet" }, "Compute several factors on the records to see how the result grows and how likely a limit is exceeded."),
+    trouble,
+  );
+
+  const metric = () => variables.find((one) => one.name === view.metric);
+  const inMillimetres = () => metric().units === "m";
+  const factor = () => (inMillimetres() ? 1000 : 1);
+  const unit = () => (inMillimetres() ? "mm" : metric().units === "1" ? "" : metric().units);
+  const damper = () => selection.at([RECORD, SCALE]);
+  const named = () => `${metric().long_name}${unit() && ` [${unit()}]`}`;
+
+  /** Ask for the damper's results and draw them. */
+  async function look() {
+    const mine = ++number;
+    fill(title, "Damper with ", Object.entries(damper()).flatMap(([name, value], i) => [i > 0 && ", ", el("span", { class: "one" }, written(shown.title(name), value))]));
+    if (scales.length < 2 || metric().coded) return;
+    try {
+      const some = records.slice(0, MOST_RECORDS);
+      const rows = await Promise.all(some.map((one) => overScales(one)));
+      if (mine !== number) return;
+      fill(trouble);
+      if (box.dataset.metric !== view.metric) suggest(rows);
+      fill(label, `Limit${unit() && ` [${unit()}]`}`);
+      found = rows;
+      await drawRising();
+      if (!rising.plot.dataset.wired) wire();
+      fill(cases, table(some, rows));
+      exceeded();
+    } catch (error) {
+      if (mine === number) fill(trouble, refusalBox(error));
+    }
+  }
+
+  const drawRising = () =>
+    rising.draw(() => [...risingTraces(records.slice(0, MOST_RECORDS), found), ...limitTrace(Number(box.value))], () => ({
+      xaxis: { title: { text: "factor on the record" } }, yaxis: { title: { text: named() }, rangemode: "tozero" }, legend: { orientation: "h", y: -0.3, yanchor: "top" },
+    }));
+
+  /** A click on a case chooses its record and scale. */
+  function wire() {
+    rising.plot.dataset.wired = "yes";
+    rising.plot.on("plotly_click", (/** @type {any} */ event) => {
+      const [{ x, data }] = event.points;
+      if (records.includes(data.name)) selection.chooseValues({ [RECORD]: data.name, [SCALE]: x });
+    });
+  }
+
+  /** The results of the damper under one record, in units that are shown. @param {string} one */
+  async function overScales(one) {
+    const y = Object.keys(selection.axes).find((name) => name !== SCALE && name !== RECORD && selection.axes[name].length === 1) ?? "clearance_m";
+    const answer = await ask(studyPath(id, "resonance-map"), { x: SCALE, y, metric: view.metric, record: one, ...selection.at([RECORD, SCALE, y]) });
+    const row = answer.values[selection.axes[y].length === 1 ? 0 : selection.place[y]];
+    return row.map((/** @type {number | null} */ value) => (value === null ? null : value * factor()));
+  }
+
+  /** A limit to begin with: the middle of what is there. @param {(number | null)[][]} rows */
+  function suggest(rows) {
+    const known = rows.flat().filter((value) => value !== null).sort((a, b) => Number(a) - Number(b));
+    if (known.length === 0) return;
+    box.value = String(Number(short(known[Math.floor(known.length / 2)], 2)));
+    box.dataset.metric = view.metric;
+  }
+
+  const exceeded = debounced(200, async () => {
+    const limit = Number(box.value);
+    if (!(limit > 0)) return fill(note, "Name a limit above 0.");
+    asked = { threshold: limit / factor(), metric: view.metric, ...damper() };
+    const mine = number;
+    try {
+      const answer = await ask(studyPath(id, "fragility"), asked);
+      if (mine !== number || Number(box.value) !== limit) return;
+      fill(trouble);
+      fill(note, prose(answer.note));
+      await curve.draw(() => curveTraces(answer), () => ({
+        xaxis: { title: { text: "factor on the records" } }, yaxis: { title: { text: "probability of exceeding" }, range: [-0.04, 1.04] },
+      }));
+      await drawRising();
+    } catch (error) {
+      if (mine === number) fill(trouble, refusalBox(error));
+    }
+  });
+
+  /** @param {string[]} names @param {(number | null)[][]} rows @returns {any[]} */
+  function risingTraces(names, rows) {
+    return rows.map((row, i) => ({
+      type: "scatter", mode: "lines+markers", name: names[i], x: scales, y: row, line: { color: CURVES()[i % 5], dash: DASHES[Math.floor(i / 5) % 5], width: 1.5 },
+      marker: { symbol: SYMBOLS[i % 5], size: 6 }, hovertemplate: `${names[i]}<br>× %{x}: %{y:.5~g}<extra></extra>`,
+    }));
+  }
+
+  /** @param {number} limit */
+  function limitTrace(limit) {
+    if (!(limit > 0)) return [];
+    return [{ type: "scatter", mode: "lines", name: "limit", x: [scales[0], scales[scales.length - 1]], y: [limit, limit], line: { color: colour("ink"), dash: "dash", width: 1.5 }, hoverinfo: "skip" }];
+  }
+
+  /** @param {any} answer @returns {any[]} */
+  function curveTraces(answer) {
+    const traces = [{ type: "scatter", mode: "markers", name: `share of ${answer.records} records`, x: answer.scale, y: answer.exceeded, marker: { color: CURVES()[0], size: 9 } }];
+    if (answer.median_scale === undefined) return traces;
+    return [...traces, { type: "scatter", mode: "lines", name: "fitted curve", x: answer.scale, y: answer.probability, line: { color: CURVES()[1] } }];
+  }
+
+  /** @param {string[]} names @param {(number | null)[][]} rows */
+  function table(names, rows) {
+    return el(
+      "details",
+      {},
+      el("summary", {}, "All cases as a table"),
+      el(
+        "div",
+        { class: "scroll", tabindex: 0, role: "region", "aria-label": "Cases of the damper" },
+        el(
+          "table",
+          {},
+          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, `Record; ${named()} at ×`), scales.map((scale) => el("th", { scope: "col" }, short(scale))))),
+          el("tbody", {}, rows.map((row, i) => el("tr", {}, el("th", { scope: "row" }, names[i]), row.map((value) => el("td", {}, value === null ? "–" : short(value, 4)))))),
+        ),
+      ),
+      records.length > MOST_RECORDS && el("p", { class: "quiet" }, `The first ${MOST_RECORDS} of ${records.length} records; the fragility is of all.`),
+    );
+  }
+
+  selection.addEventListener("chosen", look);
+  changes.addEventListener("grown", () => element.isConnected && look());
+  return { element, look };
+}
+
+/** A value of a dimension with its unit, lengths in millimetres. @param {string} title name and unit @param {number} value */
+export function written(title, value) {
+  const [, name, unit] = /^(.*?)(?: \[(.*)\])?$/.exec(title) ?? [];
+  return unit === "m" ? `${name} ${short(1000 * value)} mm` : `${name} ${short(value)}${unit ? ` ${unit}` : ""}`;
+}
