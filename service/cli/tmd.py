@@ -24,13 +24,15 @@ def tmd(
 ) -> None:
     """Compare one design of a study with a tuned mass damper of the same mass, over frequency."""
     check_file(output)
-    record, cube = ask(study, data_dir, "tmd")
+    record, whole = ask(study, data_dir, "tmd", amplitudes=True)
     from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
     from damperlab.studies.answers.phrases import FREQUENCY, Phrases
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
-        answer = tmd_comparison(cube, tuning, design.at)
+        cube, at = at_one_amplitude(whole, design.at)
+        answer = said_of_it(tmd_comparison(cube, tuning, at), cube, whole)
 
     def draw() -> "Figure":
         from damperlab.service.figures.comparison import draw_comparison

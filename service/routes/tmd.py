@@ -10,8 +10,10 @@ from damperlab.service.parameters import asks
 from damperlab.service.routes.queries import answered, answers
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
 from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
@@ -29,12 +31,14 @@ router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries
 def ask_tmd(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Tuning, Design], asks(Tuning, Design, dimensions=DIMENSIONS)],
+    asked: Annotated[tuple[Tuning, Design], asks(Tuning, Design, dimensions=(*DIMENSIONS, AMPLITUDE))],
 ) -> Document:
     """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""
     tuning, design = asked
-    require_harmonic(study.dimensions, "tmd-comparison")
-    answer = tmd_comparison(service.store.cube(study.id), tuning, design.at)
+    require_harmonic(study.dimensions, "tmd-comparison", amplitudes=True)
+    whole = service.store.cube(study.id)
+    cube, at = at_one_amplitude(whole, design.at)
+    answer = said_of_it(tmd_comparison(cube, tuning, at), cube, whole)
     return answered(study, columns_document(answer))
 
 

@@ -57,8 +57,8 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
             Fault(
                 "study",
                 f"{kind.words}, over {listing(dimensions)}",
-                f"a harmonic study in ratios for {asked}",
-                "ask for a map, a response or its optimal designs, or submit the study with one base amplitude",
+                f"a study with one base amplitude for {asked}",
+                _instead(asked),
                 f"This study is {kind.words}, and {asked} is a question about a study with one base amplitude.",
             )
         )
@@ -72,6 +72,21 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
                 f"This study is a ground-motion suite, and {asked} is a question about the response to a harmonic base.",
             )
         )
+
+
+def _instead(asked: str) -> str:
+    """Say what to ask a study over base amplitudes in place of a question that it does not answer."""
+    if asked.startswith("robust"):
+        return (
+            "ask for its optimal designs, which are ranked by their worst base amplitude; a range of base_amplitude_m says "
+            "which count"
+        )
+    if asked in ("refine", "race", "follow-ups"):
+        return (
+            "submit it again with finer axes of clearance_m and friction_force_n about its best damper, or with one base "
+            "amplitude; points that are known are not computed again"
+        )
+    return "ask for a map, a response or its optimal designs, or submit the study with one base amplitude"
 
 
 def worst_case_designs(

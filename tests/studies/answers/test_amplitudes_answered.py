@@ -10,22 +10,25 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.suite import require_harmonic
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.questions import Judging, Ranking, Selection
+from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
 from damperlab.studies.store.cube import stored_variables, write_region
 from damperlab.studies.store.export import csv_lines, write_netcdf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.verify import verify
 from damperlab.studies.units import with_units
-from damperlab.studies.variables import ResponseClass
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 MASS, HERTZ = 2.0, 4.0
 Z = np.array([0.001, 0.002, 0.004])
@@ -231,3 +234,34 @@ def test_questions_about_one_base_amplitude_are_refused_in_words(cube: xr.Datase
         QueryFault, match="a study over base amplitudes, and tmd-comparison is a question about"
     ):
         require_harmonic(dimensions, "tmd-comparison")
+
+
+def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(cube: xr.Dataset) -> None:
+    at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
+    one, rest = at_one_amplitude(cube, at)
+    assert tuple(one["status"].dims) == DIMENSIONS
+    np.testing.assert_array_equal(one["clearance_ratio"], np.array([0.006, 0.01]) / 0.002)
+    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
+    np.testing.assert_allclose(
+        one["friction_ratio"], np.array([0.5, 1, 1.5]) / (stiffness * 0.002), rtol=1e-14
+    )
+    answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, cube)
+    np.testing.assert_array_equal(answer["hybrid"], cube["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
+    assert answer.attrs["note"].startswith("Base amplitude Z = 0.002 m. At ")
+    assert answer.attrs["in_units"]["note"].startswith("Base amplitude Z = 2 mm. At ")
+    assert "clearance d = 10 mm, friction force F = 1.5 N" in answer.attrs["in_units"]["note"]
+    with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3") as refused:
+        at_one_amplitude(cube, {})
+    assert refused.value.fault.field == "base_amplitude_m"
+
+
+@pytest.mark.parametrize(
+    ("asked", "instead"), [("robust", "optimal designs"), ("refine", "finer axes of clearance_m")]
+)
+def test_what_a_study_over_base_amplitudes_does_not_answer_says_what_does(asked: str, instead: str) -> None:
+    with pytest.raises(QueryFault) as refused:
+        require_harmonic(tuple(AMPLITUDE_DIMENSIONS), asked)
+    fault = refused.value.fault
+    assert fault.field == "study"
+    assert fault.allowed == f"a study with one base amplitude for {asked}"
+    assert instead in fault.advice

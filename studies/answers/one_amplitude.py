@@ -1,0 +1,68 @@
+"""A study over base amplitudes at one of them: the study in ratios of the same dampers, which answers what is asked of such."""
+
+import json
+
+import xarray as xr
+
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.phrases import noted
+from damperlab.studies.answers.selection import choose
+from damperlab.studies.faults import Fault
+from damperlab.studies.field import At
+from damperlab.studies.unit_names import RESULT_NAMES
+
+
+def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
+    """Give the cube of one base amplitude, and the rest of the point.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Of a harmonic study; one without a dimension of base amplitudes is given back as it is.
+    at : mapping of float
+        The point that is asked for; of several base amplitudes it must name one, and the grid point nearest to it is taken.
+
+    Returns
+    -------
+    Dataset
+        Lazily, over the six ratios, with that number in the definition of its attribute `study`.
+    mapping of float
+        The point without its base amplitude.
+
+    Raises
+    ------
+    QueryFault
+        If it is not named, or no number.
+    """
+    if AMPLITUDE not in cube.sizes:
+        return cube, at
+    values = cube[AMPLITUDE].values
+    if AMPLITUDE not in at and values.size > 1:
+        ends = f"one base amplitude from {values[0]:g} to {values[-1]:g} m, of which the nearest of {values.size} is taken"
+        told = f"This question is about one base amplitude, and the study has {values.size}."
+        raise QueryFault(Fault(AMPLITUDE, "nothing", ends, f"name it: {AMPLITUDE}={values[-1]:g}", told))
+    asked = {AMPLITUDE: at[AMPLITUDE]} if AMPLITUDE in at else {}
+    others = tuple(str(name) for name in cube["status"].dims if name != AMPLITUDE)
+    chosen = float(values[choose(cube, asked, others)[AMPLITUDE]])
+    part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF)
+    part = part.drop_vars([*RATIOS_OF, AMPLITUDE, *(name for name in RESULT_NAMES if name in part)])
+    definition = json.loads(cube.attrs["study"])
+    definition["physical"][AMPLITUDE] = chosen
+    part.attrs["study"] = json.dumps(definition)
+    return part, {name: value for name, value in at.items() if name != AMPLITUDE}
+
+
+def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Dataset:
+    """Have the note of an answer name the base amplitude that `at_one_amplitude` took of the whole cube, if any."""
+    if AMPLITUDE not in whole.sizes:
+        return answer
+    metres = json.loads(cube.attrs["study"])["physical"][AMPLITUDE]
+    words = {
+        "note": f"Base amplitude Z = {metres:g} m.",
+        "in_units": {"note": f"Base amplitude Z = {1e3 * metres:g} mm."},
+    }
+    answer.attrs |= noted(
+        words, {name: answer.attrs[name] for name in ("note", "in_units") if name in answer.attrs}
+    )
+    return answer
