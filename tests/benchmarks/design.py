@@ -1,7 +1,9 @@
 """Designs beside brute force: ``python -m tests.benchmarks.design [SPECIFICATIONS]`` prints a line for each.
 
 Each specification is a seeded draw of a structure, a band and ranges of clearance and friction force. Brute force is a
-grid of 21 × 21 dampers at 121 frequencies, computed by the solver, and a finer band of the recommended damper. Then the
+grid of 21 × 21 dampers at 121 frequencies, computed by the solver, and 9 × 9 dampers closer together about its best and
+about the recommended one; what may be the least is computed at 961 frequencies, since 121 miss the top of a peak. What
+the recommended damper is above the least is held against what the design says that another may be better by. Then the
 response found is made a limit, the tolerances are drawn 1,000 times, and the share of builds that keep it is held
 against the stated interval.
 """
@@ -16,7 +18,12 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.design.found import Found
 
 SIDE, FREQUENCIES = 21, 121
-FINE = 1001
+FINE = 961
+"""Frequencies; those of the grid are among them."""
+STAGES = (61, 121, 241, 481)
+"""Frequencies at which a build is looked at, one after the other, until it is seen to exceed the limit."""
+LOCAL, REACH = 9, 1 / 32
+"""Dampers to a side about a damper, and how far to either side, as a share of the ranges."""
 BUILDS = 1000
 BUDGET = 100_000
 LIMIT = 1.06
@@ -91,8 +98,11 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
     ranges = document["choose"]
     clearances = np.linspace(ranges["clearance_m"]["start"], ranges["clearance_m"]["stop"], SIDE)
     forces = np.linspace(0.0, ranges["friction_force_n"]["stop"], SIDE)
-    best = peaks(document, clearances, forces, FREQUENCIES).min()
     build = found.build
+    coarse = peaks(document, clearances, forces, FREQUENCIES)
+    best, at = least(document, clearances, forces, coarse)
+    for clearance, force in {at, (build.clearance_m, build.friction_force_n)}:
+        best = min(best, _about(document, clearance, force))
     fine = peaks(document, np.array([build.clearance_m]), np.array([build.friction_force_n]), FINE).item()
     row = {
         "seed": seed,
@@ -100,14 +110,40 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
         "error": found.nominal.error,
         "brute force": float(best),
         "found over brute force": found.nominal.value / best,
-        "stated shortfall": None
+        "least that was stated over brute force": None
         if found.shortfall is None
-        else found.shortfall.between / found.compared.most,
+        else (found.compared.most - found.shortfall.between) / best,
         "true over stated": fine / found.nominal.most,
         "points": found.book.spent,
         "points of brute force": SIDE * SIDE * FREQUENCIES,
     }
     return row | _probability(document, found, builds)
+
+
+def least(
+    document: dict[str, Any], clearances_m: np.ndarray, forces_n: np.ndarray, coarse: np.ndarray
+) -> tuple[float, tuple[float, float]]:
+    """Least peak of a grid at `FINE` frequencies, and whose; a peak can only grow as more of them are known."""
+    best, at = np.inf, (np.nan, np.nan)
+    for place in np.argsort(coarse.ravel()):
+        i, j = divmod(int(place), forces_n.size)
+        if coarse[i, j] >= best:
+            break
+        fine = peaks(document, clearances_m[[i]], forces_n[[j]], FINE).item()
+        if fine < best:
+            best, at = fine, (float(clearances_m[i]), float(forces_n[j]))
+    return best, at
+
+
+def _about(document: dict[str, Any], clearance_m: float, force_n: float) -> float:
+    """Least peak of dampers close to one."""
+    axes: list[np.ndarray] = []
+    for name, centre in (("clearance_m", clearance_m), ("friction_force_n", force_n)):
+        low, high = (document["choose"][name][end] for end in ("start", "stop"))
+        near = centre + (high - low) * REACH * np.linspace(-1.0, 1.0, LOCAL)
+        axes.append(np.unique(np.clip(near, low, high)))
+    clearances, forces = axes
+    return least(document, clearances, forces, peaks(document, clearances, forces, 2 * FREQUENCIES - 1))[0]
 
 
 def _probability(document: dict[str, Any], found: Found, builds: int) -> dict[str, Any]:
@@ -125,7 +161,8 @@ def _probability(document: dict[str, Any], found: Found, builds: int) -> dict[st
             np.array([answer.build.clearance_m]) * shares[0],
             np.array([answer.build.friction_force_n]) * shares[1],
         )
-        kept += bool(peaks(document, *one, FREQUENCIES).item() <= limited["limits"]["displacement_m"])
+        limit = limited["limits"]["displacement_m"]
+        kept += all(peaks(document, *one, stage).item() <= limit for stage in STAGES)
     assert answer.builds is not None
     return {"probability": [answer.builds.low, answer.builds.high], "share of many": kept / builds}
 
