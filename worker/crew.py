@@ -39,8 +39,8 @@ class Crew(Roster):
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # of thousands of workers few have room at a time
-        self._hungry: dict[str, None] = {}
+        # of thousands of workers few have room at a time: those without a block for each thread, without two, …
+        self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._given_up: set[int] = set()
 
     @property
@@ -103,35 +103,32 @@ class Crew(Roster):
     def admit(self, address: str) -> None:
         """Let a worker compute."""
         super().admit(address)
-        self._hungry[address] = None
+        for hungry in self._hungry:
+            hungry[address] = None
 
     def assignments(self) -> Iterator[tuple[str, Attempt]]:
         """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
         trusted = any(one.usable and not one.against.doubtful for one in self.members.values())
-        for depth in range(1, BLOCKS_PER_THREAD + 1):
-            hungry = list(self._hungry)
-            if depth > 1:
-                if self._backlog.nears_end(self._threads):
-                    return
-                # the longest of what waits goes where the least lies
-                hungry.sort(key=self._held_seconds)
-            for address in hungry:
+        for depth, hungry in enumerate(self._hungry, 1):
+            if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
+                return
+            # the longest of what waits goes where the least lies
+            for address in sorted(hungry, key=self._held_seconds) if depth > 1 else list(hungry):
                 member = self.members.get(address)
                 if member is None or not member.usable:
-                    del self._hungry[address]
+                    del hungry[address]
                     continue
                 if trusted and member.against.doubtful:
                     continue
                 while len(member.held) < depth * member.threads:
-                    if depth > 1 and self._backlog.nears_end(self._threads):
+                    if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
                         return
                     attempt = self._next_for(member)
                     if attempt is None:
                         break
                     yield address, attempt
                 else:
-                    if depth == BLOCKS_PER_THREAD:
-                        del self._hungry[address]
+                    del hungry[address]
 
     def sent(self, key: str, address: str, attempt: Attempt) -> None:
         """Hear under which key a block went to a worker."""
@@ -261,8 +258,12 @@ class Crew(Roster):
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)
-        self._hungry[address] = None
-        return self.members[address].held.pop(key)
+        member = self.members[address]
+        attempt = member.held.pop(key)
+        for depth, hungry in enumerate(self._hungry, 1):
+            if len(member.held) < depth * member.threads:
+                hungry[address] = None
+        return attempt
 
     def _next_for(self, member: Member) -> Attempt | None:
         """Choose for a worker: first what was given back, but nothing that failed there while another may compute it."""

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from damperlab.worker.examination import bits_of
 from damperlab.worker.provenance import provenance
 
 PORT = 8786
+WITHOUT_CABLE_SECONDS = 6.0
 COORDINATOR = """
 import sys, threading
 from pathlib import Path
@@ -177,5 +179,7 @@ def test_worker_that_starts_while_its_cable_is_out_joins_by_the_address_at_which
     first.cable(False)
     worker = first.start([sys.executable, "-m", "damperlab", "worker", address], known)
     until(worker, f"there is no way to {address} yet")
+    # time to take the loopback address, where it would
+    time.sleep(WITHOUT_CABLE_SECONDS)
     first.cable(True)
-    until(scheduler, f"Register worker addr: tcp://{first.address}:")
+    assert f"tcp://{first.address}:" in until(scheduler, "Register worker addr:")[-1]
