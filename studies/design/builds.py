@@ -20,6 +20,9 @@ FOR_BUILDS = 0.5
 WORST = 5
 """Builds drawn whose peaks are bracketed: those that may be the worst."""
 
+NEAR = 0.9
+"""Share of a limit from which the peaks of a build that keeps it are bracketed too: they decide whether it does."""
+
 
 @dataclass(frozen=True)
 class Builds:
@@ -61,8 +64,15 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
     yield [each for one in wanted[:count] for each in one]
     kept = every[:count]
     likely = sorted(kept, key=lambda each: search.score(each).most)[-WORST:]
-    yield from within(search.known(likely, CLOSE + 1), [], "")
+    undecided = [each for each in kept if each not in likely and _hardly(asked, search.score(each))]
+    yield from within(search.known([*likely, *undecided], CLOSE + 1), [], "")
     return kept
+
+
+def _hardly(asked: Specification, score: Score) -> bool:
+    """Whether a build keeps every limit as far as is seen, and one of them hardly."""
+    near = (score.reached[name] >= NEAR * limit for name, limit in asked.limits.items())
+    return score.violation == 0.0 and any(near)
 
 
 def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:

@@ -1,0 +1,45 @@
+"""Builds drawn within the tolerances: those that are counted as keeping a limit keep it between the frequencies too."""
+
+import numpy as np
+from tests.benchmarks.design import LIMIT, TOLERANCES, drawn, peaks
+from tests.studies.design.test_design import pursued
+
+from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.score import score
+from damperlab.studies.design.search import FEW, amplitudes_of
+
+SEED_OF_PEAKS = 6
+"""Of a drawn specification in which some builds exceed their limit between the frequencies of the survey alone."""
+DRAWN_ALONE_M = 0.000997
+"""What its best damper reaches without tolerances."""
+
+
+def test_a_build_that_is_counted_keeps_its_limit_between_the_frequencies_too() -> None:
+    document, limit = drawn(SEED_OF_PEAKS), LIMIT * DRAWN_ALONE_M
+    shares = {name: f"{100 * share:g}%" for name, share in TOLERANCES.items()}
+    found, _ = pursued(document | {"limits": {"displacement_m": limit}, "tolerances": shares})
+    assert found.builds is not None
+    rows = np.random.default_rng(SEED).uniform(-1.0, 1.0, (found.builds.drawn, len(TOLERANCES)))
+    builds = [
+        found.build.moved(found.asked, dict(zip(TOLERANCES, row, strict=True))) for row in rows.tolist()
+    ]
+    amplitudes = amplitudes_of(found.asked, FEW)
+    kept = [each for each in builds if score(found.book, each, amplitudes).violation == 0.0]
+    assert len(kept) == found.builds.passed
+
+    def peak(clearance_m: float, force_n: float) -> float:
+        return float(peaks(document, np.array([clearance_m]), np.array([force_n]), 241).item())
+
+    assert all(peak(each.clearance_m, each.friction_force_n) <= limit for each in kept)
+    # and the interval holds the share of other builds that keep it
+    others = np.random.default_rng(1).uniform(-1.0, 1.0, (100, len(TOLERANCES)))
+    share = np.mean(
+        [
+            peak(each.clearance_m, each.friction_force_n) <= limit
+            for each in (
+                found.build.moved(found.asked, dict(zip(TOLERANCES, row, strict=True)))
+                for row in others.tolist()
+            )
+        ]
+    )
+    assert found.builds.low <= share <= found.builds.high
