@@ -22,6 +22,9 @@ ROUNDS, BLIND_ROUNDS = 0.5, 4.0
 measured."""
 SHARES, BLIND_SHARES = 3.0, 4.0
 """A piece takes no more than what is left for each thread, over this; where nothing has been measured."""
+RESERVE = 2.5
+"""So many blocks a thread, the shortest, are left for the end, which they make even (`tests/benchmarks/model.py`: with fewer
+of them 576 blocks on 128 workers end later)."""
 SHORTEST_PART_SECONDS = 0.1
 """Below this a part of a block is mostly overhead."""
 HANDING_SECONDS = 3.4e-3
@@ -73,14 +76,20 @@ class Backlog:
         longest = min(self._longest, self._most(threads))
         return self._work_left <= (ROUNDS if self._informed else BLIND_ROUNDS) * longest * threads
 
-    def take(self, threads: int = 1) -> Piece | None:
+    def take(self, threads: int = 1, behind_seconds: float = 0.0) -> Piece | None:
         """Give the next piece; None where none waits.
 
         Parameters
         ----------
         threads : int
             Of all workers that compute: a block is cut where it takes long beside what is left for each.
+        behind_seconds : float
+            What the pieces take behind which it will wait. Where that is long, one is given that is too short for the
+            scheduler to serve every thread meanwhile: so these do not all come at the end, when nothing waits at a worker.
         """
+        if behind_seconds >= HANDING_SECONDS * threads and (short := self._short(threads)) is not None:
+            self._work_left -= self.expected(short)
+            return short
         most = self._most(threads)
         while (piece := self._next()) is not None:
             parts = self._cut(piece, most, self._least(threads))
@@ -124,6 +133,20 @@ class Backlog:
     def _cautious(self, piece: Piece) -> float:
         assert self._forecast is not None
         return piece.share * float(self._forecast.cautious[piece.index])
+
+    def _short(self, threads: int) -> Piece | None:
+        """Take the shortest block, where the scheduler could not serve every thread in its time and enough such are left."""
+        kept = int(RESERVE * threads)
+        if not self._informed or len(self._waiting) - self._taken <= kept:
+            return None
+        least = HANDING_SECONDS * threads
+        if self.expected(Piece(int(self._waiting[-1 - kept]))) >= least:
+            return None
+        block = Piece(int(self._waiting[-1]))
+        if self.expected(block) >= least:
+            return None
+        self._waiting = self._waiting[:-1]
+        return block
 
     def _next(self) -> Piece | None:
         """Take the longest of what waits."""

@@ -273,5 +273,5 @@ class Crew(Roster):
             ):
                 del self._again[place]
                 return attempt
-        piece = self._backlog.take(self._threads)
+        piece = self._backlog.take(self._threads, self._held_seconds(member.address))
         return None if piece is None else Attempt(piece)

@@ -28,6 +28,7 @@ from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.crew import Crew
 from damperlab.worker.forecast import Forecast, Known
 from damperlab.worker.piece import Piece
+from damperlab.worker.window import LOOK_SECONDS
 
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
@@ -74,6 +75,7 @@ class Model:
         self._began: dict[str, float] = {}
         self._there: dict[str, float] = {}
         self._handing = handing_seconds
+        self._looks = False
         self.now = self.lost = self.done = self._handed = 0.0
         self.decisions = 0
         for _ in range(workers):
@@ -87,6 +89,11 @@ class Model:
             self.now, _, what, name = heapq.heappop(self._events)
             if what == "hire":
                 self._hire()
+                if not self._looks:
+                    self._looks = True
+                    self._at(self.now + LOOK_SECONDS, "look", "")
+            elif what == "look":
+                self._looks = False
                 self._see()
                 self._send()
             elif what == "gone" and name in self._threads:

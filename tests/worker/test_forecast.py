@@ -17,7 +17,7 @@ from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.measured import measured_blocks, measured_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks
-from damperlab.worker.backlog import Backlog
+from damperlab.worker.backlog import HANDING_SECONDS, RESERVE, Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.forecast import Forecast, known_of
 from damperlab.worker.piece import Piece
@@ -105,6 +105,30 @@ def test_equal_blocks_begin_spread_over_the_grid_and_the_dear_ones_first() -> No
     )
     backlog = Backlog(range(64), Forecast(half))
     assert all(piece is not None and piece.index >= 32 for piece in (backlog.take() for _ in range(16)))
+
+
+def test_short_blocks_go_behind_long_ones_until_the_reserve_is_left() -> None:
+    plan = plan_with_chunk(
+        friction_study(64), ROWS, lambda study, at: np.where(at["friction_ratio"] > 0.4, 200.0, 0.001)
+    )
+    forecast = Forecast(plan)
+    threads, long, short = 8, set(range(32, 64)), set(range(32))
+    assert plan.block_seconds[:32].max() < HANDING_SECONDS * threads < plan.block_seconds[63]
+    forecast.learn(63, float(plan.block_seconds[63]))
+    backlog = Backlog(range(63), forecast, whole=lambda index: True)
+    # one that waits behind nothing is the longest
+    first = backlog.take(threads, behind_seconds=0.0)
+    assert first is not None
+    assert first.index in long
+    behind = [backlog.take(threads, behind_seconds=10.0) for _ in range(32)]
+    indices = [piece.index for piece in behind if piece is not None]
+    spent = 32 - int(RESERVE * threads)
+    assert set(indices[:spent]) <= short
+    assert set(indices[spent:]) <= long
+    # every block is given once
+    while (piece := backlog.take(threads)) is not None:
+        indices.append(piece.index)
+    assert sorted([first.index, *indices]) == list(range(63))
 
 
 def run_here(store: Store, study: Study) -> str:
