@@ -103,7 +103,7 @@ class Book:
 
     def lacking(self, wanted: Iterable[Wanted]) -> int:
         """Count the points that are wanted and not known."""
-        return len({point for each in wanted for _, point in self._points(each)} - self._known.keys())
+        return len({point for each in wanted for point in self._points(each)} - self._known.keys())
 
     def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
         """Give what is known of a point that is wanted, for each of them."""
