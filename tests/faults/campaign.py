@@ -17,8 +17,6 @@ import shutil
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -30,6 +28,7 @@ from tests.faults.compare import compare, run_again, unexpected_files
 from tests.faults.deeds import Deeds
 from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm
 from tests.faults.report import Report
+from tests.faults.submitting import submit
 from tests.ports import free_port
 
 from damperlab.studies.definition import Study, parse_study
@@ -243,20 +242,9 @@ class Campaign:
             return
         number = len(self._studies)
         study = study_of(number, self._rows)
-        request = urllib.request.Request(
-            f"http://127.0.0.1:{self._port}/api/v1/studies",
-            json.dumps(study.document()).encode(),
-            {"Content-Type": "application/json", "Idempotency-Key": f"campaign-{number}"},
-        )
-        try:
-            with urllib.request.urlopen(request, timeout=5) as answer:
-                self._studies[json.load(answer)["id"]] = study
-        except urllib.error.HTTPError as error:
-            self._report.unavailable += error.code == 503
-            self._report.defects += error.code != 503
-            error.close()
-        except (urllib.error.URLError, ConnectionError, TimeoutError):
-            self._report.unavailable += 1
+        study_id = submit(f"http://127.0.0.1:{self._port}", study, f"campaign-{number}", self._report)
+        if study_id is not None:
+            self._studies[study_id] = study
 
     def _watch(self) -> None:
         for study_id, study in self._studies.items():

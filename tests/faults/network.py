@@ -10,28 +10,24 @@ one undisturbed piece (run_time aside); a done-mark that was seen once has staye
 import argparse
 import json
 import os
-import pwd
 import random
 import re
 import shutil
 import signal
 import sys
 import tempfile
-import threading
 import time
-import urllib.error
-import urllib.request
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-import psutil
 from tests.faults.campaign import study_of
 from tests.faults.compare import compare, unexpected_files
 from tests.faults.hosts import Host, NoHosts, hosts
-from tests.faults.processes import Database, ObjectServer, Process, end_on_sigterm
+from tests.faults.machines import Machine, PostgreSQL
+from tests.faults.processes import ObjectServer, Process, end_on_sigterm
 from tests.faults.report import Report
+from tests.faults.submitting import submit
 from tests.worker.test_workers_judged import altered
 
 from damperlab.studies.definition import Study
@@ -72,90 +68,7 @@ FAULTS_WITHOUT_A_BLOCK = 6
 TELL_SECONDS = 10.0
 _DEFECT = re.compile(r" (?:ERROR|CRITICAL) damperlab|met a defect")
 """In the service's log; Dask logs a scheduler that is lost with its own traceback."""
-SCHEDULER_PORT, SERVICE_PORT, DATABASE_PORT = 8786, 8000, 5432
-
-
-class PostgreSQL(Process):
-    """A PostgreSQL server that other hosts reach.
-
-    Parameters
-    ----------
-    folder : Path
-        Its data.
-    host : Host
-        Where it runs.
-    """
-
-    def __init__(self, folder: Path, host: Host) -> None:
-        made = Database(folder)
-        made.close()
-        server = made.program
-        with (folder / "pg_hba.conf").open("a") as file:
-            file.write("host all all 10.77.0.0/24 trust\n")
-        user = pwd.getpwuid(folder.stat().st_uid)
-        socket = tempfile.mkdtemp(prefix="damperlab-pg-")
-        os.chown(socket, user.pw_uid, user.pw_gid)
-        self._socket = Path(socket)
-        owner = ("setpriv", f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}", "--clear-groups")
-        place = ("-D", str(folder), "-h", host.address, "-p", str(DATABASE_PORT), "-k", socket)
-        super().__init__(folder.with_suffix(".log"), *host.inside(*owner, str(server), *place))
-        self.address = f"postgresql://postgres@{host.address}:{DATABASE_PORT}/postgres"
-
-    def kill(self) -> None:
-        """End the server and every process that serves a connection."""
-        if self._process is not None and self._process.poll() is None:
-            parent = psutil.Process(self._process.pid)
-            family = parent.children(recursive=True)
-            super().kill()
-            for process in family:
-                process.kill()
-            psutil.wait_procs(family, timeout=20)
-
-    def close(self) -> None:
-        """End it, and remove its socket."""
-        self.kill()
-        shutil.rmtree(self._socket, ignore_errors=True)
-
-
-@dataclass
-class Machine:
-    """A host and what runs on it.
-
-    Parameters
-    ----------
-    host : Host
-        Where.
-    parts : dict of Process
-        By name; kept up.
-    plugged : bool
-        Whether its cable is in.
-    """
-
-    host: Host
-    parts: dict[str, Process]
-    plugged: bool = True
-
-    def keep_up(self) -> None:
-        """Start what does not run."""
-        for part in self.parts.values():
-            part.keep_up()
-
-    def kill(self) -> None:
-        """End all that runs there."""
-        for part in self.parts.values():
-            part.kill()
-        self.host.kill()
-
-    def cut(self, seconds: float) -> None:
-        """Pull its cable for a while."""
-        if self.plugged:
-            self.plugged = False
-            self.host.cable(False)
-            threading.Timer(seconds, self._plug).start()
-
-    def _plug(self) -> None:
-        self.host.cable(True)
-        self.plugged = True
+SCHEDULER_PORT, SERVICE_PORT = 8786, 8000
 
 
 class Campaign:
@@ -370,22 +283,9 @@ class Campaign:
             return
         number = len(self._studies)
         study = study_of(number, self._rows)
-        request = urllib.request.Request(
-            f"{self._url}/api/v1/studies",
-            json.dumps(study.document()).encode(),
-            {"Content-Type": "application/json", "Idempotency-Key": f"network-{number}"},
-        )
-        try:
-            with urllib.request.urlopen(request, timeout=5) as answer:
-                self._studies[json.load(answer)["id"]] = study
-        except urllib.error.HTTPError as error:
-            self._report.unavailable += error.code == 503
-            self._report.defects += error.code != 503
-            if error.code != 503:
-                print(f"POST answered {error.code}: {error.read()[:500]!r}", file=sys.stderr)
-            error.close()
-        except (urllib.error.URLError, ConnectionError, TimeoutError):
-            self._report.unavailable += 1
+        study_id = submit(self._url, study, f"network-{number}", self._report)
+        if study_id is not None:
+            self._studies[study_id] = study
 
     def _watch(self) -> None:
         for study_id, study in self._studies.items():
