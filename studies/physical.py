@@ -228,7 +228,15 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
         advice = (
             "give `base_amplitude_m` as a list beside `clearance_m` and `friction_force_n`, or leave it out"
         )
-        faults.append(Fault("physical.constant", describe(raw["constant"]), "nothing here", advice, told))
+        faults.append(
+            Fault(
+                "physical.constant",
+                describe(raw["constant"]),
+                "left out where the base amplitude is no axis",
+                advice,
+                told,
+            )
+        )
     axes = [name for name, value in raw.items() if name != "constant" and is_axis(value)]
     for name in axes:
         here = f"physical.{name}"
