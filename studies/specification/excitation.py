@@ -6,6 +6,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import CONSTANT
+
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 """A number, or an array of them."""
 
@@ -18,8 +20,6 @@ class Motion:
     ----------
     key : str
         As the specification has it.
-    order : int
-        Derivative of the displacement: 0, 1 or 2.
     unit, words : str
         For sentences.
     constant : str or None
@@ -27,18 +27,22 @@ class Motion:
     """
 
     key: str
-    order: int
     unit: str
     words: str
     constant: str | None = None
+
+    @property
+    def order(self) -> int:
+        """Which derivative of the displacement it is: 0, 1 or 2."""
+        return 0 if self.constant is None else CONSTANT[self.constant]
 
 
 MOTIONS = {
     each.key: each
     for each in (
-        Motion("base_amplitude_m", 0, "m", "base amplitude"),
-        Motion("base_velocity_m_per_s", 1, "m/s", "base velocity", "velocity"),
-        Motion("base_acceleration_m_per_s2", 2, "m/s²", "base acceleration", "acceleration"),
+        Motion("base_amplitude_m", "m", "base amplitude"),
+        Motion("base_velocity_m_per_s", "m/s", "base velocity", "velocity"),
+        Motion("base_acceleration_m_per_s2", "m/s²", "base acceleration", "acceleration"),
     )
 }
 """What may be constant over the band; each an amplitude, not an effective value."""
