@@ -11,9 +11,23 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import pytest
+if TYPE_CHECKING:
+    import pytest
 
+LASTING: dict[str, Any] = {
+    "name": "lasting",
+    "damping_ratio": 0.0038,
+    "axes": {
+        "clearance_ratio": {"start": 10, "stop": 20, "num": 12},
+        "friction_ratio": [0.2, 0.4, 0.6],
+        "frequency_ratio": {"start": 0.98, "stop": 1.02, "num": 160},
+        "restitution": 0.47,
+        "mass_ratio": 0.1,
+    },
+}
+"""A study of about sixteen core seconds."""
 TASK = {
     "sbatch": "SLURM_ARRAY_TASK_ID",
     "qsub": "PBS_ARRAY_INDEX",
@@ -39,7 +53,7 @@ def put_commands(folder: Path) -> Path:
     return kept
 
 
-def make_queue(folder: Path, patch: pytest.MonkeyPatch) -> Path:
+def make_queue(folder: Path, patch: "pytest.MonkeyPatch") -> Path:
     """Make a batch system of this machine for whatever a test starts; give where its jobs are kept."""
     kept = put_commands(folder / "bin")
     patch.setenv("PATH", f"{folder / 'bin'}:{os.environ['PATH']}")

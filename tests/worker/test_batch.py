@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 import yaml
-from tests.batch_system import make_queue, wait_until_ended
+from tests.batch_system import LASTING, make_queue, wait_until_ended
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -39,18 +39,6 @@ STUDY = {
         "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 20},
     },
 }
-LONGER = {
-    "name": "longer",
-    "damping_ratio": 0.0038,
-    "axes": {
-        "clearance_ratio": {"start": 10, "stop": 20, "num": 12},
-        "friction_ratio": [0.2, 0.4, 0.6],
-        "frequency_ratio": {"start": 0.98, "stop": 1.02, "num": 160},
-        "restitution": 0.47,
-        "mass_ratio": 0.1,
-    },
-}
-"""About sixteen core seconds."""
 
 
 @pytest.fixture
@@ -183,14 +171,14 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
 
 def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
     # the worker leaves fifteen seconds after it began, which is less than the work takes
-    computed(tmp_path, "slurm", LONGER, "--workers", "1", DAMPERLAB_JOB_SECONDS="100")
+    computed(tmp_path, "slurm", LASTING, "--workers", "1", DAMPERLAB_JOB_SECONDS="100")
     wait_until_ended(queue)
     told = [log.read_text() for log in sorted(queue.glob("*.log"))]
     assert len(told) > 1
     assert "its lifetime of 40 s ends" in told[0]
-    study = parse_study(LONGER)
+    study = parse_study(LASTING)
     whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
     with closing(Store.open(tmp_path / "data")) as store:
-        record = store.find("longer")
+        record = store.find("lasting")
         assert (record.state, record.points_failed) == ("done", 0)
         assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.batch_system import make_queue, running, wait_until_ended
+from tests.batch_system import LASTING, make_queue, running, wait_until_ended
 from tests.service.cli.commands import run
+from tests.service.cli.test_cli_design import SPECIFICATION
 
 from damperlab import Client
 from damperlab.studies.definition import Study, parse_study
@@ -34,30 +35,6 @@ FRICTION: dict[str, Any] = {
         "frequency_ratio": [0.9, 1.0, 1.1, 1.2],
     },
 }
-SPECIFICATION: dict[str, Any] = {
-    "name": "small machine",
-    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
-    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.5, "stop": 8.5}},
-    "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}},
-    "clearance_m": 0.005,
-    "particle_mass_kg": 4.0,
-    "restitution": 0.5,
-    "tolerances": {"friction_force_n": "10%"},
-    "limits": {"displacement_m": 0.005},
-    "builds": 4,
-}
-LASTING: dict[str, Any] = {
-    "name": "lasting",
-    "damping_ratio": 0.0038,
-    "axes": {
-        "clearance_ratio": {"start": 10, "stop": 20, "num": 12},
-        "friction_ratio": [0.2, 0.4, 0.6],
-        "frequency_ratio": {"start": 0.98, "stop": 1.02, "num": 160},
-        "restitution": 0.47,
-        "mass_ratio": 0.1,
-    },
-}
-"""About sixteen core seconds."""
 WORK_SECONDS = 400.0
 
 
