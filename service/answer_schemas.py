@@ -151,7 +151,7 @@ _DESIGNS = _of_cube(
     pareto=_list(_enum(RESPECTS)),
 )
 _MAP = _of_cube(
-    ("over", "reduce", "status", "computed_share", "thinned"),
+    ("over", "reduce", "status", "computed_share", "thinned", "other", "difference", "studies"),
     x_dimension=TEXT,
     y_dimension=TEXT,
     x=NUMBERS,
@@ -165,6 +165,9 @@ _MAP = _of_cube(
     over=TEXT,
     reduce=_enum(REDUCTIONS),
     thinned=FLAG,
+    other=PLANE,
+    difference=PLANE,
+    studies=TEXTS,
 )
 _RESPONSE = _of_cube(
     ("status",),

@@ -199,6 +199,17 @@ class Second:
 
 
 @dataclass(frozen=True)
+class Subtracted:
+    """A second study whose map is subtracted from that of the first."""
+
+    minus: str | None = asked(
+        None,
+        "A second study with the same axes, shown beside the first and subtracted from it.",
+        form="ID",
+    )
+
+
+@dataclass(frozen=True)
 class Tuning:
     """The tuned mass damper that a design is compared with."""
 

@@ -1,4 +1,4 @@
-"""Commands that ask a stored study: map, response, optimum, importance. A table, a JSON document, or a file."""
+"""Commands that ask a stored study: response, optimum, importance, fragility. A table, a JSON document, or a file."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,15 +10,13 @@ from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, chec
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
-    columns_left_out,
     completeness_sentence,
-    map_table,
     ranking_sentences,
     rows_table,
     slice_sentence,
     words_of,
 )
-from damperlab.studies.questions import Fragile, Judging, Plane, Ranking, Second, Selection, Varied
+from damperlab.studies.questions import Fragile, Judging, Ranking, Second, Selection, Varied
 
 RANKED = {
     "value": "amplitude_ratio",
@@ -38,46 +36,6 @@ if TYPE_CHECKING:
 
     from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.store.record import Record
-
-
-@asks
-def map_(
-    study: StudyId,
-    plane: Plane,
-    selection: Selection,
-    output: Output = None,
-    data_dir: DataDir = None,
-    as_json: AsJson = False,
-) -> None:
-    """Show a result over two dimensions, such as the amplitude at resonance over clearance and friction."""
-    check_file(output)
-    record, cube = ask(study, data_dir)
-    from damperlab.service.answers import map_document
-    from damperlab.studies.answers.phrases import Phrases
-    from damperlab.studies.answers.resonance_map import resonance_map
-    from damperlab.studies.answers.selection import main_metric
-    from damperlab.studies.answers.shown import shown_axes
-
-    metric = selection.metric or main_metric(cube)
-    sizes = {str(name): size for name, size in cube.sizes.items()}
-    x, y = shown_axes(sizes, plane.x, plane.y, {*selection.at, plane.over})
-
-    with working("Reading the cube"):
-        answer = resonance_map(cube, x, y, selection, plane.over, plane.reduce)
-
-    def draw() -> "Figure":
-        from damperlab.service.figures.resonance_map import draw_map
-
-        return draw_map(answer, metric)
-
-    def tell() -> None:
-        phrases = Phrases.of(cube)
-        say(slice_sentence(answer, metric, label(record), phrases))
-        print_table(*map_table(answer, metric, phrases))
-        say_if(columns_left_out(answer, metric))
-        say_if(completeness_sentence(answer))
-
-    hand_out(record, answer, output, as_json, draw, lambda: map_document(answer, metric), tell)
 
 
 @asks

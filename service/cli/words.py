@@ -30,7 +30,9 @@ def cell(name: str, value: float | str) -> str:
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 
 
-def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Table:
+def map_table(
+    answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: str | None = None
+) -> Table:
     """Lay a map out with y upwards and x across, as a figure has it.
 
     Parameters
@@ -41,6 +43,8 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Table:
         Which variable.
     phrases : Phrases
         Of the study.
+    variable : str, optional
+        What is listed in place of the metric, in its unit.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -51,7 +55,7 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Table:
     )
     rows = [
         (_spelled(y, at, phrases), *(_spelled(metric, value, phrases) for value in row))
-        for at, row in zip(shown[y].values.tolist(), shown[metric].values.tolist(), strict=True)
+        for at, row in zip(shown[y].values.tolist(), shown[variable or metric].values.tolist(), strict=True)
     ]
     return head, rows[::-1]
 

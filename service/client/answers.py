@@ -69,8 +69,12 @@ class ResonanceMap(Answer):
     __slots__ = ()
 
     def _draw(self) -> "Figure":
+        from damperlab.service.figures.map_difference import draw_difference
         from damperlab.service.figures.resonance_map import draw_map
 
+        if "difference" in self:
+            first, second = self.attrs["studies"]
+            return draw_difference(self, self._metric, (first, second))
         return draw_map(self, self._metric)
 
 

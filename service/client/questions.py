@@ -17,6 +17,7 @@ from damperlab.studies.questions import (
     Ranking,
     Second,
     Selection,
+    Subtracted,
     Tuning,
     Varied,
 )
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 class Questions(Asked):
     """What a study is asked; a running one, too, with what is there."""
 
-    @explained(Plane, Selection)
+    @explained(Plane, Selection, Subtracted)
     def resonance_map(
         self,
         x: str | None = None,
@@ -46,6 +47,7 @@ class Questions(Asked):
         over: str | None = None,
         reduce: Reduction | None = None,
         interpolate: bool = False,
+        minus: Asked | str | None = None,
         **at: float | str,
     ) -> "ResonanceMap":
         """Show one metric over two dimensions.
@@ -53,16 +55,20 @@ class Questions(Asked):
         The dimensions are those along which the study varies, clearance and friction first, if not given. Unless the
         frequency is given, or the record of a ground-motion suite, the largest value over all of them is shown.
 
+        With ``minus``, a second study with the same axes, ``other`` holds its values and ``difference`` those of the first
+        less those of the second; ``plot`` draws all three.
+
         Returns
         -------
         ResonanceMap
-            See `damperlab.studies.answers.resonance_map`.
+            See `damperlab.studies.answers.resonance_map` and `damperlab.studies.answers.map_difference`.
         """
         from damperlab.service.client.answers import read_map
 
         x, y = shown_axes(self._sizes, x, y, {*at, over})
         plane, selection = Plane(x, y, over, reduce), Selection(metric, at, interpolate)
-        return read_map(self._question("resonance-map", plane, selection))
+        second = Subtracted(None if minus is None else ids(minus)[0])
+        return read_map(self._question("resonance-map", plane, selection, second))
 
     @explained(Selection, Second)
     def frequency_response(

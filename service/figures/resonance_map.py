@@ -108,7 +108,7 @@ def _fill(
         norm: Normalize = BoundaryNorm(edges, 256)
     else:
         norm = norm_of(shown)
-    mesh = axes.pcolormesh(_edges(x), _edges(y), shown, norm=norm, cmap=COLOURS, rasterized=True)
+    mesh = axes.pcolormesh(cell_edges(x), cell_edges(y), shown, norm=norm, cmap=COLOURS, rasterized=True)
     bar = figure.colorbar(mesh, ax=axes, pad=0.02, aspect=28)
     bar.set_label(title_of(values))
     if flags is not None:
@@ -185,7 +185,7 @@ def _hatch(
     label: str,
 ) -> Patch:
     """Hatch the cells `where`, and return the entry for the legend."""
-    across, down = _edges(x), _edges(y)
+    across, down = cell_edges(x), cell_edges(y)
     cells = [
         Rectangle((across[j], down[i]), across[j + 1] - across[j], down[i + 1] - down[i])
         for i, j in np.argwhere(where)
@@ -196,7 +196,7 @@ def _hatch(
     return Patch(facecolor=face, edgecolor=colour, hatch=pattern, linewidth=0, label=label)
 
 
-def _edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+def cell_edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
     """Edges of the cells around ascending `centres`: half-way between them on the axis as it is drawn."""
     if centres.size == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])

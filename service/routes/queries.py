@@ -16,6 +16,7 @@ from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
@@ -23,7 +24,7 @@ from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.window import window
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.field import given
-from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Window
+from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Subtracted, Window
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import in_ratios
 from damperlab.studies.variables import DIMENSIONS
@@ -62,17 +63,26 @@ def answers(name: str) -> dict[str, Any]:
 def ask_map(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Plane, Selection, Window], asks(Plane, Selection, Window)],
+    asked: Annotated[
+        tuple[Plane, Selection, Subtracted, Window], asks(Plane, Selection, Subtracted, Window)
+    ],
 ) -> Document:
     """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
 
-    Without a word on the frequency the map shows the largest value over the study's band.
+    Without a word on the frequency the map shows the largest value over the study's band. With `minus` the answer has
+    `other`, the values of the second study, and `difference`, those of the first less those of the second.
     """
-    plane, selection, shown = asked
+    plane, selection, second, shown = asked
     cube = service.store.cube(study.id)
     x, y = named(cube, {"x": plane.x, "y": plane.y})
     _check_size(cube, *in_ratios(cube, (x, y)))
-    answer = resonance_map(cube, x, y, selection, plane.over, plane.reduce)
+    if second.minus is None:
+        answer = resonance_map(cube, x, y, selection, plane.over, plane.reduce)
+    else:
+        other = service.store.find(second.minus)
+        its = service.store.cube(other.id)
+        answer = map_difference(cube, its, x, y, selection, plane.over, plane.reduce)
+        answer.attrs["studies"] = [study.id, other.id]
     if given(shown):
         answer = window(answer, {x: shown.x_range, y: shown.y_range}, shown.most)
     return answered(study, map_document(answer, selection.metric or main_metric(cube)))

@@ -27,7 +27,7 @@ def window(
     Parameters
     ----------
     answer : Dataset
-        Of `resonance_map`, dimensions (y, x); its first variable is the metric.
+        Of `resonance_map`, dimensions (y, x); its first variable is the metric. Of `map_difference`, whose difference counts.
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
@@ -74,7 +74,7 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
     """Find the largest and the smallest value of the part, as places within it; codes and an empty part have none."""
-    metric = next(iter(answer.data_vars.values()))
+    metric = answer["difference"] if "difference" in answer else next(iter(answer.data_vars.values()))
     if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
         return []
     values = metric.isel(dict(index)).transpose(*index).values.astype(float)

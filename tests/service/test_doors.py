@@ -30,6 +30,7 @@ from damperlab.studies.questions import (
     Selection,
     Simulated,
     Step,
+    Subtracted,
     Tuning,
     Varied,
     Window,
@@ -39,7 +40,7 @@ from damperlab.studies.variables import DIMENSIONS, VARIABLES
 
 STUDY = "/api/v1/studies/{study_id}"
 QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
-    (f"{STUDY}/resonance-map", "map", Study.resonance_map, (Plane, Selection, Window)),
+    (f"{STUDY}/resonance-map", "map", Study.resonance_map, (Plane, Selection, Subtracted, Window)),
     (f"{STUDY}/frequency-response", "response", Study.frequency_response, (Selection, Second)),
     (f"{STUDY}/optimal-designs", "optimum", Study.optimal_designs, (Judging, Ranking)),
     (f"{STUDY}/robust-designs", "robust", Study.robust_designs, (Amplitudes, Judging)),

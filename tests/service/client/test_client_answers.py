@@ -11,6 +11,7 @@ import xarray as xr
 from damperlab.service.client import Client, Study
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
@@ -95,6 +96,12 @@ QUESTIONS: dict[str, tuple[Ask, Answer]] = {
         ),
         lambda cube: resonance_map(
             cube, "clearance_ratio", "frequency_ratio", over="friction_ratio", reduce="mean"
+        ),
+    ),
+    "map less that of another": (
+        lambda study: study.resonance_map(minus=study),
+        lambda cube: map_difference(cube, cube, "clearance_ratio", "friction_ratio").assign_attrs(
+            studies=[cube.attrs["digest"][:12]] * 2
         ),
     ),
     "response": (
@@ -253,6 +260,7 @@ def test_export_holds_every_point(
     ("ask", "words"),
     [
         (lambda study: study.resonance_map(), "Clearance ratio"),
+        (lambda study: study.resonance_map(minus=study), "Difference in amplitude ratio"),
         (lambda study: study.frequency_response(**AT), "Frequency ratio"),
         (lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
         (lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),

@@ -1,0 +1,224 @@
+"""The same map of two studies, and the one less the other."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.selection import check_metric, dimensions_of, main_metric
+from damperlab.studies.faults import Fault, counted, listing
+from damperlab.studies.kinds import kind_of
+from damperlab.studies.questions import Selection
+from damperlab.studies.unit_names import COORDINATES, LONG_NAMES
+from damperlab.studies.units import coordinates_in_units, results_in_units
+
+FIELD = "minus"
+DIFFERENCE = "difference"
+_BESIDE = ("amplitude_error", "amplitude_error_m", "response_class", "status")
+"""What stands beside a value of either study."""
+_TOLD = frozenset(("name", "axes", "damping_ratio", "metrics", *COORDINATES, "restitution"))
+"""Parts of a definition that the axes say, or that change no result."""
+
+
+def map_difference(
+    cube: xr.Dataset,
+    other: xr.Dataset,
+    x: str,
+    y: str,
+    selection: Selection = Selection(),
+    over: str | None = None,
+    reduce: str | None = None,
+) -> xr.Dataset:
+    """Show one map of two studies, and subtract the second from the first.
+
+    Parameters
+    ----------
+    cube, other : Dataset
+        The cubes of two studies of one kind that have the same values along the axes of the map, and along what is reduced.
+        Whatever else is different between them is what the difference is about; the note names it.
+    x, y, selection, over, reduce
+        As of `resonance_map`. In SI units (`clearance_m`, `amplitude_m`) each study is turned into them by its own
+        structure.
+
+    Returns
+    -------
+    Dataset
+        As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`, `other_response_class` and
+        `other_status` of the second study, and `difference`: the first less the second, in the unit of the metric, NaN where
+        either has no value. `complete`, `points`, `points_failed` are those of both together; `other_at` where the
+        second study's map lies elsewhere along another dimension; `note` says where the difference is largest and in what
+        else the studies differ.
+
+    Raises
+    ------
+    QueryFault
+        As `resonance_map`; if the metric has codes; or under `minus`, if the second study is of another kind, has other values
+        along an axis, or does not store the metric.
+    """
+    metric = selection.metric or main_metric(cube)
+    first = resonance_map(cube, x, y, selection, over, reduce)
+    if "flag_values" in first[metric].attrs:
+        advice = "choose a quantity, or ask for each study alone"
+        raise QueryFault(Fault("metric", metric, "a quantity where a study is subtracted", advice))
+    _check_kind(cube, other, (x, y), metric)
+    second = resonance_map(other, x, y, selection, over, reduce)
+    reduced = [first.attrs[name] for name in ("over", "worst_over") if name in first.attrs]
+    for name in (x, y):
+        _check_axis(name, first[name], second[name])
+    for name in reduced:
+        _check_axis(name, cube[name], other[name])
+
+    answer = first.copy()
+    for name, source in {"other": metric, **{f"other_{each}": each for each in _BESIDE}}.items():
+        if source in second:
+            attributes = dict(second[source].attrs)
+            attributes["long_name"] = f"{attributes.get('long_name', source)}, second study"
+            answer[name] = (first[metric].dims, second[source].values, attributes)
+    difference = first[metric].values.astype(float) - second[metric].values.astype(float)
+    attributes = dict(first[metric].attrs)
+    attributes["long_name"] = f"difference in {attributes.get('long_name', metric)}"
+    answer[DIFFERENCE] = (first[metric].dims, difference, attributes)
+    answer.attrs |= {
+        "points": first.attrs["points"] + second.attrs["points"],
+        "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
+        "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
+        "other_at": {name: second[name].item() for name in _elsewhere(first, second)},
+    }
+
+    def words(phrases: Phrases) -> dict[str, Any]:
+        apart = "; ".join(_apart(cube, other, first, second, phrases))
+        about = f"The studies differ in {apart}." if apart else "The studies differ in nothing else."
+        return {"note": f"{_where(answer, metric, phrases)} {about}"}
+
+    spoken = words(RATIOS)
+    if "in_units" in first.attrs:
+        spoken["in_units"] = words(_phrases(cube, other))
+    answer.attrs |= noted(first.attrs, spoken)
+    return answer
+
+
+def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metric: str) -> None:
+    """Refuse a second study that cannot be asked for the same map."""
+    if dimensions_of(cube) != dimensions_of(other):
+        kind, others = kind_of(cube.sizes).words, kind_of(other.sizes).words
+        told = f"The first study is {kind}, the second {others}, so their maps have no axes in common."
+        raise QueryFault(Fault(FIELD, others, kind, f"name {kind}", told))
+    known = [each.name for each in (*coordinates_in_units(other), *results_in_units(other))]
+    for name in (*axes, metric):
+        if name not in other.variables and name not in known:
+            if name in dimensions_of(cube) or name in cube.data_vars:
+                check_metric(other, name, FIELD)
+            told = f"The second study is not given in the units that {name} needs."
+            advice = "compare the two in ratios, or name a study with a physical block"
+            raise QueryFault(Fault(FIELD, "a study in ratios", f"a study that has {name}", advice, told))
+
+
+def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
+    """Refuse axes with other values."""
+    mine, its = ours.values, theirs.values
+    if mine.dtype.kind != "f":
+        equal = np.array_equal(mine, its)
+    else:
+        equal = mine.size == its.size and bool(np.allclose(mine, its, rtol=1e-9, atol=0.0))
+    if equal:
+        return
+    told = f"The first study has {_span(mine)} of {name}, the second {_span(its)}, so their maps cannot be subtracted."
+    advice = f"name a study with the same {name}, or a point or a range that both have"
+    raise QueryFault(Fault(FIELD, f"{_span(its)} of {name}", _span(mine), advice, told))
+
+
+def _span(values: np.ndarray) -> str:
+    if values.dtype.kind != "f":
+        return counted(values.size, "value") + f" ({listing(values.tolist())})"
+    if values.size == 1:
+        return f"the value {values[0]:.6g}"
+    return f"{values.size} values from {values[0]:.6g} to {values[-1]:.6g}"
+
+
+def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
+    """Say where the difference is largest to either side, and how often it is more than the errors."""
+    array = answer[DIFFERENCE]
+    values = array.values
+    y, x = map(str, array.dims)
+    known = np.isfinite(values)
+    if not known.any():
+        return "No point has a value in both studies."
+    size = np.maximum(np.abs(answer[metric].values), np.abs(answer["other"].values))
+    distinct = known & (np.abs(values) > ROUNDING * size)
+    if not distinct.any():
+        return f"The first less the second is 0 at every one of {counted(int(known.sum()), 'point')}."
+    sentences = []
+    for word, sign in (("lower", -1.0), ("higher", 1.0)):
+        there = distinct & (sign * values > 0)
+        if there.any():
+            row, column = np.unravel_index(
+                int(np.argmax(np.where(there, sign * values, -np.inf))), values.shape
+            )
+            at = " and ".join(
+                _told(name, answer[name].values[index], phrases) for name, index in ((x, column), (y, row))
+            )
+            most = phrases.value(metric, abs(float(values[row, column])), ".4g")
+            sentences.append(
+                f"the first is {word} at {there.sum():,} of {counted(int(known.sum()), 'point')}, by at most {most} at {at}"
+            )
+    told = "; ".join(sentences)
+    error = {"amplitude_ratio": "amplitude_error", "amplitude_m": "amplitude_error_m"}.get(metric)
+    if error in answer and f"other_{error}" in answer:
+        both = answer[error].values + answer[f"other_{error}"].values
+        beyond = int((distinct & (np.abs(values) > ERRORS * both)).sum())
+        told += f"; at {beyond:,} the difference is more than {ERRORS:g} times the errors of both"
+    return f"{told[0].upper()}{told[1:]}."
+
+
+def _told(name: str, value: Any, phrases: Phrases) -> str:
+    return str(value) if isinstance(value, str) else phrases.equal(name, float(value))
+
+
+def _apart(
+    cube: xr.Dataset, other: xr.Dataset, first: xr.Dataset, second: xr.Dataset, phrases: Phrases
+) -> Iterator[str]:
+    """Name what differs: points that were chosen, and parts of the definitions."""
+    for name in _elsewhere(first, second):
+        a, b = first[name].item(), second[name].item()
+        if isinstance(a, str):
+            yield f"{name} ({a} and {b})"
+        else:
+            yield f"{phrases.label(name)} ({phrases.number(name, a)} and {phrases.value(name, b)})"
+    one, two = (_parts(each) for each in (cube, other))
+    for part in dict.fromkeys((*one, *two)):
+        if part.rpartition(".")[2] not in _TOLD and one.get(part) != two.get(part):
+            yield f"`{part}`"
+
+
+def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """Name the dimensions along which the maps lie at different values."""
+    names = [str(name) for name in first.coords if first[name].ndim == 0]
+    pairs = {name: (first[name].item(), second[name].item()) for name in names}
+    return [
+        name for name, (a, b) in pairs.items() if not (a == b or (not isinstance(a, str) and same(a, b)))
+    ]
+
+
+def _parts(cube: xr.Dataset) -> dict[str, Any]:
+    """Give the parts of a study's definition, those of its physical block one by one."""
+    study: dict[str, Any] = json.loads(cube.attrs.get("study", "{}"))
+    physical = study.pop("physical", None) or {}
+    return study | {f"physical.{name}": value for name, value in physical.items()}
+
+
+def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
+    """Give the words in units; of structures for which a ratio is another length, only of what was asked in units."""
+    found, others = Phrases.of(cube), Phrases.of(other)
+    keys = found.quantities.keys()
+    if keys == others.quantities.keys() and all(
+        same(found.quantities[name].factor, others.quantities[name].factor) for name in keys
+    ):
+        return found
+    return Phrases({name: each for name, each in found.quantities.items() if name in LONG_NAMES})

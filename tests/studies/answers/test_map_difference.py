@@ -1,0 +1,133 @@
+"""One map of two studies: what is subtracted, where the difference is, and what cannot be subtracted."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.map_difference import map_difference
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.window import window
+from damperlab.studies.questions import Selection
+
+AXES = ("clearance_ratio", "friction_ratio")
+PHYSICAL = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015}
+
+
+def told(cube: xr.Dataset, **parts: object) -> xr.Dataset:
+    """The cube of another definition."""
+    return cube.assign_attrs(study=json.dumps(json.loads(cube.attrs["study"]) | parts))
+
+
+@pytest.fixture
+def other(whole: xr.Dataset) -> xr.Dataset:
+    """A second study on the same grid: other values, another mass, other gaps."""
+    rng = np.random.default_rng(5)
+    second = whole.copy(deep=True).assign_coords(mass_ratio=[0.2])
+    second["amplitude_ratio"] += rng.uniform(-1.0, 1.0, second["amplitude_ratio"].shape)
+    second["amplitude_ratio"][0, 0, 0, 2, 1, 3] = np.nan
+    return second
+
+
+def test_a_study_less_itself_is_0_wherever_it_has_a_value(whole: xr.Dataset) -> None:
+    answer = map_difference(whole, whole, *AXES, Selection(at={"frequency_ratio": 1.0}))
+    known = np.isfinite(answer["amplitude_ratio"].values)
+    assert known.any()
+    assert not known.all()
+    np.testing.assert_array_equal(answer["difference"].values, np.where(known, 0.0, np.nan))
+    note = answer.attrs["note"]
+    assert f"is 0 at every one of {known.sum()} points" in note
+    assert "differ in nothing else" in note
+
+
+def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Dataset) -> None:
+    at = {"frequency_ratio": 1.0, "restitution": 0.2}
+    answer = map_difference(whole, other, *AXES, Selection(at=at))
+    mine, its = (
+        cube["amplitude_ratio"].sel(at).squeeze(drop=True).transpose("friction_ratio", "clearance_ratio")
+        for cube in (whole, other)
+    )
+    np.testing.assert_array_equal(answer["amplitude_ratio"].values, mine.values)
+    np.testing.assert_array_equal(answer["other"].values, its.values)
+    np.testing.assert_array_equal(answer["difference"].values, mine.values - its.values)
+    assert np.isnan(answer["difference"].values).sum() > np.isnan(mine.values).sum()
+    lowest = float((mine - its).min())
+    place = (mine - its).where(mine - its == lowest, drop=True)
+    note = answer.attrs["note"]
+    assert f"by at most {-lowest:.4g} at d/Z = {place['clearance_ratio'].item():.6g}" in note
+    assert "mass_ratio (0.1 and 0.2)" in note
+    assert answer.attrs["other_at"] == {"mass_ratio": 0.2}
+
+
+def test_of_the_worst_over_the_band_each_study_has_its_own(whole: xr.Dataset, other: xr.Dataset) -> None:
+    answer = map_difference(whole, other, *AXES)
+    first, second = (resonance_map(cube, *AXES)["amplitude_ratio"].values for cube in (whole, other))
+    np.testing.assert_array_equal(answer["difference"].values, first - second)
+
+
+def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
+    first = told(whole, physical=PHYSICAL)
+    same = map_difference(first, first, "clearance_m", "friction_force_n", Selection("amplitude_m"))
+    assert same["difference"].attrs["units"] == "m"
+    far = map_difference(first, first.assign(amplitude_ratio=first["amplitude_ratio"] + 2.0), *AXES)
+    assert "by at most 3 mm at d = " in far.attrs["in_units"]["note"]
+    assert "by at most 2 at d/Z = " in far.attrs["note"]
+    # twice the motion of the base is twice the amplitude of the same ratio, at clearances that are twice as wide
+    wide = told(whole, physical=PHYSICAL | {"base_amplitude_m": 0.003})
+    answer = map_difference(first, wide, *AXES, Selection("amplitude_m"))
+    np.testing.assert_allclose(answer["difference"].values, -answer["amplitude_m"].values, rtol=1e-12)
+    assert "`physical.base_amplitude_m`" in answer.attrs["note"]
+    with pytest.raises(QueryFault, match=r"5 values from 0.0015 to 0.03.*5 values from 0.003 to 0.06"):
+        map_difference(first, wide, "clearance_m", "friction_ratio")
+    ratios = map_difference(first, wide, *AXES)
+    assert "mm" not in ratios.attrs["in_units"]["note"].split("frequency")[-1]
+    with pytest.raises(QueryFault, match="not given in the units that clearance_m needs"):
+        map_difference(first, whole, "clearance_m", "friction_ratio")
+
+
+def test_what_is_beyond_the_errors_is_counted(whole: xr.Dataset) -> None:
+    shifted = whole.copy(deep=True)
+    shifted["amplitude_ratio"] += 0.3
+    for error, beyond in ((0.01, True), (0.2, False)):
+        for cube in (whole, shifted):
+            cube["amplitude_error"][:] = error
+        answer = map_difference(whole, shifted, *AXES)
+        count = int(np.isfinite(answer["difference"].values).sum())
+        assert f"lower at {count} of {count} points, by at most 0.3 " in answer.attrs["note"]
+        assert f"at {count if beyond else 0} the difference is more than 3 times" in answer.attrs["note"]
+
+
+def test_what_cannot_be_subtracted_is_refused_with_what_differs(whole: xr.Dataset) -> None:
+    for second, words in (
+        (
+            whole.isel(clearance_ratio=slice(3)),
+            "5 values from 1 to 20 of clearance_ratio, the second 3 values from 1 to 5",
+        ),
+        (
+            whole.isel(frequency_ratio=slice(2, None)),
+            "6 values from 0.7 to 1.25 of frequency_ratio, the second 4 values",
+        ),
+        (whole.drop_vars("amplitude_ratio"), "amplitude_ratio"),
+        (whole.rename(restitution="wall"), "no axes in common"),
+    ):
+        with pytest.raises(QueryFault, match=words) as caught:
+            map_difference(whole, second, *AXES)
+        assert caught.value.fault.field == "minus"
+    # the frequency named, a band that is another one no longer counts
+    at = {"frequency_ratio": 1.0}
+    narrow = whole.isel(frequency_ratio=slice(2, None))
+    assert map_difference(whole, narrow, *AXES, Selection(at=at))["difference"].max() == 0
+    with pytest.raises(QueryFault, match="a quantity"):
+        map_difference(whole, whole, *AXES, Selection("response_class"))
+
+
+def test_a_thinned_map_keeps_the_largest_and_the_smallest_difference(
+    whole: xr.Dataset, other: xr.Dataset
+) -> None:
+    answer = map_difference(whole, other, "clearance_ratio", "frequency_ratio")
+    thin = window(answer, most=4)
+    assert thin.sizes["frequency_ratio"] == 4
+    assert float(thin["difference"].max()) == float(answer["difference"].max())
+    assert float(thin["difference"].min()) == float(answer["difference"].min())
