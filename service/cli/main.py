@@ -16,10 +16,10 @@ from damperlab.service.cli.failures import DONE, FAILED, report
 from damperlab.service.cli.fit import fit
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
+from damperlab.service.cli.maps import map_
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.precision import precision
-from damperlab.service.cli.maps import map_
 from damperlab.service.cli.queries import fragility, importance, optimum, response
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce

@@ -30,9 +30,7 @@ def cell(name: str, value: float | str) -> str:
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 
 
-def map_table(
-    answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: str | None = None
-) -> Table:
+def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: str | None = None) -> Table:
     """Lay a map out with y upwards and x across, as a figure has it.
 
     Parameters

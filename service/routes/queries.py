@@ -63,9 +63,7 @@ def answers(name: str) -> dict[str, Any]:
 def ask_map(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[
-        tuple[Plane, Selection, Subtracted, Window], asks(Plane, Selection, Subtracted, Window)
-    ],
+    asked: Annotated[tuple[Plane, Selection, Subtracted, Window], asks(Plane, Selection, Subtracted, Window)],
 ) -> Document:
     """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
 

@@ -201,9 +201,7 @@ def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
     """Name the dimensions along which the maps lie at different values."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
-    return [
-        name for name, (a, b) in pairs.items() if not (a == b or (not isinstance(a, str) and same(a, b)))
-    ]
+    return [name for name, (a, b) in pairs.items() if not (a == b or (not isinstance(a, str) and same(a, b)))]
 
 
 def _parts(cube: xr.Dataset) -> dict[str, Any]:
