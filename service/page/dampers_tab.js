@@ -5,6 +5,7 @@ import { el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
+import { measures, unitOf } from "./measures.js";
 import { short } from "./numbers.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { surveyMotion } from "./survey_motion.js";
@@ -24,7 +25,7 @@ const AMPLITUDES = { axes: WORDS.amplitude_axes, damper: WORDS.amplitude_damper,
 export function dampersTab(session, place) {
   const { selection, record, words, shown } = session;
   const kind = RECORD in selection.axes ? SUITE : AMPLITUDES;
-  const variables = kind === SUITE ? words.suite.variables : measures(session);
+  const variables = measures(session);
   const [x, y] = [...kind.axes.filter((name) => selection.axes[name].length > 1), ...kind.axes.filter((name) => selection.axes[name].length === 1)];
   const view = { x, y, metric: kind === SUITE ? session.variables[0] : variables[0].name, met: "" };
   const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460 });
@@ -169,24 +170,6 @@ export function dampersTab(session, place) {
   rank();
   point?.look();
   motion?.look();
-}
-
-/**
- * Results of a study over base amplitudes: in units where it is shown so, else the ratios.
- *
- * @param {import("./study.js").Session} session
- */
-function measures({ words, variables, shown }) {
-  const lengths = Object.entries(WORDS.results_in_units).filter(([name]) => variables.includes(name));
-  const hidden = shown.inUnits ? lengths.map(([, [source]]) => source) : [];
-  const plain = words.variables.filter((/** @type {any} */ one) => variables.includes(one.name) && !hidden.includes(one.name));
-  const inUnits = lengths.map(([name, [, long_name, units]]) => ({ name, long_name, units, coded: false }));
-  return shown.inUnits ? [...inUnits, ...plain] : plain;
-}
-
-/** @param {{long_name: string, units: string}} variable */
-function unitOf({ long_name, units }) {
-  return units === "1" ? long_name : `${long_name} [${units}]`;
 }
 
 /** @param {any} answer @param {string} note */

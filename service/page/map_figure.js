@@ -27,11 +27,12 @@ const CONTOUR_POINTS = 6;
  * @param {Overlays} overlays
  * @param {Marks} marks
  * @param {any} words the vocabulary
+ * @param {(number | null)[][]} [beside] values of another map that share the scale of colours
  * @returns {any[]}
  */
-export function mapTraces(map, overlays, marks, words) {
+export function mapTraces(map, overlays, marks, words, beside) {
   const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
-  const { z, bar } = coded ? codes(map, words) : scale(map);
+  const { z, bar } = coded ? codes(map, words) : scale(map, beside);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
   /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
   const traces = [
@@ -53,13 +54,14 @@ export function mapTraces(map, overlays, marks, words) {
   return traces;
 }
 
-/** Values as they are coloured, and the bar beside them. @param {any} map */
-function scale(map) {
-  const known = map.values.flat().filter((/** @type {any} */ value) => value !== null);
+/** Values as they are coloured, and the bar beside them. @param {any} map @param {(number | null)[][]} [beside] */
+function scale(map, beside) {
+  const known = [...map.values.flat(), ...(beside ?? []).flat()].filter((/** @type {any} */ value) => value !== null);
   const low = Math.min(...known.slice(0, 100000));
   const extent = known.reduce((/** @type {number[]} */ [a, b], /** @type {number} */ v) => [Math.min(a, v), Math.max(b, v)], [low, low]);
   const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
-  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { z: map.values, bar: { colorbar: { title, ...barLook() } } };
+  const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
+  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { z: map.values, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
   const z = map.values.map((/** @type {any[]} */ row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
   const ticks = [];
   for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {
@@ -70,7 +72,7 @@ function scale(map) {
   }
   return {
     z,
-    bar: { colorbar: { title, ...barLook(), tickvals: ticks.map(Math.log10), ticktext: ticks.map((tick) => short(tick, 3)) } },
+    bar: { ...ends(extent.map(Math.log10)), colorbar: { title, ...barLook(), tickvals: ticks.map(Math.log10), ticktext: ticks.map((tick) => short(tick, 3)) } },
   };
 }
 

@@ -89,6 +89,39 @@ export class Shown {
     return { note: "", verdict: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
+  /** The name by which a quantity is asked for in the units it is shown in. @param {string} name */
+  nameInSi(name) {
+    return this.has(name) ? WORDS.names_in_si[name] : name;
+  }
+
+  /** A ratio in SI where it is shown in units, a ratio elsewhere. @param {string} name @param {any} value */
+  inSi(name, value) {
+    return this.has(name) ? (value * this.factors[name]) / QUANTITIES[name][3] : value;
+  }
+
+  /**
+   * A map less another one that was asked for by `nameInSi`, as it is shown.
+   *
+   * @param {any} answer @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios @returns {any}
+   */
+  mapInSi(answer, { x, y, metric }) {
+    const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : 1);
+    const scaled = (/** @type {any[]} */ values, /** @type {string} */ name) => values.map((value) => (value === null ? null : value * by(name)));
+    const plane = (/** @type {any[][]} */ rows) => rows.map((row) => scaled(row, metric));
+    const unit = answer.units === "1" || this.has(metric) ? "" : ` [${answer.units}]`;
+    return {
+      ...answer,
+      x: scaled(answer.x, x),
+      y: scaled(answer.y, y),
+      values: plane(answer.values),
+      other: plane(answer.other),
+      difference: plane(answer.difference),
+      long_name: this.variable(metric, answer.long_name) + unit,
+      x_title: this.axis(x),
+      y_title: this.axis(y),
+    };
+  }
+
   /** A map or a curve of the service as it is shown. @param {any} answer @returns {any} */
   map(answer) {
     const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) => values.map((value) => (value === null ? null : value * factor));

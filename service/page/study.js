@@ -1,6 +1,7 @@
 /** One study: its state, and what can be asked of it, in tabs. */
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
+import { besideTab } from "./beside.js";
 import { comparisonTab } from "./comparison.js";
 import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
@@ -19,7 +20,7 @@ import { WORDS } from "./words.js";
 
 /**
  * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept, shown: Shown}} Session
- * @typedef {(session: Session, place: HTMLElement) => void} Tab
+ * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 
 /** @type {[string, string, Tab][]} */
@@ -28,12 +29,14 @@ const TABS = [
   ["explore", "Explore", explorerTab],
   ["tmd", "Tuned mass damper", comparisonTab],
   ["earthquake", "Earthquake", earthquakeTab],
+  ["beside", "Beside another", besideTab],
   ["data", "Data", dataTab],
 ];
 
 /** What can be asked of dampers that are judged by their worst case. @type {[string, string, Tab][]} */
 const DAMPER_TABS = [
   ["map", "Map and dampers", dampersTab],
+  ["beside", "Beside another", besideTab],
   ["data", "Data", dataTab],
 ];
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
-from damperlab.studies.answers.phrases import PRINTED
+from damperlab.studies.answers.phrases import PRINTED, PRINTED_OF_SI
 from damperlab.studies.choices import Steady
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
@@ -67,6 +67,7 @@ def _words() -> dict[str, Any]:
         },
         "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
         "in_units": _in_units(),
+        "names_in_si": _names_in_si_of_ratios(),
         "states": STATES,
         "ended": ENDED,
         "contact_models": CONTACT_MODELS,
@@ -165,6 +166,17 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
             symbol, label = "", RESULT_NAMES[AMPLITUDES[name]]
         shown[name] = (symbol, label, unit, scale)
     return shown
+
+
+def _names_in_si_of_ratios() -> dict[str, str]:
+    """Give the name by which a ratio is asked for in SI units."""
+    coordinates = {
+        ratio: name
+        for name, printed in PRINTED_OF_SI.items()
+        for ratio, one in PRINTED.items()
+        if one is printed and ratio in SYMBOLS
+    }
+    return coordinates | AMPLITUDES | {"impact_speed_max": SPEED}
 
 
 def _capital(words: str) -> str:
