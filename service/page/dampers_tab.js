@@ -23,11 +23,18 @@ const AMPLITUDES = { axes: WORDS.amplitude_axes, damper: WORDS.amplitude_damper,
 
 /** @type {import("./study.js").Tab} */
 export function dampersTab(session, place) {
-  const { selection, record, words, shown } = session;
+  const { selection, record, words, shown, kept } = session;
   const kind = RECORD in selection.axes ? SUITE : AMPLITUDES;
   const variables = measures(session);
   const [x, y] = [...kind.axes.filter((name) => selection.axes[name].length > 1), ...kind.axes.filter((name) => selection.axes[name].length === 1)];
-  const view = { x, y, metric: kind === SUITE ? session.variables[0] : variables[0].name, met: "" };
+  const usual = { x, y, metric: kind === SUITE ? session.variables[0] : variables[0].name, met: "" };
+  const view = {
+    x: kept.one("x", kind.axes, x),
+    y: kept.one("y", kind.axes, y),
+    metric: kept.one("metric", variables.map((/** @type {any} */ one) => one.name).filter((name) => session.variables.includes(name)), usual.metric),
+    met: kept.one("case", selection.axes[kind.met].map(String), ""),
+  };
+  if (view.x === view.y) Object.assign(view, { x, y });
   const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460 });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
@@ -36,6 +43,7 @@ export function dampersTab(session, place) {
   const point = kind === SUITE ? surveyPoint(session, view, variables) : null;
   const motion = kind === SUITE ? surveyMotion(session) : null;
   let asked = 0;
+  let keptMetric = view.metric;
 
   function drawControls() {
     const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
@@ -55,12 +63,23 @@ export function dampersTab(session, place) {
     if (view[other] === name) view[other] = view[mine];
     view[mine] = name;
     drawControls();
+    keep();
     look();
+  }
+
+  /** Keep what differs from the usual view in the address. */
+  function keep() {
+    const axes = view.x === usual.x && view.y === usual.y ? { x: null, y: null } : { x: view.x, y: view.y };
+    // a limit is one of a metric
+    const limit = view.metric === keptMetric ? {} : { limit: null };
+    keptMetric = view.metric;
+    kept.keep({ ...axes, metric: view.metric === usual.metric ? null : view.metric, case: view.met, ...limit });
   }
 
   /** @param {any} what */
   function change(what) {
     Object.assign(view, what);
+    keep();
     look();
     rank();
     point?.look();

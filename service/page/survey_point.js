@@ -17,7 +17,7 @@ const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
  * @param {{metric: string, met: string}} view
  * @param {any[]} variables of the suite
  */
-export function surveyPoint({ selection, record, shown, changes }, view, variables) {
+export function surveyPoint({ selection, record, shown, changes, kept }, view, variables) {
   const id = record.id;
   const scales = selection.axes[SCALE];
   const records = selection.axes[RECORD];
@@ -32,7 +32,9 @@ export function surveyPoint({ selection, record, shown, changes }, view, variabl
   const cases = el("div");
   const note = el("p", { class: "quiet", role: "status" });
   const trouble = el("div");
-  const box = el("input", { type: "number", step: "any", min: 0, oninput: () => exceeded() });
+  const box = el("input", { type: "number", step: "any", min: 0, oninput: () => (keepLimit(), exceeded()) });
+  const wanted = kept.number("limit", Number.MIN_VALUE, Infinity, 0);
+  if (wanted) Object.assign(box, { value: String(wanted) }).dataset.metric = view.metric;
   const label = el("span", {}, "Limit");
   const element = el(
     "section",
@@ -91,6 +93,12 @@ export function surveyPoint({ selection, record, shown, changes }, view, variabl
     const answer = await ask(studyPath(id, "resonance-map"), { x: SCALE, y, metric: view.metric, record: one, ...selection.at([RECORD, SCALE, y]) });
     const row = answer.values[selection.axes[y].length === 1 ? 0 : selection.place[y]];
     return row.map((/** @type {number | null} */ value) => (value === null ? null : value * factor()));
+  }
+
+  /** Keep the limit in the address, in the unit that it is typed in. */
+  function keepLimit() {
+    box.dataset.metric = view.metric;
+    kept.keep({ limit: Number(box.value) > 0 ? Number(box.value) : null });
   }
 
   /** A limit to begin with: the middle of what is there. @param {(number | null)[][]} rows */

@@ -1,0 +1,79 @@
+"""The address of a survey's view: opened elsewhere it shows the same, and Back goes one step back."""
+
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+from playwright.sync_api import Page, expect
+from tests.service.page.looking import until
+
+SURVEY: dict[str, Any] = {
+    "name": "survey of two",
+    "records": ["el-centro-180", "northridge-360"],
+    "mass_kg": 1.605,
+    "axes": {
+        "natural_frequency_hz": 2.5,
+        "damping_ratio": 0.0038,
+        "scale": [0.5, 1, 1.5],
+        "restitution": 0.47,
+        "particle_mass_kg": 0.1605,
+        "clearance_m": [0.005, 0.02],
+        "friction_force_n": [0.2, 0.8],
+    },
+}
+ONE_STEP = 1200
+"""Milliseconds after which a change is a step of its own."""
+SHOWN = """() => ({
+  pickers: [...document.querySelectorAll(".controls select")].map((one) => one.value),
+  limit: document.querySelector(".survey input")?.value,
+  map: document.querySelector(".plot")?.data?.[0]?.customdata,
+})"""
+
+
+def pick(page: Page, label: str, value: str) -> None:
+    page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
+        "select"
+    ).select_option(value)
+    page.wait_for_timeout(ONE_STEP)
+
+
+def test_an_address_of_a_survey_holds_axes_measure_limit_and_case_and_back_goes_one_step_back(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    record = client.post("/api/v1/studies", json=SURVEY).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    page = open_page().go(f"#/studies/{record['id']}")
+    until(page, SHOWN, lambda shown: shown["map"] and shown["limit"])
+    pick(page, "Up", "scale")
+    pick(page, "Shown", "peak_absolute_acceleration_m_s2")
+    pick(page, "Record", "northridge-360")
+    until(page, SHOWN, lambda shown: shown["limit"])
+    page.locator(".survey input").fill("7.5")
+    page.wait_for_timeout(ONE_STEP)
+    pick(page, "Motion under", "northridge-360")
+    pick(page, "times", "1.5")
+    expected = page.evaluate(SHOWN)
+    assert {"scale", "peak_absolute_acceleration_m_s2", "northridge-360", "1.5"} <= set(expected["pickers"])
+    assert expected["limit"] == "7.5"
+
+    other = open_page().go(f"#{page.url.partition('#')[2]}")
+    until(other, SHOWN, lambda shown: shown == expected)
+    expect(other.locator(".survey p[role=status]")).to_contain_text("7.5")
+
+    def went_back(shown: Any) -> bool:
+        return "1.5" not in shown["pickers"] and "northridge-360" in shown["pickers"]
+
+    page.go_back()
+    until(page, SHOWN, went_back)
+    for _ in range(2):  # the case, then the limit
+        page.go_back()
+    until(page, SHOWN, lambda shown: shown["limit"] not in ("", "7.5"))
+    page.go_back()
+    until(page, SHOWN, lambda shown: shown["pickers"][1:4:2] == ["scale", ""])
+    page.go_back()
+    until(page, SHOWN, lambda shown: shown["pickers"][2:3] == ["peak_relative_displacement_m"])
+    # another measure has another limit, so none is kept for it
+    forward = open_page().go(f"#{other.url.partition('#')[2]}")
+    until(forward, SHOWN, lambda shown: shown == expected)
+    pick(forward, "Shown", "peak_relative_displacement_m")
+    assert "limit=" not in forward.url
