@@ -21,7 +21,7 @@ from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection, Varied
 from damperlab.studies.store.record import Record
-from damperlab.studies.units import InUnits, coordinates_in_units, results_in_units
+from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
 
 TOP = 5
 MAPS = 3
@@ -179,7 +179,9 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
         return
     words = _words(compared)
     yield from (said(sentence) for sentence in words["verdict"])
-    yield drawing(draw_comparison(_in_metres(_over_hertz(compared, units), units)), words["note"])
+    yield drawing(
+        draw_comparison(place_in_units(cube, _in_metres(_over_hertz(compared, units), units))), words["note"]
+    )
 
 
 def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:

@@ -24,6 +24,13 @@ COORDINATE_NAMES = {
     "particle_mass_kg": "mass of the particle m",
     "frequency_hz": "excitation frequency",
 }
+COORDINATE_SOURCES = {
+    "clearance_m": "clearance_ratio",
+    "friction_force_n": "friction_ratio",
+    "particle_mass_kg": "mass_ratio",
+    "frequency_hz": "frequency_ratio",
+}
+"""The ratio that each coordinate in units stands for."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES[SPEED] = "largest approach speed at an impact"
 LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES

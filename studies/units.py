@@ -159,6 +159,24 @@ def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) ->
     return answer.rename({each.source: each.name for each in beside})
 
 
+def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
+    """Put beside the ratios at which an answer lies those quantities in units: what is asked in units is told in them.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The study that was asked.
+    answer : Dataset
+        Its coordinates without a dimension say where it lies.
+    """
+    beside = {
+        each.name: ((), each.of(answer[each.source].values), each.attributes)
+        for each in coordinates_in_units(cube)
+        if each.source in answer.coords and answer[each.source].ndim == 0
+    }
+    return answer.assign_coords(beside)
+
+
 def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
     """Give for dimensions that are named in units those of the cube; others as they are."""
     sources = {each.name: each.source for each in coordinates_in_units(cube)}

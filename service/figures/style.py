@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.unit_names import COORDINATE_SOURCES
 from damperlab.studies.variables import SYMBOLS as RATIO_SYMBOLS
 
 STYLE: dict[str, Any] = {
@@ -119,15 +120,21 @@ def told(name: str, value: float | str, units: str = "1") -> str:
 
 
 def fixed_title(answer: xr.Dataset) -> str:
-    """Title of a slice: the values of the dimensions that it does not run along, and how one was reduced."""
-    here = [name for name in SYMBOLS if name in answer.coords and answer[name].ndim == 0]
+    """Title of a slice: the values of the dimensions that it does not run along, and how one was reduced.
+
+    A quantity that the answer has in units too is told in them alone.
+    """
+    in_units = {ratio: name for name, ratio in COORDINATE_SOURCES.items() if name in answer.coords}
+    hertz = bool(in_units) and answer.attrs.get("over") == "frequency_ratio"
+    here = [
+        name for name in SYMBOLS if name in answer.coords and answer[name].ndim == 0 and name not in in_units
+    ]
     fixed = ", ".join(
         told(name, answer[name].item(), str(answer[name].attrs.get("units", "1"))) for name in here
     )
     if "over" in answer.attrs:
-        fixed += (
-            f"; {answer.attrs['reduce']} over {SYMBOLS.get(answer.attrs['over']) or answer.attrs['over']}"
-        )
+        over = "frequency_hz" if hertz else answer.attrs["over"]
+        fixed += f"; {answer.attrs['reduce']} over {SYMBOLS.get(over) or over}"
     if "worst_over" in answer.attrs:
         worst = answer.attrs["worst_over"]
         fixed += f" of the max over {SYMBOLS.get(worst) or worst}"

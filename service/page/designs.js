@@ -27,7 +27,8 @@ export function designs(session, onFound) {
   const usual = band ? "peak" : "resonance";
   const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance")
     .map(([name, text]) => /** @type {[string, string]} */ ([name, shown.has(VALUE) ? text.replace("amplitude ratio", "amplitude").replace("r = 1", `f = ${shown.value(FREQUENCY, 1)}`) : text]));
-  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session));
+  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session))
+    .map(([name, text]) => /** @type {[string, string]} */ ([name, respectIn(shown, name, text)]));
   const asked = {
     objective: kept.one("objective", objectives.map(([name]) => name), usual),
     exclude_locked: kept.on("exclude_locked", false),
@@ -72,7 +73,7 @@ export function designs(session, onFound) {
         el(
           "table",
           {},
-          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value"), columns.map((name) => el("th", { scope: "col", title: shown.title(name) }, shown.symbol(name), shown.has(name) && ` [${shown.unit(name).trim()}]`)), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, session.words.respects[against]), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
+          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value"), columns.map((name) => el("th", { scope: "col", title: shown.title(name) }, shown.symbol(name), shown.has(name) && ` [${shown.unit(name).trim()}]`)), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, respectIn(shown, against, session.words.respects[against])), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
           el(
             "tbody",
             {},
@@ -132,6 +133,13 @@ function useful(respect, session) {
   if (respect === "mass") return varied.includes("mass_ratio");
   if (respect === "clearance") return varied.includes("clearance_ratio");
   return session.variables.includes(respect === "impact_speed" ? "impact_speed_max" : respect);
+}
+
+/** What a respect is called, without the ratio where it is shown in units. @param {import("./shown.js").Shown} shown @param {string} respect @param {string} text */
+function respectIn(shown, respect, text) {
+  const ratio = { mass: "mass_ratio", clearance: "clearance_ratio" }[respect];
+  if (ratio && shown.has(ratio)) return shown.title(ratio);
+  return respect === "impact_speed" && shown.has("impact_speed_max") ? text.replace(", over Z·ω_n", `, in${shown.unit("impact_speed_max")}`) : text;
 }
 
 /** @param {any} design @param {string} title @param {import("./shown.js").Shown} shown */

@@ -5,7 +5,7 @@ from typing import Any
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
-from damperlab.studies.answers.phrases import PRINTED, PRINTED_OF_SI
+from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
@@ -21,7 +21,7 @@ from damperlab.studies.specification.excitation import MOTIONS
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
-from damperlab.studies.unit_names import AMPLITUDES, RESULT_NAMES, SPEED
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
@@ -170,12 +170,7 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 
 def _names_in_si_of_ratios() -> dict[str, str]:
     """Give the name by which a ratio is asked for in SI units."""
-    coordinates = {
-        ratio: name
-        for name, printed in PRINTED_OF_SI.items()
-        for ratio, one in PRINTED.items()
-        if one is printed and ratio in SYMBOLS
-    }
+    coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
     return coordinates | AMPLITUDES | {"impact_speed_max": SPEED}
 
 

@@ -56,7 +56,9 @@ def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())
     band = phrases.span(FREQUENCY, values[0], values[-1], ".10g") if kind.uncontrolled == FREQUENCY else ""
-    return kind.worst.format(count=len(values), band=band)
+    words = kind.worst.format(count=len(values), band=band)
+    # where it occurs is told by a ratio, which does not belong among units
+    return f"{words.partition(';')[0]}." if phrases.unit(FREQUENCY) else words
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:

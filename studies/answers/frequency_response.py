@@ -24,7 +24,7 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.questions import Selection
-from damperlab.studies.units import metric_in_units, results_in_units
+from damperlab.studies.units import metric_in_units, place_in_units, results_in_units
 
 FREQUENCY = "frequency_ratio"
 
@@ -59,7 +59,8 @@ def frequency_response(
     source = {each.name: each.source for each in results_in_units(cube)}
     if selection.metric in source:
         asked = replace(selection, metric=source[selection.metric])
-        return metric_in_units(cube, frequency_response(cube, asked), selection.metric)
+        found = metric_in_units(cube, frequency_response(cube, asked), selection.metric)
+        return place_in_units(cube, found)
     at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_metric(cube, metric)
     if FREQUENCY in at:

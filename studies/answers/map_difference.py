@@ -16,7 +16,7 @@ from damperlab.studies.answers.selection import check_metric, dimensions_of, mai
 from damperlab.studies.faults import Fault, counted, listing
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
-from damperlab.studies.unit_names import COORDINATES, LONG_NAMES
+from damperlab.studies.unit_names import COORDINATE_SOURCES, COORDINATES, LONG_NAMES
 from damperlab.studies.units import coordinates_in_units, results_in_units
 
 FIELD = "minus"
@@ -198,10 +198,14 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Name the dimensions along which the maps lie at different values."""
+    """Name the dimensions along which the maps lie at different values, by their units alone where they are told in both."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
-    return [name for name, (a, b) in pairs.items() if not (a == b or (not isinstance(a, str) and same(a, b)))]
+    apart = [
+        name for name, (a, b) in pairs.items() if not (a == b or (not isinstance(a, str) and same(a, b)))
+    ]
+    told = {COORDINATE_SOURCES[name] for name in apart if name in COORDINATE_SOURCES}
+    return [name for name in apart if name not in told]
 
 
 def _parts(cube: xr.Dataset) -> dict[str, Any]:

@@ -32,7 +32,13 @@ from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
-from damperlab.studies.units import InUnits, coordinates_in_units, metric_in_units, results_in_units
+from damperlab.studies.units import (
+    InUnits,
+    coordinates_in_units,
+    metric_in_units,
+    place_in_units,
+    results_in_units,
+)
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import REDUCTIONS
 
@@ -188,7 +194,7 @@ def _in_units(
     for each in (units[name] for name in (x, y) if name in units):
         scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
         answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})
-    return answer
+    return place_in_units(cube, answer)
 
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:

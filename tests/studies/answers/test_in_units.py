@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab.service.figures.style import fixed_title
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
@@ -21,7 +22,7 @@ from damperlab.studies.variables import DIMENSIONS, ResponseClass
 MASS, HERTZ, BASE = 2.0, 4.0, 0.003
 FORCE = MASS * (2 * np.pi * HERTZ) ** 2 * BASE
 FACTORS = {"clearance_m": BASE, "friction_force_n": FORCE, "particle_mass_kg": MASS, "frequency_hz": HERTZ}
-RATIO = re.compile(r"d/Z|γ_F|β|\br = |X/Z|(?<!damping)_ratio = |μ|γ =|amplitude ratio")
+RATIO = re.compile(r"d/Z|γ_F|β|\br = |X/Z|(?<!damping)_ratio = |μ|γ =|amplitude ratio|_ratio_at")
 """What a sentence in units has none of."""
 
 
@@ -152,3 +153,18 @@ def test_a_damper_is_followed_over_base_amplitudes_in_millimetres(cube: xr.Datas
     assert f"f = {0.8 * HERTZ:g} to {1.1 * HERTZ:g} Hz" in note
     # what is ranked is the ratio to each of these amplitudes
     assert RATIO.sub("", note, count=1).count("ratio") == 0
+
+
+def test_a_figure_of_what_was_asked_in_units_tells_its_place_in_them(cube: xr.Dataset) -> None:
+    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m"))
+    title = fixed_title(answer)
+    assert "$m$ = 0.1 kg" in title
+    assert title.endswith("; max over $f$")
+    curve = fixed_title(frequency_response(cube, Selection("amplitude_m")))
+    assert "$d$ = 0.006 m" in curve
+    for symbol in ("β", "d/Z", "γ_F"):
+        assert symbol not in title + curve
+    # what is asked as ratios is told as ratios
+    ratios = fixed_title(resonance_map(cube, "clearance_ratio", "friction_ratio"))
+    assert "$β$ = 0.05" in ratios
+    assert ratios.endswith("; max over $r$")

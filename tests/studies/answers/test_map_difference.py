@@ -74,6 +74,12 @@ def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
     far = map_difference(first, first.assign(amplitude_ratio=first["amplitude_ratio"] + 2.0), *AXES)
     assert "by at most 3 mm at d = " in far.attrs["in_units"]["note"]
     assert "by at most 2 at d/Z = " in far.attrs["note"]
+    heavy = first.assign_coords(mass_ratio=[0.2])
+    told_once = map_difference(
+        first, heavy, "clearance_m", "friction_force_n", Selection("amplitude_m")
+    ).attrs
+    assert told_once["other_at"] == {"particle_mass_kg": 0.2 * PHYSICAL["mass_kg"]}
+    assert "mass of the particle m (0.1605 and 0.321 kg)" in told_once["in_units"]["note"]
     # twice the motion of the base is twice the amplitude of the same ratio, at clearances that are twice as wide
     wide = told(whole, physical=PHYSICAL | {"base_amplitude_m": 0.003})
     answer = map_difference(first, wide, *AXES, Selection("amplitude_m"))

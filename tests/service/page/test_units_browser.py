@@ -1,0 +1,48 @@
+"""A hybrid damper in units on every view of the page: no text and no figure has a ratio that stands for a quantity."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+from tests.service.page.looking import until
+
+STUDY: dict[str, Any] = {
+    "name": "damper in units",
+    "damping_ratio": 0.02,
+    "physical": {
+        "mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015, "particle_mass_kg": 0.1605,
+        "clearance_m": [0.006, 0.012], "friction_force_n": [0.06, 0.12], "excitation_frequency_hz": [2.25, 2.5, 2.75],
+    },
+    "axes": {"restitution": 0.47},
+}  # fmt: skip
+RATIO = re.compile(
+    r".{0,40}(?:\bd/Z|γ_F|X/Z|Z·ω|\br = |/ Z\b|(?<!\w)β|\w+(?<!damping)_ratio(?:_at| = )|amplitude ratio).{0,20}"
+)
+VIEWS = ("map", "explore", "tmd", "earthquake", "beside", "data")
+SHOWN = "() => document.querySelector('main').innerText"
+QUIET = "() => document.querySelectorAll('.plot:empty').length"
+
+
+def test_no_view_of_a_study_in_units_has_a_ratio(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    other = STUDY | {"name": "the other", "axes": {"restitution": 0.3}}
+    first, second = (
+        client.post("/api/v1/studies", json=each).raise_for_status().json()["id"] for each in (STUDY, other)
+    )
+    for study in (first, second):
+        helpers.wait_for(client, study, helpers.ended)
+    point = f"clearance_ratio=4&friction_ratio=0.1&pins=0.0&minus={second}&pareto=impact_speed"
+    watched = open_page()
+    found = {}
+    for view in VIEWS:
+        page = watched.go(f"#/studies/{first}/{view}?{point}")
+        until(page, SHOWN, lambda text: "damper in units" in text and "Computing" not in text)
+        if view != "earthquake":
+            until(page, QUIET, lambda empty: empty == 0)
+        text = page.evaluate(SHOWN)
+        if view == "data":  # the definition and the names of files are what was submitted
+            text = text.partition("Definition")[0]
+        found[view] = RATIO.findall(text)
+    assert found == {view: [] for view in VIEWS}
