@@ -22,7 +22,8 @@ export async function besideTab(session, place) {
   const metrics = measures(session).filter((one) => !one.coded && session.variables.includes(one.name));
   const numeric = Object.keys(selection.axes).filter((name) => name !== RECORD);
   const varied = numeric.filter((name) => selection.axes[name].length > 1);
-  const [x, y] = [...WORDS.axes.filter((name) => varied.includes(name)), ...varied.filter((name) => !WORDS.axes.includes(name)), ...numeric.filter((name) => !varied.includes(name))];
+  const usual = [...(RECORD in selection.axes ? WORDS.suite_axes : AMPLITUDE in selection.axes ? WORDS.amplitude_axes : WORDS.axes), ...numeric];
+  const [x, y] = [...new Set([...usual.filter((name) => varied.includes(name)), ...usual])];
   const view = { x: kept.one("x", varied, x), y: kept.one("y", varied, y), metric: kept.one("metric", metrics.map((one) => one.name), metrics[0].name), minus: kept.values.minus ?? "" };
   if (view.x === view.y) Object.assign(view, { x, y });
   /** @type {any} */
@@ -64,8 +65,8 @@ export async function besideTab(session, place) {
   /** @param {Partial<typeof view>} what */
   function change(what) {
     Object.assign(view, what);
-    const usual = view.x === x && view.y === y;
-    kept.keep({ minus: view.minus, x: usual ? null : view.x, y: usual ? null : view.y, metric: view.metric === metrics[0].name ? null : view.metric });
+    const first = view.x === x && view.y === y;
+    kept.keep({ minus: view.minus, x: first ? null : view.x, y: first ? null : view.y, metric: view.metric === metrics[0].name ? null : view.metric });
     look();
   }
 
@@ -142,8 +143,8 @@ export async function besideTab(session, place) {
   try {
     const { studies } = await ask("studies", { limit: OFFERED });
     others = studies.filter((/** @type {any} */ one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join());
-    const asked_ = others.find((one) => view.minus && (one.id.startsWith(view.minus) || one.name === view.minus));
-    if (asked_) view.minus = asked_.id;
+    const named_ = others.find((one) => view.minus && (one.id.startsWith(view.minus) || one.name === view.minus));
+    if (named_) view.minus = named_.id;
   } catch (error) {
     fill(trouble, refusalBox(error));
   }

@@ -10,6 +10,8 @@ const LOCKED = 1;
 const FAILED_FROM = 2;
 /** Values that differ more than this are coloured by their logarithm. */
 const WIDE = 20;
+/** Values of an axis that are each written beside it. */
+const FEW = 8;
 /** Along either axis; lines between fewer points would be inventions. */
 const CONTOUR_POINTS = 6;
 
@@ -180,7 +182,9 @@ function span(values) {
   const log = isLogarithmic(values);
   const along = log ? values.map(Math.log10) : values;
   const half = along.length > 1 ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2] : [0.5, 0.5];
-  return { type: log ? "log" : "linear", range: [along[0] - half[0], along[along.length - 1] + half[1]] };
+  // within a decade the library writes every digit, one over the other
+  const ticks = log && values.length <= FEW ? { tickvals: values, ticktext: values.map((value) => short(value, 3)) } : {};
+  return { type: log ? "log" : "linear", range: [along[0] - half[0], along[along.length - 1] + half[1]], ...ticks };
 }
 
 /**

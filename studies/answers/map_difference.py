@@ -84,6 +84,7 @@ def map_difference(
     difference = first[metric].values.astype(float) - second[metric].values.astype(float)
     attributes = dict(first[metric].attrs)
     attributes["long_name"] = f"difference in {attributes.get('long_name', metric)}"
+    attributes.setdefault("units", "1")
     answer[DIFFERENCE] = (first[metric].dims, difference, attributes)
     answer.attrs |= {
         "points": first.attrs["points"] + second.attrs["points"],
@@ -165,6 +166,7 @@ def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
                 _told(name, answer[name].values[index], phrases) for name, index in ((x, column), (y, row))
             )
             most = phrases.value(metric, abs(float(values[row, column])), ".4g")
+            most += "" if phrases.unit(metric) or array.attrs["units"] == "1" else f" {array.attrs['units']}"
             sentences.append(
                 f"the first is {word} at {there.sum():,} of {counted(int(known.sum()), 'point')}, by at most {most} at {at}"
             )

@@ -17,7 +17,7 @@ SURVEY: dict[str, Any] = {
         "scale": [0.5, 1, 1.5],
         "restitution": 0.47,
         "particle_mass_kg": 0.1605,
-        "clearance_m": [0.005, 0.02],
+        "clearance_m": [0.005, 0.01, 0.02],
         "friction_force_n": [0.2, 0.8],
     },
 }
@@ -44,6 +44,8 @@ def test_an_address_of_a_survey_holds_axes_measure_limit_and_case_and_back_goes_
     helpers.wait_for(client, record["id"], helpers.ended)
     page = open_page().go(f"#/studies/{record['id']}")
     until(page, SHOWN, lambda shown: shown["map"] and shown["limit"])
+    ticks = "() => [...document.querySelector('.plot').querySelectorAll('.xtick text')].map((one) => one.textContent)"
+    assert page.evaluate(ticks) == ["0.005", "0.01", "0.02"]  # an octave each: on a logarithmic axis
     pick(page, "Up", "scale")
     pick(page, "Shown", "peak_absolute_acceleration_m_s2")
     pick(page, "Record", "northridge-360")
