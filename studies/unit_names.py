@@ -17,6 +17,7 @@ AMPLITUDES: dict[str, str] = {
 """Results that are lengths over the base amplitude, and their names in units."""
 
 SPEED = "impact_speed_max_m_per_s"
+ENERGY = "dissipation_per_cycle_j"
 
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
@@ -33,6 +34,7 @@ COORDINATE_SOURCES = {
 """The ratio that each coordinate in units stands for."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES[SPEED] = "largest approach speed at an impact"
+RESULT_NAMES[ENERGY] = VARIABLES["dissipation_per_cycle"].long_name
 LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 """Every coordinate and every result in units, by name."""
 COORDINATES, RESULTS = tuple(COORDINATE_NAMES), tuple(RESULT_NAMES)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.physical import Physical
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, RESULT_NAMES, SPEED
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
@@ -33,6 +33,8 @@ class InUnits:
         What it is multiplied with.
     units, long_name : str
         As CF conventions have them.
+    power : int
+        With which the base amplitude enters the factor; over base amplitudes the factor is for 1 m.
     """
 
     name: str
@@ -40,6 +42,7 @@ class InUnits:
     factor: float
     units: str
     long_name: str
+    power: int = 1
 
     def of(self, values: NDArray[Any]) -> NDArray[np.float64]:
         """Turn values of the source into the quantity."""
@@ -88,7 +91,10 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
     found = cube.assign_coords(coordinates | ratios_beside(cube))
     if not results:
         return found
-    along = {each.name: _result(cube[each.source] * base_of(cube), each) for each in results_along(cube)}
+    along = {
+        each.name: _result(cube[each.source] * base_of(cube) ** each.power, each)
+        for each in results_along(cube)
+    }
     found = found.assign({name: array.transpose(*cube["status"].dims) for name, array in along.items()})
     return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
 
@@ -110,9 +116,12 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
     """
     if AMPLITUDE not in cube.sizes:
         return []
-    rate = 2.0 * math.pi * _number(_physical(cube), "natural_frequency_hz")
+    physical = _physical(cube)
+    rate = 2.0 * math.pi * _number(physical, "natural_frequency_hz")
+    stiffness = _number(physical, "mass_kg") * rate**2
     every = [InUnits(name, source, 1.0, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()]
     every.append(InUnits(SPEED, "impact_speed_max", rate, "m s-1", RESULT_NAMES[SPEED]))
+    every.append(InUnits(ENERGY, "dissipation_per_cycle", stiffness, "J", RESULT_NAMES[ENERGY], 2))
     return [each for each in every if each.source in cube.data_vars and math.isfinite(each.factor)]
 
 
@@ -202,6 +211,7 @@ def _quantities(cube: xr.Dataset) -> list[InUnits]:
         InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", COORDINATE_NAMES["frequency_hz"]),
         *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
         InUnits(SPEED, "impact_speed_max", speed, "m s-1", RESULT_NAMES[SPEED]),
+        InUnits(ENERGY, "dissipation_per_cycle", force * amplitude, "J", RESULT_NAMES[ENERGY], 2),
     ]
     return [each for each in every if math.isfinite(each.factor)]
 

@@ -202,6 +202,11 @@ VARIABLES: dict[str, Variable] = {
             "share of time spent sticking",
             "Share of the steady time in which friction holds the mass.",
         ),
+        _ratio(
+            "dissipation_per_cycle",
+            "energy dissipated per cycle",
+            "Viscous, friction and impact loss of an excitation cycle, over k·Z²; it has no error of its own.",
+        ),
         _ratio("dissipation_viscous", "viscous share of dissipation", "Share of the loss that is viscous."),
         _ratio(
             "dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."

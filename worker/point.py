@@ -256,6 +256,7 @@ def _measures(
         "impacts_per_cycle": float(counts[IMPACTS] / cycles),
         "impact_speed_max": float(sums[SPEED]),
         "stick_fraction": float(sums[STUCK] / time),
+        "dissipation_per_cycle": float(losses / cycles),
         "dissipation_viscous": float(sums[VISCOUS_LOSS] * share),
         "dissipation_friction": float(sums[FRICTION_LOSS] * share),
         "dissipation_impact": float(sums[IMPACT_LOSS] * share),

@@ -206,7 +206,7 @@ class Study(Questions, Searches):
         Dataset
             All dimensions and every stored variable; points that are not computed have status −1. A study in SI units
             has coordinates in them beside the ratios (``clearance_m``, ``friction_force_n``, …), and where the cube is
-            lazy the results too (``amplitude_m``, ``impact_speed_max_m_per_s``).
+            lazy the results too (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
         """
         import xarray as xr
 

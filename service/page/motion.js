@@ -22,7 +22,7 @@ const SAMPLES = 20000;
 const HARMONICS = 8;
 /** Of the largest amplitude: what is less is rounding. */
 const NOTHING = 1e-6;
-const MEASURES = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction"];
+const MEASURES = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction", "dissipation_per_cycle"];
 const LOSSES = /** @type {[string, string][]} */ ([
   ["dissipation_viscous", "damping of the structure"],
   ["dissipation_friction", "friction"],

@@ -19,11 +19,12 @@ export class Shown {
   constructor({ physical }) {
     const length = physical ? unitFactor("clearance_ratio", physical) : null;
     const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
-    const speed = length && hertz && length * 2 * Math.PI * hertz;
+    const force = physical ? unitFactor("friction_ratio", physical) : null;
+    const results = { impact_speed_max: length && hertz && length * 2 * Math.PI * hertz, dissipation_per_cycle: length && force && length * force };
     /** @type {Record<string, number>} */
     this.factors = {};
     for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {
-      const result = name === "impact_speed_max" ? speed : length;
+      const result = name in results ? results[/** @type {keyof typeof results} */ (name)] : length;
       const factor = name in STANDS_FOR ? physical && unitFactor(name, physical) : result;
       if (factor) this.factors[name] = factor * scale;
     }

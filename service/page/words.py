@@ -21,7 +21,7 @@ from damperlab.studies.specification.excitation import MOTIONS
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, RESULT_NAMES, SPEED
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, ENERGY, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
@@ -34,6 +34,8 @@ from damperlab.studies.vocabulary import (
     START_KINDS,
     STATES,
 )
+
+_RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"}  # of results that are no lengths
 
 MODULE = "words.js"
 """Under this name the page's modules import it; `words.d.ts` has its types."""
@@ -57,8 +59,12 @@ def _words() -> dict[str, Any]:
         "damper": DAMPER,
         "amplitude_damper": AMPLITUDES_KIND.designs,
         "results_in_units": {
-            name: (source, RESULT_NAMES[name], "m/s" if name == SPEED else "m")
-            for source, name in (*AMPLITUDES.items(), ("impact_speed_max", SPEED))
+            name: (source, RESULT_NAMES[name], _RESULT_UNITS.get(name, "m"))
+            for source, name in (
+                *AMPLITUDES.items(),
+                ("impact_speed_max", SPEED),
+                ("dissipation_per_cycle", ENERGY),
+            )
         },
         "design_point": DESIGN_POINT,
         "prototype": prototype,

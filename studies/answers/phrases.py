@@ -9,7 +9,7 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
 from damperlab.studies.amplitudes import RATIOS_OF
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, SPEED
+from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, SPEED
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
 from damperlab.studies.variables import SYMBOLS
 
@@ -33,6 +33,7 @@ PRINTED: dict[str, Printed] = {
     "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
     FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
+    "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
 }
 """What is written for a ratio in a study in units."""
@@ -44,6 +45,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     "frequency_hz": PRINTED[FREQUENCY],
     **{name: PRINTED[source] for source, name in AMPLITUDES.items()},
     SPEED: PRINTED["impact_speed_max"],
+    ENERGY: PRINTED["dissipation_per_cycle"],
 }
 """What is written for the dimensions and results that a cube, or an answer, has in SI units."""
 

@@ -1,7 +1,6 @@
 """A part of a map, thinned to what a screen can show."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -45,8 +44,7 @@ def window(
     QueryFault
         Where no grid point is within a range.
     """
-    # in units an axis goes by where it runs: its name in the answer may be that of a ratio
-    kinds: dict[str, list[str]] = {"note": [], "in_units": []}
+    sentences = []
     names = [str(dimension) for dimension in answer["status"].dims]
     index = {name: _inside(answer[name].values, name, (ranges or {}).get(name)) for name in names}
     extremes = _extremes(answer, index) if most is not None else []
@@ -54,24 +52,14 @@ def window(
         whole = index[name]
         if most is not None and whole.size > most:
             index[name] = _spread(whole, most, [place[axis] for place in extremes])
-            kept = f"{index[name].size:,} of {whole.size:,} values"
-            kinds["note"].append(f"{kept} of {name} are shown.")
-            kinds["in_units"].append(f"{kept} {('up', 'across')[axis]} are shown.")
+            sentences.append(f"{index[name].size:,} of {whole.size:,} values of {name} are shown.")
     part = answer.isel({name: kept for name, kept in index.items() if kept.size < answer.sizes[name]})
-    thinned = bool(kinds["note"])
-    for sentences in kinds.values() if thinned else ():
+    if sentences:
         if extremes and most is not None and most >= FEWEST + len(extremes):
             sentences.append("The largest and the smallest value are among those shown.")
         sentences.append("Ask for a smaller part to see what lies between.")
-    said: dict[str, Any] = {"note": _more(answer.attrs, kinds["note"])}
-    if "in_units" in answer.attrs:
-        units = answer.attrs["in_units"]
-        said["in_units"] = {**units, "note": _more(units, kinds["in_units"])}
-    return part.assign_attrs(said, thinned=thinned)
-
-
-def _more(words: Mapping[str, Any], sentences: list[str]) -> str:
-    return " ".join([str(words.get("note", "")), *sentences]).strip()
+    note = " ".join([str(answer.attrs.get("note", "")), *sentences]).strip()
+    return part.assign_attrs(note=note, thinned=bool(sentences))
 
 
 def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] | None) -> NDArray[np.intp]:

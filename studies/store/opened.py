@@ -91,7 +91,7 @@ def _along_amplitudes(
         array = described.arrays[each.source]
         base = base_of(cube)
         shape = [base.sizes.get(name, 1) for name in described.dimensions]
-        factors = each.factor * base.values.reshape(shape)
+        factors = each.factor * base.values.reshape(shape) ** each.power
         lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), factors))
         encoding = {"chunks": array.chunks}
         found[each.name] = xr.Variable(described.dimensions, lazy, each.attributes, encoding)

@@ -8,10 +8,11 @@ import pytest
 from damperlab.studies.choices import CompliantContact
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import STANDARD
+from damperlab.studies.variables import STANDARD, ResponseClass
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
 from damperlab.worker.lower import wall_of
+from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
@@ -57,6 +58,24 @@ def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float)
     # what goes to and fro in each half cycle, of which the loss is what stays
     exchanged = abs((1.0 + 2j * damping_ratio * r) * relative) * r * half
     assert sums[WORK_IN] == pytest.approx(loss, abs=rounding * exchanged)
+
+
+def test_energy_dissipated_per_cycle_is_that_of_its_mechanisms() -> None:
+    """Linear: 2πζ r |H|², with H of the base's motion. Friction without rest: 4 γ_F times the peak of the relative motion."""
+    linear = simulate_ready(Design(0.05, 0.9)).metrics
+    share = 0.9**2 / abs(1.0 - 0.9**2 + 2j * 0.05 * 0.9)
+    assert linear["dissipation_per_cycle"] == pytest.approx(2 * pi * 0.05 * 0.9 * share**2, rel=1e-14)
+    rubbing = simulate_ready(Design(0.05, 0.9, 0.2)).metrics
+    assert rubbing["response_class"] in (ResponseClass.SYMMETRIC, ResponseClass.NO_IMPACT)
+    assert rubbing["stick_fraction"] == 0.0
+    lost = rubbing["dissipation_per_cycle"] * rubbing["dissipation_friction"]
+    assert lost == pytest.approx(4 * 0.2 * rubbing["relative_amplitude_ratio"], rel=1e-12)
+    # impacts that follow one another in the same way: ½ β/(1+β) (1 − e²) w² each, at the one speed that there is
+    rattling = simulate_ready(Design(0.05, 1.0, 0.0, Particle(8.0, 0.6, 0.1))).metrics
+    assert (rattling["response_class"], rattling["impacts_per_cycle"]) == (ResponseClass.SYMMETRIC, 2.0)
+    one = 0.5 * (0.1 / 1.1) * (1.0 - 0.6**2) * rattling["impact_speed_max"] ** 2
+    lost = rattling["dissipation_per_cycle"] * rattling["dissipation_impact"]
+    assert lost == pytest.approx(2 * one, rel=1e-9)
 
 
 @pytest.mark.parametrize("contact", [None, CompliantContact(model="compliant", contact_time=1e-3)])

@@ -20,6 +20,7 @@ INTEGRATED = frozenset(
     (
         "amplitude_ratio_rms",
         "energy_residual",
+        "dissipation_per_cycle",
         "dissipation_viscous",
         "dissipation_friction",
         "dissipation_impact",
@@ -48,6 +49,7 @@ class Response(NamedTuple):
     impacts_error: float
     impact_speed_max: float
     stick_fraction: float
+    dissipation_per_cycle: float
     dissipation_viscous: float
     dissipation_friction: float
     dissipation_impact: float
@@ -92,7 +94,26 @@ class Mean(NamedTuple):
 def failed(status, cycles):
     """Response of a point whose run ended early."""
     return Response(
-        nan, nan, nan, nan, nan, nan, _UNKNOWN, 0, nan, nan, nan, nan, nan, nan, nan, nan, nan, cycles, status
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        _UNKNOWN,
+        0,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        nan,
+        cycles,
+        status,
     )
 
 
@@ -191,11 +212,13 @@ def measured_response(stretch, energies, frequency_ratio, mean, kind):
     rms = nan
     share = nan
     shares_error = nan
+    per_cycle = nan
     if energies is not None:
         losses = stretch.viscous + stretch.friction + stretch.impact
         # a locked mass loses nothing: no shares of rounding
         share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
         shares_error = mean.dissipation_error if share > 0.0 else 0.0
+        per_cycle = losses / cycles if share > 0.0 else 0.0
         residual = unbalanced(
             stretch.work,
             losses,
@@ -218,6 +241,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, kind):
         impacts_error=mean.impacts_error,
         impact_speed_max=stretch.speed,
         stick_fraction=min(stretch.stuck / time, 1.0),
+        dissipation_per_cycle=per_cycle,
         dissipation_viscous=stretch.viscous * share,
         dissipation_friction=stretch.friction * share,
         dissipation_impact=stretch.impact * share,

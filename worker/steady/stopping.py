@@ -12,11 +12,11 @@ LARGEST_BURN_IN = 0.2
 FEWEST_MEASURED = 768
 """Cycles before a standard error is believed."""
 
-_TRANSIENT_LEFT = 0.01  # share of a free vibration that is left after the burn-in
-_CORRELATIONS = 50.0  # correlation times that have to be measured
+_TRANSIENT_LEFT = 0.02  # share of a free vibration that is left after the burn-in
+_CORRELATIONS = 100.0  # correlation times that have to be measured
 # The next look comes after so many times the cycles of the last, at the least and at the most: an error is itself uncertain by
-# an eighth, what it asks for by a quarter, and a look further ahead would overshoot by as much.
-_SOONEST_LOOK = 1.1
+# a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.
+_SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 # Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
 _CREEP = 1e-2
@@ -36,7 +36,7 @@ class Settings(NamedTuple):
 def burn_in_of(base, settings):
     """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
 
-    Until `_TRANSIENT_LEFT` of it is left, ln(100) r/(2πζ) = 0.73 r/ζ cycles. What then is still no steady response is found by
+    Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles. What then is still no steady response is found by
     its data (`statistics.estimate`).
     """
     most = LARGEST_BURN_IN * settings.max_cycles

@@ -81,6 +81,11 @@ def test_results_in_units_are_the_ratios_times_each_base_amplitude(cube: xr.Data
     np.testing.assert_allclose(
         cube["impact_speed_max_m_per_s"], cube["impact_speed_max"].values * speed, rtol=1e-15
     )
+    # energy goes with the square of the base amplitude
+    energy = MASS * (2 * np.pi * HERTZ) ** 2 * Z[:, None] ** 2
+    np.testing.assert_allclose(
+        cube["dissipation_per_cycle_j"], cube["dissipation_per_cycle"].values * energy, rtol=1e-15
+    )
     # read in pieces, along each dimension on its own, the factors go with their places
     part = cube["amplitude_m"].isel(base_amplitude_m=[2, 0], frequency_ratio=slice(1, 3), clearance_m=1)
     np.testing.assert_array_equal(part.values[0, 0, 0], (ratio * Z[:, None])[0, 0, 0, 1][:, [2, 0], 1:3])
@@ -90,6 +95,7 @@ def test_results_in_units_are_the_ratios_times_each_base_amplitude(cube: xr.Data
         ("amplitude_m", "m"),
         ("impact_speed_max_m_per_s", "m s-1"),
         ("amplitude_error_m", "m"),
+        ("dissipation_per_cycle_j", "J"),
     ):
         assert cube[name].attrs["units"] == unit
 
@@ -108,6 +114,12 @@ def test_under_a_constant_acceleration_results_in_units_have_the_displacement_of
     np.testing.assert_array_equal(one.values, (ratio * base_m)[..., 2][..., [0, 2], :])
     loaded = with_units(cube.drop_vars(["amplitude_m"]).load())
     np.testing.assert_array_equal(loaded["amplitude_m"].values, ratio * base_m)
+    np.testing.assert_allclose(
+        loaded["dissipation_per_cycle_j"].values,
+        cube["dissipation_per_cycle"].values * (MASS * (2 * np.pi * HERTZ) ** 2 * base_m**2),
+        rtol=1e-15,
+    )
+    np.testing.assert_allclose(cube["dissipation_per_cycle_j"], loaded["dissipation_per_cycle_j"], rtol=1e-15)
     assert cube["clearance_ratio"].dims == ("clearance_m", "base_amplitude_m", "frequency_ratio")
     np.testing.assert_array_equal(cube["clearance_ratio"][1], 0.01 / base_m)
     stiffness = MASS * (2 * np.pi * HERTZ) ** 2

@@ -42,6 +42,7 @@ def cube() -> xr.Dataset:
         "amplitude_ratio": rng.uniform(1, 9, shape),
         "amplitude_error": rng.uniform(0.01, 0.1, shape),
         "impact_speed_max": rng.uniform(0, 4, shape),
+        "dissipation_per_cycle": rng.uniform(0, 4, shape),
         "response_class": np.full(shape, ResponseClass.CHAOTIC, np.int8),
         "status": np.zeros(shape, np.int8),
     }
@@ -61,6 +62,10 @@ def test_points_ranges_and_results_in_units_are_those_in_ratios(cube: xr.Dataset
     np.testing.assert_allclose(length["amplitude_m"], curve["amplitude_ratio"] * BASE, rtol=1e-15)
     np.testing.assert_allclose(length["amplitude_error_m"], curve["amplitude_error"] * BASE, rtol=1e-15)
     assert length["amplitude_m"].attrs["units"] == "m"
+    energy = frequency_response(cube, Selection("dissipation_per_cycle_j", units))
+    lost = frequency_response(cube, Selection("dissipation_per_cycle", ratios))["dissipation_per_cycle"]
+    np.testing.assert_allclose(energy["dissipation_per_cycle_j"], lost * (FORCE * BASE), rtol=1e-15)
+    assert energy["dissipation_per_cycle_j"].attrs["units"] == "J"
     between = {"clearance_m": 3.5 * BASE}
     there = frequency_response(cube, Selection(at={"clearance_ratio": 3.5}, interpolate=True))
     np.testing.assert_allclose(

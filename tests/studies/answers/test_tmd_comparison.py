@@ -114,7 +114,8 @@ def test_a_study_without_a_particle_must_be_given_a_mass(whole):
 
 
 def test_at_one_frequency_nothing_is_said_to_be_better(cube):
-    said = " ".join(tmd_comparison(cube.isel(frequency_ratio=[3])).attrs["verdict"])
+    computed = np.flatnonzero(np.isfinite(tmd_comparison(cube)["hybrid"].values))
+    said = " ".join(tmd_comparison(cube.isel(frequency_ratio=computed[:1])).attrs["verdict"])
     assert "nothing is said about which damper is better" in said
     assert "Compute frequency_ratio from 0.8 to 1.25" in said
     band = tmd_comparison(cube).attrs

@@ -98,15 +98,3 @@ def test_the_end_of_a_range_is_the_grid_point_that_a_person_means() -> None:
     whole = whole.assign_coords(friction_ratio=np.arange(11) * 0.1)  # 0.30000000000000004, 0.7000000000000001
     part = window(whole, {"friction_ratio": (0.3, 0.7)})
     assert part.sizes["friction_ratio"] == 5
-
-
-def test_in_units_too_it_is_said_what_was_left_out_and_no_ratio_is_named() -> None:
-    told = {"note": "At r = 1.", "in_units": {"note": "At f = 2 Hz.", "verdict": []}}
-    axes = {"friction_ratio": np.arange(3.0), "clearance_ratio": np.arange(9.0)}
-    dims = tuple(axes)
-    arrays = {"amplitude_ratio": (dims, np.ones((3, 9))), "status": (dims, np.zeros((3, 9), np.int8))}
-    part = window(xr.Dataset(arrays, axes, told), most=4).attrs
-    assert "4 of 9 values of clearance_ratio are shown." in part["note"]
-    assert part["in_units"]["note"].startswith("At f = 2 Hz. 4 of 9 values across are shown.")
-    assert part["in_units"]["verdict"] == []
-    assert told["in_units"]["note"] == "At f = 2 Hz."

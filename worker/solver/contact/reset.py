@@ -31,9 +31,13 @@ from damperlab.worker.solver.state import (
     stopped,
 )
 
-# A chatter is cut short when what is left of it takes less than this share of a window. Joining the bodies then conserves
-# momentum, so the error is (time left)² × acceleration: below 1e-17 of the motion, less than rounding.
-_CHATTER_LEFT = 1e-8
+# A chatter is ended where what is left of it takes less than this share of a window. The bodies join with their common
+# momentum, and their centre of mass does not feel the impacts left out: what is missed is of the order of (time left)³.
+_CHATTER_LEFT = 5e-6
+# So long before its end only if the wall pushes all the while: its acceleration may change by this share of itself, and
+# the mass may not come to rest. Else, and where contacts take time, what is left must be too short for anything to happen.
+_STEADY_PUSH = 1e-3
+_NOTHING_LEFT = 1e-8
 _FEWEST_LOSS = 1e-3  # of speed an impact
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 
@@ -177,9 +181,11 @@ def _part(
         # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
         closing = rounding
         leaving = 0.0
-    short = impulse_left <= _CHATTER_LEFT * base.window * closing
+    short = impulse_left <= _NOTHING_LEFT * base.window * closing
     # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
-    short = short and is_brief(particle.contact_time, _CHATTER_LEFT * base.window)
+    short = short and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
+    if particle.contact_time is None:
+        short = short or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
     dwell = no_dwell(state.dwell)
     if closing > 0.0 and (short or leaving <= rounding):
         scene.counts[ATTACHMENTS] += 1
@@ -189,6 +195,25 @@ def _part(
                 meter.sums[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
         return _join(state, wall, w + jump, p_rate, dwell, phase, scene)
     return in_flight(state, w, slip, wall, p_rate, 1 if leaving > 0.0 else 2, dwell)
+
+
+@inlined
+def _is_steady_end(
+    w: float, leaving: float, impulse_left: float, u_acceleration: float, closing: float, scene: Scene
+) -> bool:
+    """Whether a chatter will soon be over, with nothing else happening until then."""
+    base = scene.base
+    left = _CHATTER_LEFT * base.window
+    if impulse_left > left * closing:
+        return False
+    most = acceleration_scale(base)
+    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + most))
+    if change > _STEADY_PUSH * closing:
+        return False
+    if scene.friction is not None:
+        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + most) * left)
+        return slips_on
+    return True
 
 
 @inlined
