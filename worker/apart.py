@@ -11,14 +11,34 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import cloudpickle
 
 from damperlab.worker.outcomes import Crashed, Leaving
+from damperlab.worker.provenance import code_hash, computing
+from damperlab.worker.standby import Standby
 
 _POLITE = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """What whoever ends a worker sends to all of its processes."""
+
+_standby: Standby | None = None
+
+
+def stand_by() -> None:
+    """Have processes forked from one that is like this one now; for a worker that has no thread yet.
+
+    Without it each is started anew, and loads every library first.
+    """
+    global _standby
+    if not hasattr(os, "fork"):
+        return
+    # what a block loads and asks for first
+    import_module("damperlab.worker.tasks")
+    code_hash()
+    computing()
+    _standby = Standby(_answer)
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -45,13 +65,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Exception
         What the function raised.
     """
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "damperlab.worker.apart"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        env=environment,
-    )
+    process = (_standby and _standby.fork()) or _started()
     assert process.stdin is not None
     assert process.stdout is not None
     with process, process.stdin, process.stdout:
@@ -75,29 +89,39 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     return value
 
 
-def _end_with_parent() -> None:
-    sys.stdin.buffer.read()
+def _started() -> "subprocess.Popen[bytes]":
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    return subprocess.Popen(
+        [sys.executable, "-m", "damperlab.worker.apart"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
+
+
+def _answer(source: int, sink: int) -> None:
+    """Read a call from one descriptor, write what became of it to another, and end the process."""
+    with os.fdopen(source, "rb") as calls:
+        asked = calls.read(int.from_bytes(calls.read(8), "big"))
+        threading.Thread(target=_end_with_parent, args=(source,), daemon=True).start()
+        try:
+            function, arguments = cloudpickle.loads(asked)
+            told = True, function(*arguments)
+        except Exception as error:
+            told = False, error
+        with os.fdopen(sink, "wb") as out:
+            out.write(cloudpickle.dumps(told))
+        # the thread that reads would keep the interpreter from ending in order
+        os._exit(0)
+
+
+def _end_with_parent(source: int) -> None:
+    os.read(source, 1)
     os._exit(1)
 
 
-def main() -> None:
-    """Read a call from standard input, and write what became of it to standard output."""
-    source = sys.stdin.buffer
-    asked = source.read(int.from_bytes(source.read(8), "big"))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+if __name__ == "__main__":
     # what the function prints goes to the log, not into the answer
     answer_to = os.dup(1)
     os.dup2(2, 1)
-    try:
-        function, arguments = cloudpickle.loads(asked)
-        told = True, function(*arguments)
-    except Exception as error:
-        told = False, error
-    with os.fdopen(answer_to, "wb") as out:
-        out.write(cloudpickle.dumps(told))
-    # the thread that reads would keep the interpreter from ending in order
-    os._exit(0)
-
-
-if __name__ == "__main__":
-    main()
+    _answer(0, answer_to)

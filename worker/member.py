@@ -18,6 +18,7 @@ from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.alive import show_alive
+from damperlab.worker.apart import stand_by
 from damperlab.worker.cluster import ONE_THREAD
 from damperlab.worker.notice import ASK_SECONDS, announced
 
@@ -219,6 +220,7 @@ def serve_worker(
 ) -> None:
     """Be a worker until told to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
+    stand_by()
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))

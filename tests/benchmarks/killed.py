@@ -1,22 +1,23 @@
-"""Half of the workers of a real Dask cluster are killed while a study runs: how long it takes beside the ideal time.
+"""Half of the workers of a real cluster are killed while a study runs: how long it takes beside the ideal time.
 
-24 workers in two processes, blocks that sleep, the runner's own window; at a third of the work one process, with its twelve
-workers, gets SIGKILL. Ideal is that the blocks which ran there are lost at that moment and all others go on without a pause.
+24 processes of `damperlab worker`, blocks that sleep for two to four seconds, the runner's own window; at a third of the work
+twelve of them get SIGKILL. Ideal is that the blocks which ran there are lost at that moment, that all others go on without a
+pause, and that the workers which are left end together. Blocks that sleep are not cut towards the end as those of a study are:
+the last ones alone cost up to half a block on average.
 """
 
-import asyncio
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from distributed import Worker
+import numpy as np
+from distributed import Client
+from tests.worker.dask_processes import scheduler_process
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.backlog import Backlog
@@ -32,50 +33,50 @@ def asleep(index: int, seconds: float) -> BlockOutcome:
     return BlockOutcome(index, 1, 0, seconds, seconds)
 
 
-async def work(scheduler: str, workers: int) -> None:
-    """Be so many workers."""
-    started = [Worker(scheduler, nthreads=1, dashboard=False, memory_limit=0) for _ in range(workers)]
-    await asyncio.gather(*started)
-    await asyncio.gather(*(each.finished() for each in started))
-
-
-def run(blocks: int = 240, seconds: float = 3.0, workers: int = 12) -> dict[str, Any]:
-    """Twice so many workers, of which half are killed at a third of the work."""
+def run(blocks: int = 240, workers: int = 24) -> dict[str, Any]:
+    """So many workers, of which half are killed at a third of the work."""
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}"}
-    quiet: dict[str, Any] = {"env": environment, "cwd": ROOT, "stderr": subprocess.DEVNULL}
-    scheduler = subprocess.Popen(
-        [sys.executable, "-m", "dask", "scheduler", "--host=127.0.0.1", "--port=8799", "--no-dashboard"],
-        stdout=subprocess.DEVNULL,
-        **quiet,
-    )
-    address = "tcp://127.0.0.1:8799"
-    code = "import asyncio, sys; from tests.benchmarks.killed import work; asyncio.run(work(sys.argv[1], int(sys.argv[2])))"
-    crews = [subprocess.Popen([sys.executable, "-c", code, address, str(workers)], **quiet) for _ in range(2)]
-    try:
-        while True:
-            with suppress(OSError), socket.create_connection(("127.0.0.1", 8799), 1.0):
-                break
-            time.sleep(0.2)
-        with connect(scheduler=address) as client:
-            client.wait_for_workers(2 * workers, timeout=120)
-            window = Window(client, lambda index, key: (asleep, index, seconds), Backlog(range(blocks)))
-            began = time.monotonic()
-            killed_at, at_kill, done = 0.0, 0, 0
-            window.fill()
-            while not window.empty:
-                done += sum(1 for _ in window.collect(0.2))
-                if not killed_at and done >= blocks // 3:
-                    crews[0].send_signal(signal.SIGKILL)
-                    killed_at, at_kill = time.monotonic() - began, done
-                window.fill()
-            took = time.monotonic() - began
-        # what is left then is computed by the others, which are half-way through a block each
-        ideal = killed_at + ((blocks - at_kill) / workers - 0.5) * seconds
-        return {"seconds": took, "killed_at": killed_at, "ideal": ideal, "over": took / ideal - 1.0}
-    finally:
-        for process in (*crews, scheduler):
-            process.kill()
-            process.wait()
+    with scheduler_process() as (address, _):
+        command = [sys.executable, "-m", "damperlab", "worker", address, "--memory-limit=0"]
+        started = [
+            subprocess.Popen(
+                [*command, f"--name={place}"], env=environment, cwd=ROOT, stderr=subprocess.DEVNULL
+            )
+            for place in range(workers)
+        ]
+        try:
+            with connect(scheduler=address) as client:
+                client.wait_for_workers(workers, timeout=300)
+                client.run(asleep, 0, 0.0)  # loads what a block of this benchmark needs
+                return _half_killed(client, started[::2], blocks)
+        finally:
+            for process in started:
+                process.kill()
+                process.wait()
+
+
+def _half_killed(client: Client, victims: list[subprocess.Popen[bytes]], blocks: int) -> dict[str, Any]:
+    seconds = np.random.default_rng(4).uniform(2.0, 4.0, blocks)
+    named = client.scheduler_info(n_workers=-1)["workers"]
+    left = [address for address, told in named.items() if int(told["name"]) % 2]
+    window = Window(client, lambda index, key: (asleep, index, float(seconds[index])), Backlog(range(blocks)))
+    waiting = set(range(blocks))
+    ideal = killed_at = 0.0
+    began = time.monotonic()
+    window.fill()
+    while not window.empty:
+        waiting -= {one.index for one in window.collect(0.2)}
+        if not killed_at and len(waiting) <= 2 * blocks // 3:
+            for process in victims:
+                process.send_signal(signal.SIGKILL)
+            killed_at = time.monotonic() - began
+            # those that are left are half-way through a block each, on average
+            running = [next(iter(window.crew.members[address].held.values())).index for address in left]
+            work = seconds[list(waiting)].sum() - seconds[running].sum() / 2.0
+            ideal = killed_at + work / len(left)
+        window.fill()
+    took = time.monotonic() - began
+    return {"seconds": took, "killed_at": killed_at, "ideal": ideal, "over": took / ideal - 1.0}
 
 
 if __name__ == "__main__":
