@@ -33,14 +33,21 @@ export function comparisonTab(session, place) {
     return { ...at, ...asked, mass_ratio: asked.mass_ratio ?? at.mass_ratio };
   }
 
-  const look = debounced(150, async () => {
-    const mine = ++number;
+  /** @param {Partial<typeof asked>} what */
+  function change(what) {
+    Object.assign(asked, what);
+    // at once: a moment later another tab may have the address
     kept.keep({
       criterion: asked.criterion === USUAL ? null : asked.criterion,
       detuning: asked.detuning || null,
       damping_detuning: asked.damping_detuning || null,
       tmd_mass_ratio: asked.mass_ratio,
     });
+    look();
+  }
+
+  const look = debounced(150, async () => {
+    const mine = ++number;
     try {
       const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
@@ -60,7 +67,7 @@ export function comparisonTab(session, place) {
   const by = shown.factor("mass_ratio");
   const mass = el("input", {
     type: "number", step: "any", min: 0, placeholder: "as the design", value: asked.mass_ratio === null ? "" : short(asked.mass_ratio * by, 12),
-    oninput: () => ((asked.mass_ratio = mass.value === "" ? null : Number(mass.value) / by), look()),
+    oninput: () => change({ mass_ratio: mass.value === "" ? null : Number(mass.value) / by }),
   });
   const meaning = el("p", { class: "quiet" });
   fill(
@@ -74,10 +81,10 @@ export function comparisonTab(session, place) {
         { class: "box" },
         help("notebooks/tuned-mass-damper/", "comparing with a tuned mass damper"),
         el("h2", {}, "Tuned mass damper"),
-        picker("Tuned by", TUNINGS, asked.criterion, (criterion) => ((asked.criterion = criterion), look())),
+        picker("Tuned by", TUNINGS, asked.criterion, (criterion) => change({ criterion })),
         meaning,
-        share("Frequency off by", asked.detuning, (value) => ((asked.detuning = value), look())),
-        share("Damping off by", asked.damping_detuning, (value) => ((asked.damping_detuning = value), look())),
+        share("Frequency off by", asked.detuning, (detuning) => change({ detuning })),
+        share("Damping off by", asked.damping_detuning, (damping_detuning) => change({ damping_detuning })),
         el("label", { class: "field" }, el("span", {}, shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ"), mass),
         sliders(selection, session.shown, true),
       ),

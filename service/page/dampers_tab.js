@@ -43,6 +43,7 @@ export function dampersTab(session, place) {
   const point = kind === SUITE ? surveyPoint(session, view, variables) : null;
   const motion = kind === SUITE ? surveyMotion(session) : null;
   let asked = 0;
+  let ranks = 0;
   let keptMetric = view.metric;
 
   function drawControls() {
@@ -130,12 +131,13 @@ export function dampersTab(session, place) {
   }
 
   async function rank() {
+    const mine = ++ranks;
     if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), { metric: view.metric, ...only(), top: TOP });
-      fill(table, ranking(ranked));
+      if (mine === ranks) fill(table, ranking(ranked));
     } catch (error) {
-      fill(table, refusalBox(error));
+      if (mine === ranks) fill(table, refusalBox(error));
     }
   }
 

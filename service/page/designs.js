@@ -37,13 +37,16 @@ export function designs(session, onFound) {
   const table = el("div");
   const front = el("div");
   let found = NOTHING_FOUND;
+  let number = 0;
 
   async function look() {
+    const mine = ++number;
     const question = { objective: asked.objective, exclude_locked: asked.exclude_locked };
     try {
       const path = studyPath(record.id, "optimal-designs");
       const ranked = await ask(path, { ...question, top: TOP });
       const pareto = asked.against ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` }) : null;
+      if (mine !== number) return;
       const { best, idle } = leading(ranked);
       found = {
         best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
@@ -54,6 +57,7 @@ export function designs(session, onFound) {
       fill(table, listed(ranked, "Best designs"));
       fill(front, pareto && listed(pareto, "Pareto front", asked.against));
     } catch (error) {
+      if (mine !== number) return;
       fill(table, refusalBox(error));
       fill(front);
       found = NOTHING_FOUND;

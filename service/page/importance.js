@@ -12,14 +12,17 @@ export function importancePanel(session) {
   const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded);
   let metric = kept.one("matters", metrics.map((/** @type {any} */ v) => v.name), USUAL);
   const table = el("div");
+  let asked = 0;
 
   async function look() {
+    const mine = ++asked;
     try {
       const found = await ask(studyPath(record.id, "importance"), { metric });
+      if (mine !== asked) return;
       const rows = found.dimension.map((/** @type {string} */ name, /** @type {number} */ i) => [shown.title(name), found.share[i], short(found.effect[i] === null ? null : found.effect[i] * shown.factor(metric)) + shown.unit(metric)]);
       fill(table, bars([...rows, ["Combinations of parameters", found.interactions, ""]]), el("p", { class: "quiet note" }, prose(shown.words(found).note)));
     } catch (error) {
-      fill(table, refusalBox(error));
+      if (mine === asked) fill(table, refusalBox(error));
     }
   }
 

@@ -29,14 +29,17 @@ export function parallelPanel(session) {
   /** Ends of each brush, as shares of its axis. @type {Record<string, [number, number]>} */
   let brushes = {};
   let total = 0;
+  let asked = 0;
 
   async function look() {
+    const mine = ++asked;
     const filters = {
       ...(Number.isFinite(limits.speed) ? { max_impact_speed: limits.speed / shown.factor("impact_speed_max") } : {}),
       ...(Number.isFinite(limits.stuck) ? { stick_fraction: `0,${limits.stuck}` } : {}),
     };
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), { top: MOST, ...filters });
+      if (mine !== asked) return;
       found = ranked.designs;
       total = ranked.designs_total;
       axes = axesOf(session, found);
@@ -44,7 +47,7 @@ export function parallelPanel(session) {
       fill(place, found.length > 0 && [drawing(), bySliders()]);
       update();
     } catch (error) {
-      fill(place, refusalBox(error));
+      if (mine === asked) fill(place, refusalBox(error));
     }
   }
 

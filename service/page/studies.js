@@ -21,6 +21,7 @@ export async function studiesView(root) {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let timer;
   let left = false;
+  let asked = 0;
 
   const search = el("input", {
     type: "search",
@@ -43,14 +44,15 @@ export async function studiesView(root) {
   /** @param {string} [cursor] */
   async function look(cursor) {
     clearTimeout(timer);
+    const mine = ++asked;
     let page;
     try {
       page = await ask("studies", { ...found, limit: PAGE, cursor });
     } catch (error) {
-      fill(list, refusalBox(error));
+      if (mine === asked) fill(list, refusalBox(error));
       return;
     }
-    if (left) return;
+    if (left || mine !== asked) return;
     if (page.studies.length === 0 && !cursor) fill(list, found.name || found.state ? nothingFound() : await nothingYet());
     else draw(page, Boolean(cursor));
     listen(page.studies);
@@ -133,6 +135,7 @@ async function nothingYet() {
       {},
       "A study computes a damper’s response over a grid of designs. Start from a scene of the paper, change what you like, and watch its map fill.",
     ),
+    el("p", {}, "You know the structure, in kg, Hz and mm, and want a damper for it? ", el("a", { href: "#/designs/new" }, "Specify a design"), ": what must be quiet and what may be chosen, in the units of a drawing."),
     el(
       "ul",
       { class: "scenes" },

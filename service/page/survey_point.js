@@ -10,6 +10,8 @@ import { RECORD } from "./selection.js";
 const SCALE = "scale";
 /** Most records whose curves are drawn; more would hide each other. */
 const MOST_RECORDS = 12;
+const ONE_SCALE = "Compute several factors on the records to see how the result grows and how likely a limit is exceeded.";
+const NO_SIZE = "This result is a code: it does not grow with the factor on a record, and no limit can be exceeded. Choose another result under “Shown”.";
 const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
 
 /**
@@ -32,17 +34,13 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   const cases = el("div");
   const note = el("p", { class: "quiet", role: "status" });
   const trouble = el("div");
-  const box = el("input", { type: "number", step: "any", min: 0, oninput: () => (keepLimit(), exceeded()) });
+  const box = el("input", { type: "number", step: "any", min: 0, oninput: () => (keepLimit(), exceeded(number)) });
   const wanted = kept.number("limit", Number.MIN_VALUE, Infinity, 0);
   if (wanted) Object.assign(box, { value: String(wanted) }).dataset.metric = view.metric;
   const label = el("span", {}, "Limit");
-  const element = el(
-    "section",
-    { class: "box survey", "aria-label": "The damper" },
-    title,
-    scales.length > 1 ? [rising.element, cases, el("h3", {}, "Fragility"), el("label", { class: "field" }, label, box), curve.element, note] : el("p", { class: "quiet" }, "Compute several factors on the records to see how the result grows and how likely a limit is exceeded."),
-    trouble,
-  );
+  const figures = el("div", { hidden: true }, rising.element, cases, el("h3", {}, "Fragility"), el("label", { class: "field" }, label, box), curve.element, note);
+  const why = el("p", { class: "quiet" });
+  const element = el("section", { class: "box survey", "aria-label": "The damper" }, title, figures, why, trouble);
 
   const metric = () => variables.find((one) => one.name === view.metric);
   const inMillimetres = () => metric().units === "m";
@@ -55,7 +53,9 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   async function look() {
     const mine = ++number;
     fill(title, "Damper with ", Object.entries(damper()).flatMap(([name, value], i) => [i > 0 && ", ", el("span", { class: "one" }, written(shown.title(name), value))]));
-    if (scales.length < 2 || metric().coded) return;
+    figures.hidden = scales.length < 2 || metric().coded;
+    fill(why, figures.hidden && (scales.length < 2 ? ONE_SCALE : NO_SIZE));
+    if (figures.hidden) return fill(trouble);
     try {
       const some = records.slice(0, MOST_RECORDS);
       const rows = await Promise.all(some.map((one) => overScales(one)));
@@ -67,7 +67,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
       await drawRising();
       if (!rising.plot.dataset.wired) wire();
       fill(cases, table(some, rows));
-      exceeded();
+      exceeded(mine);
     } catch (error) {
       if (mine === number) fill(trouble, refusalBox(error));
     }
@@ -109,11 +109,12 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     box.dataset.metric = view.metric;
   }
 
-  const exceeded = debounced(200, async () => {
+  /** Asked by the look whose number it is given: by now another result may be shown, of which this is no limit. */
+  const exceeded = debounced(200, async (/** @type {number} */ mine) => {
+    if (mine !== number) return;
     const limit = Number(box.value);
     if (!(limit > 0)) return fill(note, "Name a limit above 0.");
     asked = { threshold: limit / factor(), metric: view.metric, ...damper() };
-    const mine = number;
     try {
       const answer = await ask(studyPath(id, "fragility"), asked);
       if (mine !== number || Number(box.value) !== limit) return;

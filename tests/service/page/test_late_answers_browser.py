@@ -1,0 +1,170 @@
+"""What was asked for first and answered last: a view shows what is chosen now, and asks for nothing else."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import httpx
+from playwright.sync_api import Page, Route, expect
+from tests.service.page.looking import until
+
+CURVES = """() => Object.fromEntries([...document.querySelectorAll(".survey .plot")]
+  .map((plot) => [plot.getAttribute("aria-label"), plot.data?.length ?? 0]))"""
+FRAGILITY = "Probability of exceeding the limit"
+AT_ONCE = """async () => {
+  const limit = document.querySelector(".survey input");
+  limit.value = String(2 * Number(limit.value));
+  limit.dispatchEvent(new Event("input"));
+  const shown = [...document.querySelectorAll("label.field")].find((one) => one.textContent.startsWith("Shown")).querySelector("select");
+  shown.value = "status";
+  shown.dispatchEvent(new Event("change"));
+  await new Promise((over) => setTimeout(over, 600));
+}"""
+"""A limit is typed and another result chosen before the limit is asked about, which is 200 ms later."""
+
+
+@contextmanager
+def held(page: Page, part: str) -> Iterator[Callable[[], None]]:
+    """The first request with `part` in its address waits until it is let go; all others pass."""
+    waiting: list[Route] = []
+
+    def hold(route: Route) -> None:
+        if part in route.request.url and not waiting:
+            waiting.append(route)
+        else:
+            route.continue_()
+
+    def let_go() -> None:
+        for _ in range(200):
+            if waiting:
+                break
+            page.wait_for_timeout(50)
+        assert waiting, f"nothing with {part} was asked for"
+        with page.expect_response(waiting[0].request.url):
+            waiting[0].continue_()
+        page.wait_for_timeout(300)
+
+    page.route("**/api/v1/**", hold)
+    yield let_go
+    page.unroute("**/api/v1/**", hold)
+
+
+def pick(page: Page, label: str, value: str) -> None:
+    page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
+        "select"
+    ).select_option(value)
+
+
+def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
+    open_page: Callable[..., Any], suite: dict[str, Any]
+) -> None:
+    watched = open_page()
+    page = watched.go(f"#/studies/{suite['id']}")
+    until(page, CURVES, lambda curves: curves.get(FRAGILITY, 0) > 0)
+    page.evaluate(AT_ONCE)
+    asked = [one.url for one in watched.requests if "/fragility" in one.url]
+    assert asked and not [url for url in asked if "status" in url]
+    panel = page.get_by_role("region", name="The damper")
+    expect(panel).to_contain_text("no limit can be exceeded")
+    expect(panel.get_by_role("spinbutton")).to_be_hidden()
+    pick(page, "Shown", "peak_absolute_acceleration_m_s2")
+    expect(panel.get_by_role("spinbutton")).to_be_visible()
+    expect(panel.locator("label.field")).to_contain_text("Limit [m")
+
+
+def test_a_late_ranking_of_dampers_does_not_replace_a_later_one(
+    open_page: Callable[..., Any], suite: dict[str, Any]
+) -> None:
+    page = open_page().go(f"#/studies/{suite['id']}")
+    rows = page.locator(".designs tbody tr")
+    expect(rows).not_to_have_count(0)
+    with held(page, "optimal-designs?metric=rms_") as let_go:
+        pick(page, "Shown", "rms_relative_displacement_m")
+        pick(page, "Shown", "status")
+        expect(rows).to_have_count(0)
+        let_go()
+        expect(rows).to_have_count(0)
+
+
+def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
+    open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
+) -> None:
+    path = f"/api/v1/studies/{small_map['id']}/optimal-designs"
+    least = {
+        objective: client.get(path, params={"objective": objective}).json()["designs"][0]["value"]
+        for objective in ("resonance", "band_rms")
+    }
+    assert f"{least['resonance']:.3g}" != f"{least['band_rms']:.3g}"
+    page = open_page().go(f"#/studies/{small_map['id']}")
+    best = page.locator(".designs tbody td").first
+    expect(best).not_to_be_empty()
+    with held(page, "objective=resonance") as let_go:
+        pick(page, "Judged by", "resonance")
+        pick(page, "Judged by", "band_rms")
+        expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
+        let_go()
+        expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
+
+
+def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
+    open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
+) -> None:
+    page = open_page().go(f"#/studies/{small_map['id']}/explore")
+    rows = page.get_by_role("region", name="Importance of each parameter").locator("tbody tr")
+    expect(rows.first).to_be_visible()
+    matters = page.locator("section").filter(has=page.get_by_role("heading", name="What matters"))
+    with held(page, "importance?metric=impacts_per_cycle") as let_go:
+        matters.locator("select").select_option("impacts_per_cycle")
+        matters.locator("select").select_option("stick_fraction")
+        note = client.get(
+            f"/api/v1/studies/{small_map['id']}/importance", params={"metric": "stick_fraction"}
+        ).json()["note"]
+        expect(matters.locator(".note")).to_have_text(note)
+        let_go()
+        expect(matters.locator(".note")).to_have_text(note)
+
+    designs = page.locator("section").filter(has=page.get_by_role("heading", name="All designs"))
+    said = designs.locator("p[role=status]")
+    with held(page, "stick_fraction=0%2C0") as let_go:
+        designs.get_by_label("Share of time sticking").fill("0")
+        page.wait_for_timeout(500)  # longer than it waits for more to be typed
+        whole = client.get(f"/api/v1/studies/{small_map['id']}/optimal-designs", params={"top": 2000}).json()
+        designs.get_by_label("Share of time sticking").fill("1")
+        expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
+        let_go()
+        expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
+
+
+def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
+    open_page: Callable[..., Any], small_map: dict[str, Any], suite: dict[str, Any]
+) -> None:
+    page = open_page().go()
+    card = page.locator(".cards .title")
+    expect(card.filter(has_text="small map").first).to_be_visible()
+    with held(page, "name=two+earthquakes") as let_go:
+        page.get_by_label("Search").fill("two earthquakes")
+        page.wait_for_timeout(500)
+        page.get_by_label("Search").fill("small map")
+        expect(card.filter(has_text="two earthquakes")).to_have_count(0)
+        let_go()
+        expect(card.filter(has_text="two earthquakes")).to_have_count(0)
+
+
+def test_a_tab_that_was_left_does_not_take_the_address_back(
+    open_page: Callable[..., Any], small_map: dict[str, Any]
+) -> None:
+    page = open_page().go(f"#/studies/{small_map['id']}/tmd")
+    expect(page.locator("#tmd-ratio")).to_be_visible()
+    page.evaluate(
+        """async () => {
+          const slider = [...document.querySelectorAll("label.slider")]
+            .find((one) => one.textContent.startsWith("Frequency off by")).querySelector("input");
+          slider.value = "10";
+          slider.dispatchEvent(new Event("input"));
+          [...document.querySelectorAll("nav.tabs a")].find((one) => one.textContent === "Data").click();
+          await new Promise((over) => setTimeout(over, 600));
+        }"""
+    )
+    expect(page.get_by_role("heading", name="Download the data")).to_be_visible()
+    assert f"/studies/{small_map['id']}/data" in page.url
+    assert "detuning=0.1" in page.url
