@@ -33,11 +33,13 @@ export function headline({ record, selection, shown }, ranked) {
   const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, best[name])}`)]);
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
+  // while points are missing a better one may yet come, and of a band only the frequencies that are there are judged
+  const soFar = record.points_done < record.points_total ? " so far" : "";
   const why = next && shown.words(ranked).verdict.find((sentence) => /^Only [rf] =/.test(sentence));
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
-    el("h2", {}, next ? "No design is recommended yet" : idle ? "Best design with impacts" : "Best design"),
+    el("h2", {}, next ? "No design is recommended yet" : idle ? `Best design with impacts${soFar}` : `Best design${soFar}`),
     why && el("p", {}, prose(why)),
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
     idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),

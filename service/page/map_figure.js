@@ -49,7 +49,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
   }
   const kinds = map.metric === "response_class" ? map.values : map.response_class;
   if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
-  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, "locked to the base", { symbol: "circle", size: 3, color: "white" }));
+  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, "locked to the base", { symbol: "circle", size: 4, color: "white", line: { width: 1, color: "#444" } }));
   const status = map.metric === "status" ? map.values : map.status;
   traces.push(...where(map, status, (code) => code >= FAILED_FROM, "failed", { symbol: "x-thin", size: 8, line: { width: 2, color: colour("fault") } }));
   traces.push(...markers(marks));

@@ -77,7 +77,7 @@ export function motionPanel(session) {
         xaxis: { title: { text: `displacement x ${units.length}` } }, yaxis: { title: { text: `velocity ${units.speed}` } },
       }));
       await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
-        xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1 }, showlegend: false, bargap: 0.3,
+        xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1, exponentformat: "power" }, showlegend: false, bargap: 0.3,
       }));
     } catch (error) {
       if (!signal.aborted) fill(element, refusalBox(error));

@@ -56,8 +56,11 @@ export async function studyForm(root, { query }) {
   /** @param {any} next */
   function redraw(next) {
     study = next;
+    const label = labelOf(document.activeElement);
     draw();
     changed();
+    // who changes it by keyboard goes on from there, not from the top of the page
+    if (label) [...fields.querySelectorAll("select, input")].map((one) => /** @type {HTMLInputElement} */ (one)).find((one) => labelOf(one) === label)?.focus();
   }
 
   function changed() {
@@ -162,6 +165,13 @@ async function clone(query) {
   } else if (num >= 2) definition.axes.frequency_ratio = { start, stop, num };
   const about = [`A copy of ${record.name || record.id}. Points that it shares with the original are not computed again.`];
   return { name: `copy of ${record.name || record.id}`, about, definition };
+}
+
+/** What a field is called, with the group that it stands in. @param {Element | null} field */
+function labelOf(field) {
+  const own = field instanceof HTMLInputElement || field instanceof HTMLSelectElement ? field.labels?.[0]?.firstChild : null;
+  const name = field?.getAttribute("aria-label") ?? own?.parentElement?.querySelector("span")?.textContent ?? own?.parentElement?.textContent;
+  return name && `${field?.closest("fieldset")?.querySelector("legend")?.textContent} ${name}`;
 }
 
 /**

@@ -211,12 +211,12 @@ def _say_ends(
     sentences = []
     if ends:
         sentences.append(
-            f"It lies at {' and '.join(ends)}: a better one may lie beyond, in a study with a longer axis."
+            f"The optimum lies at {' and '.join(ends)}: a better one may lie beyond, in a study with a longer axis."
         )
     if coarse:
         sentences.append(
-            f"Its neighbourhood is rugged along {' and '.join(coarse)}: the next design on the grid is more than a tenth "
-            "worse. A tolerance in manufacture may cost as much, and a better design may lie between; `refine` looks there."
+            f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "
+            "more than a tenth worse. A tolerance in manufacture may cost as much, and a better design may lie between; `refine` looks there."
         )
     return sentences
 
@@ -224,7 +224,7 @@ def _say_ends(
 def _say_error(value: float, error: float) -> str:
     if error == error and value > 0 and error > UNRESOLVED * value:
         return (
-            f"Its error is {error / value:.1%} of its value: compute it longer (`race`, or a smaller `steady.tolerance` "
+            f"The error of the optimum is {error / value:.1%} of its value: compute it longer (`race`, or a smaller `steady.tolerance` "
             "with more `max_cycles`)."
         )
     return ""

@@ -131,13 +131,13 @@ def test_one_frequency_recommends_nothing_but_what_to_compute_next():
 
 def test_the_end_of_an_axis_a_rugged_neighbourhood_and_a_large_error_are_said():
     end = optimal_designs(made([1.0, 1.05, 2.0]))
-    assert "It lies at the lower end of γ_F (0)" in said(end)
+    assert "The optimum lies at the lower end of γ_F (0)" in said(end)
     rugged = optimal_designs(made([2.0, 1.0, 2.0]))
-    assert "rugged along γ_F" in said(rugged)
+    assert "The neighbourhood of the optimum is rugged along γ_F" in said(rugged)
     assert "end of γ_F" not in said(rugged)
     smooth = optimal_designs(made([1.02, 1.0, 1.02]))
     assert "rugged" not in said(smooth)
-    assert "Its error is 5.0% of its value" in said(optimal_designs(made([2.0, 1.0], errors=0.05)))
+    assert "The error of the optimum is 5.0% of its value" in said(optimal_designs(made([2.0, 1.0], errors=0.05)))
 
 
 def test_a_design_in_two_studies_has_the_value_of_the_longer_run():

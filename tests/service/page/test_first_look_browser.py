@@ -1,0 +1,58 @@
+"""What somebody sees who has never been here: an empty service, a form by keyboard, a study that is not done."""
+
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+from playwright.sync_api import expect
+from tests.service.page.looking import until
+
+FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
+TICKS = """() => [...document.querySelectorAll('.plot')]
+  .find((plot) => plot._fullLayout?.xaxis.title.text.startsWith('frequency over'))
+  ?._fullLayout.yaxis.exponentformat"""
+
+
+def test_an_empty_service_leads_to_a_design_in_units(
+    open_page: Callable[..., Any], own_service: Callable[..., Any]
+) -> None:
+    page = open_page(own_service().url).go()
+    expect(page.get_by_role("heading", name="No studies yet")).to_be_visible()
+    page.get_by_role("link", name="Specify a design").click()
+    expect(page.get_by_role("heading", name="New design")).to_be_visible()
+
+
+def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callable[..., Any]) -> None:
+    page = open_page().go("#/new?scene=figure-11")
+    page.get_by_label("Sizes as").focus()
+    page.keyboard.press("ArrowDown")
+    expect(page.get_by_role("group", name="Clearance d [mm]")).to_be_visible()
+    assert page.evaluate(FOCUSED) == "Sizes as"
+    page.get_by_label("With a particle").focus()
+    page.keyboard.press("Space")
+    expect(page.get_by_role("group", name="Clearance d [mm]")).to_be_hidden()
+    assert page.evaluate("document.activeElement.type") == "checkbox"
+
+
+def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    study = helpers.long_study("not done", damping_ratio=0.0047)
+    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
+    helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
+    client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
+    record = helpers.wait_for(client, study_id, helpers.ended)
+    assert record["points_done"] < record["points_total"]
+    page = open_page().go(f"#/studies/{study_id}")
+    expect(page.locator(".headline h2")).to_have_text("Best design so far")
+
+
+def test_the_spectrum_is_told_in_powers_of_ten(
+    open_page: Callable[..., Any], small_map: dict[str, Any]
+) -> None:
+    watched = open_page()
+    page = watched.go(
+        f"#/studies/{small_map['id']}/map?clearance_ratio=5&friction_ratio=0.2&frequency_ratio=1"
+    )
+    # "100μ" on an axis in millimetres would be read as micrometres
+    assert until(page, TICKS, lambda found: found is not None) == "power"
