@@ -216,7 +216,8 @@ def _say_ends(
     if coarse:
         sentences.append(
             f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "
-            "more than a tenth worse. A tolerance in manufacture may cost as much, and a better design may lie between; `refine` looks there."
+            "more than a tenth worse. A tolerance in manufacture may cost as much, and a better design may lie between; "
+            "`refine` looks there."
         )
     return sentences
 
@@ -224,7 +225,7 @@ def _say_ends(
 def _say_error(value: float, error: float) -> str:
     if error == error and value > 0 and error > UNRESOLVED * value:
         return (
-            f"The error of the optimum is {error / value:.1%} of its value: compute it longer (`race`, or a smaller `steady.tolerance` "
-            "with more `max_cycles`)."
+            f"The error of the optimum is {error / value:.1%} of its value: compute it longer (`race`, or a smaller "
+            "`steady.tolerance` with more `max_cycles`)."
         )
     return ""

@@ -137,7 +137,9 @@ def test_the_end_of_an_axis_a_rugged_neighbourhood_and_a_large_error_are_said():
     assert "end of γ_F" not in said(rugged)
     smooth = optimal_designs(made([1.02, 1.0, 1.02]))
     assert "rugged" not in said(smooth)
-    assert "The error of the optimum is 5.0% of its value" in said(optimal_designs(made([2.0, 1.0], errors=0.05)))
+    assert "The error of the optimum is 5.0% of its value" in said(
+        optimal_designs(made([2.0, 1.0], errors=0.05))
+    )
 
 
 def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
