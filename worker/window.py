@@ -1,11 +1,8 @@
 """A bounded number of blocks at the workers of a cluster, each examined before its first block."""
 
-import queue
 import time
-import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
@@ -13,25 +10,17 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.apart import call_apart
 from damperlab.worker.backlog import Backlog
-from damperlab.worker.crew import AGAIN_SECONDS, Crew
-from damperlab.worker.examination import Answer, examine, majority
-from damperlab.worker.outcomes import Failure, Outage, asking_the_cluster
+from damperlab.worker.crew import Crew
+from damperlab.worker.errands import ANSWER_SECONDS, FETCH_SECONDS, Call, Errands
+from damperlab.worker.examiner import Examiner
+from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.part import PartOutcome
-from damperlab.worker.provenance import WrongCode
 
 LOOK_SECONDS = 1.0
 """Between two looks at who is there."""
 WAIT_SECONDS = 120.0
 """How long a study waits, unless told otherwise, while no worker can compute."""
-ANSWER_SECONDS = 30.0
-"""How long a scheduler that is there may take to answer."""
-FETCH_SECONDS = 1.0
-"""How long an answer, a few bytes, may take from its worker before it is looked whether that is still there."""
-LATE_SECONDS = 10.0
-"""How long the first workers are waited for once one of them has answered; the others join later."""
 
-Call = tuple[Any, ...]
-"""A function and its arguments."""
 Ended = BlockOutcome | PartOutcome | Failure
 """What becomes of a block, or of a part of one."""
 
@@ -66,21 +55,12 @@ class Window:
         priority: int = 0,
     ) -> None:
         self.crew = Crew(backlog)
-        self._client = client
+        self._errands = Errands(client, priority)
+        self._examiner = Examiner(self.crew, self._errands)
         self._task = task
         self._part_task = part_task
         self._wait_seconds = wait_seconds
-        self._priority = priority
-        self._examination: Call | None = None
-        self._truth = ""
-        self._identity = ""
         self._flying: dict[str, Future] = {}
-        self._examined: dict[str, tuple[Future, str]] = {}
-        # since when an answer that is there cannot be fetched
-        self._late: dict[str, float] = {}
-        self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._run = uuid.uuid4().hex[:8]
-        self._sent = 0
         self._looked = -LOOK_SECONDS
         self._able = time.monotonic()
 
@@ -134,24 +114,14 @@ class Window:
         Outage
             No worker can compute for long.
         """
-        self._examination = examine, cube_path, digest, code, canary
+        self._examiner.prepare(cube_path, digest, code, canary)
         # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
         self._able = time.monotonic()
         while True:
-            answers = self._answers(look_on)
-            if answers is None:
-                return None
-            self._identity = identity or _commonest({a: one.facts["identity"] for a, one in answers.items()})
-            alike = {a: one for a, one in answers.items() if one.facts["identity"] == self._identity}
-            self._truth = truth or majority({a: one.bits for a, one in alike.items()}) or ""
-            for address, answer in answers.items():
-                if canary is None or self._truth or address not in alike:
-                    self._judge(address, answer)
-                else:
-                    reason = "the workers disagree on the bits of the same points, and which are right is not known"
-                    self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
-            if self.crew.usable:
-                return next(one.facts for address, one in alike.items())
+            answers = self._examiner.gather(self._look, look_on)
+            facts = None if answers is None else self._examiner.settle(answers, identity, truth)
+            if answers is None or facts is not None:
+                return facts
 
     def fill(self) -> None:
         """Send blocks until every thread has enough.
@@ -163,13 +133,13 @@ class Window:
         """
         self._look()
         for address, attempt in self.crew.assignments():
-            # No key is ever used twice: the scheduler would answer with what it remembers of the first use.
-            key = f"block-{self._run}-{self._sent}"
-            self._sent += 1
+            key = self._errands.key("block")
             part, call = attempt.piece.part, self._task(attempt.index, key)
             if part is not None and self._part_task is not None:
                 call = self._part_task(part)
-            self._flying[key] = self._send(key, address, (call_apart, *call) if attempt.apart else call)
+            self._flying[key] = self._errands.send(
+                key, address, (call_apart, *call) if attempt.apart else call
+            )
             self.crew.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[Ended]:
@@ -191,18 +161,15 @@ class Window:
         Outage
             The scheduler is lost, or there is no room for the study's data.
         """
-        for key in self._news(wait_seconds):
+        for key in self._errands.ended(wait_seconds):
             if key in self._flying:
                 ended = self._end(key, self._flying.pop(key))
                 if ended is not None:
                     yield ended
                 if self._looked < 0.0:
                     return
-            elif key in self._examined:
-                future, address = self._examined.pop(key)
-                answer = self._examination_of(key, future, address)
-                if answer is not None:
-                    self._judge(address, answer)
+            elif heard := self._examiner.heard(key):
+                self._examiner.judge(*heard)
 
     def drain(self, grace_seconds: float) -> Iterator[Ended]:
         """Send nothing more, drop what has not begun, and hand back what ends within a grace.
@@ -229,22 +196,7 @@ class Window:
     def close(self) -> None:
         """Drop every block that is still at the cluster."""
         self._drop(list(self._flying))
-        examined, self._examined = self._examined, {}
-        self._cancel([future for future, _ in examined.values()], "the study was stopped")
-
-    def _send(self, key: str, address: str, call: Call) -> Future:
-        with asking_the_cluster(self._client):
-            future = self._client.submit(
-                *call,
-                key=key,
-                pure=False,
-                workers=[address],
-                allow_other_workers=False,
-                retries=0,
-                priority=self._priority,
-            )
-        future.add_done_callback(lambda future: self._ended.put(future.key))
-        return future
+        self._examiner.close()
 
     def _drop(self, keys: list[str]) -> None:
         futures = []
@@ -253,23 +205,7 @@ class Window:
                 futures.append(self._flying.pop(key))
                 if self.crew.at(key) is not None:
                     self.crew.give_back(key)
-        self._cancel(futures, "the block is not wanted there")
-
-    def _cancel(self, futures: list[Future], reason: str) -> None:
-        """Let the cluster forget tasks; one whose scheduler is lost has."""
-        if futures:
-            with suppress(Outage), asking_the_cluster(self._client):
-                self._client.cancel(futures, reason=reason)
-
-    def _news(self, wait_seconds: float) -> Iterator[str]:
-        block = True
-        deadline = time.monotonic() + wait_seconds
-        while block or time.monotonic() < deadline:
-            try:
-                yield self._ended.get(block, wait_seconds)
-            except queue.Empty:
-                return
-            block = False
+        self._errands.drop(futures, "the block is not wanted there")
 
     def _end(self, key: str, future: Future) -> Ended | None:
         address = self.crew.at(key)
@@ -285,14 +221,14 @@ class Window:
             outcome: BlockOutcome | PartOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
             # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
-            self._require_scheduler()
+            self._errands.require_scheduler()
             self._flying[key] = future
-            self._ended.put(key)
+            self._errands.again(key)
             self._looked = -LOOK_SECONDS
             return None
         # lost with its worker before it was fetched, or never begun; whatever the library says of that
         except (Exception, CancelledError):
-            self._require_scheduler()
+            self._errands.require_scheduler()
             self.crew.give_back(key)
             return None
         # points that were taken from earlier studies took no time
@@ -302,118 +238,22 @@ class Window:
 
     def _drop_lost(self, keys: list[str]) -> None:
         """Forget tasks that the crew has given to others."""
-        self._cancel([self._flying.pop(key) for key in keys if key in self._flying], "the worker has left")
+        self._errands.drop(
+            [self._flying.pop(key) for key in keys if key in self._flying], "the worker has left"
+        )
 
     def _look(self, examine: bool = True) -> None:
         now = time.monotonic()
         if now - self._looked < LOOK_SECONDS:
             return
         self._looked = now
-        self._require_scheduler()
-        with asking_the_cluster(self._client):
-            ask = self._client.scheduler
-            threads = self._client.sync(ask.ncores, callback_timeout=ANSWER_SECONDS)
-            running = self._client.sync(ask.ncores_running, callback_timeout=ANSWER_SECONDS)
+        threads, running = self._errands.workers()
         self._drop_lost(self.crew.see(threads, running))
-        gone = [key for key, (_, address) in self._examined.items() if address not in threads]
-        self._cancel([self._examined.pop(key)[0] for key in gone], "the worker has left")
+        self._examiner.forget(threads)
         if examine:
-            self._examine(now)
+            self._examiner.ask(now)
         # a worker that compiles before it answers is no want of workers
-        asked = {address for _, address in self._examined.values()}
-        new = any(one.address in asked and not one.compiled for one in self.crew.members.values())
-        compiles = self._asks_for_points and new
-        if self.crew.able or compiles:
+        if self.crew.able or self._examiner.compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:
             raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.crew.words()}")
-
-    def _examine(self, now: float) -> None:
-        """Ask those who are due, and are not being asked; without an examination everybody is believed."""
-        asked = {address for _, address in self._examined.values()}
-        for member in list(self.crew.due(now)):
-            if self._examination is None:
-                self.crew.admit(member.address)
-            elif member.address not in asked:
-                key = f"examination-{self._run}-{self._sent}"
-                self._sent += 1
-                self._examined[key] = self._send(key, member.address, self._examination), member.address
-
-    def _examination_of(self, key: str, future: Future, address: str) -> Answer | None:
-        """Give what a worker has answered; one that could not is left out."""
-        try:
-            answer: Answer = future.result(timeout=FETCH_SECONDS)
-        except WrongCode as error:
-            self.crew.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
-        # a worker that does not hold this package, cannot reach the data, is lost, …
-        except (Exception, CancelledError) as error:
-            self._require_scheduler()
-            now = time.monotonic()
-            fetched = isinstance(error, TimeoutError) and future.status == "finished"
-            if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
-                # it has answered, and nobody reaches it: asked again, while the others are heard
-                self._examined[key] = future, address
-                self._ended.put(key)
-                return None
-            reason = f"it cannot begin ({type(error).__name__}: {error})"
-            self.crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
-        else:
-            return answer
-        return None
-
-    def _judge(self, address: str, answer: Answer) -> None:
-        now = time.monotonic()
-        if self._identity and answer.facts["identity"] != self._identity:
-            self.crew.leave_out(
-                address,
-                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, identity "
-                f"{answer.facts['identity']}, and the study {self._identity}",
-                now + AGAIN_SECONDS,
-            )
-        elif self._truth and answer.bits and answer.bits != self._truth:
-            self.crew.leave_out(
-                address,
-                f"points whose values are known have other bits there ({answer.bits} in place of {self._truth})",
-            )
-        else:
-            self.crew.admit(address)
-            if self._asks_for_points and address in self.crew.members:
-                self.crew.members[address].compiled = True
-
-    @property
-    def _asks_for_points(self) -> bool:
-        return self._examination is not None and self._examination[-1] is not None
-
-    def _answers(self, look_on: Callable[[], bool]) -> Mapping[str, Answer] | None:
-        """Examine everybody; wait for all of those who are there, but not for long once one has answered."""
-        self.crew.examine_again()
-        answers: dict[str, Answer] = {}
-        first: float | None = None
-        while look_on():
-            self._look()
-            for key in self._news(0.2):
-                if key in self._examined:
-                    future, address = self._examined.pop(key)
-                    answer = self._examination_of(key, future, address)
-                    if answer is not None:
-                        answers[address] = answer
-                        self.crew.members[address].again_at = float("inf")
-            answers = {address: one for address, one in answers.items() if address in self.crew.members}
-            first = (first or time.monotonic()) if answers else None
-            if first is not None and (not self._examined or time.monotonic() - first > LATE_SECONDS):
-                return answers
-        return None
-
-    def _require_scheduler(self) -> None:
-        if self._client.status != "running":
-            raise Outage("the connection to the Dask scheduler was lost")
-
-
-def _commonest(identities: Mapping[str, str]) -> str:
-    """Give what most have; of equally many what the first address has."""
-    values = [identities[address] for address in sorted(identities)]
-    return max(values, key=values.count)
-
-
-def _words(facts: Mapping[str, str]) -> str:
-    return f"solver {facts.get('solver', 'unknown')} on {facts.get('target', 'an unknown processor')}"

@@ -284,7 +284,7 @@ def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_e
                 list(window.drain(30.0))
         elif step == "fill":
             with pytest.raises(Outage, match="scheduler was lost"):
-                window._send("block-of-the-test", next(iter(window.crew.members)), (task, 1))
+                window._errands.send("block-of-the-test", next(iter(window.crew.members)), (task, 1))
         else:
             window._looked = float("-inf")
             with pytest.raises(Outage, match="scheduler was lost"):
