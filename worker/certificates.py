@@ -1,10 +1,13 @@
 """Who may take part in a cluster: a private certificate authority, and where its files are read."""
 
 import os
+import ssl
 from datetime import UTC, datetime, timedelta
+from importlib.util import find_spec
 from pathlib import Path
 
 from distributed import Security
+from distributed.comm import CommClosedError
 
 from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
@@ -13,26 +16,40 @@ CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
 """Files of a folder of certificates: who is believed, and what this one shows; the same on every machine of a cluster."""
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
 """Environment variable that names the folder."""
+ROLES = ("client", "scheduler", "worker")
 DAYS = 3650
 
 
-def security(folder: Path | None = None) -> Security:
+def security(folder: Path | None = None, address: str = "") -> Security:
     """Give what a client, a worker or a scheduler shows and asks of the others.
 
     Parameters
     ----------
     folder : Path, optional
         Made by `make_certificates`; by default the one that DAMPERLAB_CLUSTER_TLS names, else Dask's own settings hold.
+    address : str
+        Of the scheduler to which it is shown.
 
     Raises
     ------
     ClusterUnusable
-        A file is missing.
+        A file is missing, or no certificate that is valid now, or there is none for an address that begins with tls:.
     """
     if folder is None:
         named = os.environ.get(VARIABLE)
         if not named:
-            return Security()
+            shown = Security()
+            if address.startswith("tls:") and not _encrypts(shown):
+                raise ClusterUnusable(
+                    Fault(
+                        "tls",
+                        f"no certificates for {address!r}",
+                        "certificates that the scheduler knows",
+                        f"name their folder in {VARIABLE}, or with --tls where there is this option",
+                        f"There are no certificates to show to {address}.",
+                    )
+                )
+            return shown
         folder = Path(named)
     files = [folder / name for name in (CA, CERTIFICATE, KEY)]
     for file in files:
@@ -46,10 +63,84 @@ def security(folder: Path | None = None) -> Security:
                     f"The folder {folder} holds no {file.name} that can be read; it must hold {CA}, {CERTIFICATE} and {KEY}.",
                 )
             )
+    for file in files[:2]:
+        _require_valid(file)
     ca, certificate, key = map(str, files)
-    roles = ("client", "scheduler", "worker")
-    shown = {f"tls_{role}_cert": certificate for role in roles} | {f"tls_{role}_key": key for role in roles}
-    return Security(require_encryption=True, tls_ca_file=ca, **shown)
+    files_of = {f"tls_{role}_cert": certificate for role in ROLES} | {
+        f"tls_{role}_key": key for role in ROLES
+    }
+    return Security(require_encryption=True, tls_ca_file=ca, **files_of)
+
+
+def _encrypts(shown: Security) -> bool:
+    return any(shown.get_connection_args(role).get("ssl_context") for role in ROLES)
+
+
+def _require_valid(file: Path) -> None:
+    """Refuse a certificate that has ended: all that the others would hear is that a connection was closed."""
+    if find_spec("cryptography") is None:
+        return
+    from cryptography import x509
+
+    now = datetime.now(UTC)
+    advice = "make others with `damperlab certificates DIR` and copy them to every machine of the cluster"
+    try:
+        found = x509.load_pem_x509_certificates(file.read_bytes())
+    except ValueError as error:
+        raise ClusterUnusable(
+            Fault(
+                "tls",
+                f"{str(file)!r}, which is no certificate ({error})",
+                "a certificate in PEM",
+                advice,
+                f"The file {file} holds no certificate.",
+            )
+        ) from error
+    for one in found:
+        begins, ends = one.not_valid_before_utc, one.not_valid_after_utc
+        if not begins <= now <= ends:
+            ended = (
+                f"ended on {ends:%Y-%m-%d at %H:%M}"
+                if now > ends
+                else f"begins on {begins:%Y-%m-%d at %H:%M}"
+            )
+            here = f"it is {now:%Y-%m-%d %H:%M} by the clock of this machine"
+            raise ClusterUnusable(
+                Fault(
+                    "tls",
+                    f"{str(file)!r}, whose certificate {ended} UTC",
+                    "certificates that are valid now",
+                    advice,
+                    f"The certificate {file} {ended} UTC; {here}.",
+                )
+            )
+
+
+def refusal(error: BaseException) -> str:
+    """Say why two sides would not talk to each other; empty where nobody answered at all.
+
+    Parameters
+    ----------
+    error : BaseException
+        What asking the other side ended with.
+
+    Returns
+    -------
+    str
+        Half a sentence.
+    """
+    closed = False
+    seen: BaseException | None = error
+    while seen is not None:
+        if isinstance(seen, ssl.SSLCertVerificationError):
+            return f"its certificate is not believed here ({seen.verify_message})"
+        if isinstance(seen, ssl.SSLError):
+            return (
+                f"the two sides do not agree on TLS ({(seen.reason or str(seen)).lower().replace('_', ' ')})"
+            )
+        closed = closed or isinstance(seen, CommClosedError)
+        seen = seen.__cause__ or seen.__context__
+    return f"it closes the connection, as where it asks for certificates ({VARIABLE})" if closed else ""
 
 
 def make_certificates(folder: Path, days: int = DAYS) -> None:

@@ -14,7 +14,7 @@ from distributed import Client, Nanny, Security, SpecCluster, rpc
 from distributed.system import MEMORY_LIMIT
 
 from damperlab.studies.faults import Fault
-from damperlab.worker.certificates import security
+from damperlab.worker.certificates import refusal, security
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.scheduler import SchedulerProcess
@@ -172,21 +172,21 @@ def _local(count: int) -> Iterator[Client]:
 def _remote(address: str) -> Iterator[Client]:
     allowed = "the address of a running Dask scheduler, as in tcp://host:8786"
     try:
-        shown = security()
+        shown = security(address=address)
         asyncio.run(_probe(address, shown))
     # Dask raises all kinds for an address that is none and for a server that is no scheduler.
     except ClusterUnusable:
         raise
     except Exception as error:
+        why = refusal(error) or str(error) or f"no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s"
         raise ClusterUnusable(
             Fault(
                 "scheduler",
-                f"{address!r} ({str(error) or f'no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s'})",
+                f"{address!r} ({why})",
                 allowed,
                 "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS where it asks for certificates; or"
                 " leave `scheduler` out to compute on this machine",
-                f"No Dask scheduler can be used at {address}: "
-                f"{str(error) or f'there was no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s'}.",
+                f"No Dask scheduler can be used at {address}: {why}.",
             )
         ) from error
     try:

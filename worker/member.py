@@ -4,14 +4,11 @@ import asyncio
 import math
 import os
 import signal
-import socket
-import sys
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import dask
 from distributed import Security, Worker
@@ -20,10 +17,9 @@ from distributed.core import Status
 from damperlab.worker.alive import show_alive
 from damperlab.worker.apart import stand_by
 from damperlab.worker.cluster import ONE_THREAD
+from damperlab.worker.joining import joined, own_host, say
 from damperlab.worker.notice import ASK_SECONDS, announced
 
-ASK_AGAIN_SECONDS = 1.0
-"""Between two looks for a way to the scheduler."""
 LOOK_SECONDS = 0.2
 """Between two looks for a notice, and at what is left to do."""
 
@@ -99,7 +95,9 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
     began = time.monotonic()
-    host = await _own_host(scheduler, told, terms)
+    stays = (seconds for seconds in (terms.leave_idle_s, terms.lifetime_s) if seconds is not None)
+    limit_seconds = min(stays, default=math.inf)
+    host = await own_host(scheduler, told, limit_seconds)
     if host is None:
         return 0 if told.done() and not wrong else 1
     worker = Worker(
@@ -111,67 +109,25 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         memory_limit=memory_limit,
         name=name,
     )
-    if not await _joined(worker, told, terms):
+    if not await joined(worker, security, told, limit_seconds):
         return 0 if told.done() and not wrong else 1
     async with worker, _asking(terms.notice_url, told):
         reason = await _until_told(worker, told, terms, began)
         if not reason:
             return 1
         deadline = time.monotonic() + terms.leave_within_s
-        _say(f"leaving ({reason}): no more blocks, gone within {terms.leave_within_s:g} s")
+        say(f"leaving ({reason}): no more blocks, gone within {terms.leave_within_s:g} s")
         # the scheduler tells whoever asks that this worker takes nothing more
         worker.status = Status.closing_gracefully
         # a result that is here has yet to be fetched
         while worker.state.tasks and time.monotonic() < deadline:
             await asyncio.sleep(LOOK_SECONDS)
         given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
-        _say(f"left; {given_back} blocks given back")
+        say(f"left; {given_back} blocks given back")
         await worker.close(timeout=2, executor_wait=False, reason=reason)
     if showing is not None:
         showing.cancel()
     return 1 if wrong else 0
-
-
-async def _own_host(scheduler: str, told: "asyncio.Future[str]", terms: Terms) -> str | None:
-    """Give this machine's address on the way to the scheduler, once there is one; None where that is given up.
-
-    Without a way the library would take the loopback address, under which nobody reaches a worker once there is one.
-    """
-    loop = asyncio.get_running_loop()
-    parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
-    limit = min(
-        (each for each in (terms.leave_idle_s, terms.lifetime_s) if each is not None), default=math.inf
-    )
-    began, waits = time.monotonic(), False
-    while not told.done() and time.monotonic() - began < limit:
-        with suppress(OSError):
-            found = await loop.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
-            family, kind, protocol, _, address = found[0]
-            with socket.socket(family, kind, protocol) as probe:
-                # nothing is sent
-                probe.connect(address)
-                return str(probe.getsockname()[0])
-        if not waits:
-            waits = True
-            _say(f"there is no way to {scheduler} yet")
-        await asyncio.wait([told], timeout=ASK_AGAIN_SECONDS)
-    _say(f"leaving: there is no way to {scheduler}")
-    return None
-
-
-async def _joined(worker: Worker, told: "asyncio.Future[str]", terms: Terms) -> bool:
-    """Wait for a scheduler, however long that takes; False where it is given up."""
-    # the library would wait for ever, and hear nothing meanwhile
-    joining = asyncio.ensure_future(worker.start())
-    limits = [seconds for seconds in (terms.leave_idle_s, terms.lifetime_s) if seconds is not None]
-    await asyncio.wait(
-        [joining, told], timeout=min(limits, default=None), return_when=asyncio.FIRST_COMPLETED
-    )
-    if not joining.done():
-        _say(f"leaving: no scheduler has answered at {worker.scheduler.address}")
-        return False
-    await joining
-    return True
 
 
 @asynccontextmanager
@@ -209,10 +165,6 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
         elif terms.leave_idle_s is not None and time.monotonic() - busy > terms.leave_idle_s:
             return f"no block has come for {terms.leave_idle_s:g} s"
     return ""
-
-
-def _say(what: str) -> None:
-    print(f"damperlab worker: {what}", file=sys.stderr, flush=True)
 
 
 def serve_worker(

@@ -93,7 +93,7 @@ def worker(
     notice = None if notice is None else notice.absolute()
     alive = None if alive is None else alive.absolute()
     terms = Terms(leave_within, lifetime, notice, notice_url, leave_idle, alive)
-    serve_worker(scheduler, security(tls), terms, memory_limit, name)
+    serve_worker(scheduler, security(tls, scheduler), terms, memory_limit, name)
 
 
 def certificates(

@@ -31,10 +31,13 @@ GONE_SECONDS = 120.0
 
 
 @contextmanager
-def member(address: str, *options: str) -> Iterator[subprocess.Popen[bytes]]:
+def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen(
-        [sys.executable, "-m", "damperlab", "worker", address, *options], cwd=ROOT, env=environment
+        [sys.executable, "-m", "damperlab", "worker", address, *options],
+        cwd=ROOT,
+        env=environment,
+        stderr=stderr,
     )
     try:
         yield process
@@ -203,6 +206,41 @@ def test_files_say_who_may_take_part(tmp_path: Path) -> None:
     (tmp_path / "theirs" / "key.pem").rename(tmp_path / "theirs" / "elsewhere")
     with pytest.raises(ClusterUnusable, match=r"holds no key\.pem that can be read"):
         security(tmp_path / "theirs")
+    make_certificates(tmp_path / "ended", days=0)
+    with pytest.raises(ClusterUnusable, match=r"ca\.pem ended on .* by the clock of this machine"):
+        security(tmp_path / "ended")
+    (tmp_path / "ours" / "cert.pem").write_text("nothing")
+    with pytest.raises(ClusterUnusable, match=r"cert\.pem holds no certificate"):
+        security(tmp_path / "ours")
+
+
+def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
+    pytest.importorskip("cryptography")
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    make_certificates(ours)
+    make_certificates(theirs)
+    shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
+    with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
+        for scheme, options, reason in (
+            ("tls:", (f"--tls={theirs}",), "its certificate is not believed here"),
+            ("tcp:", (), "it closes the connection, as where it asks for certificates"),
+        ):
+            asked = address.replace("tls:", scheme)
+            with member(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
+                assert stranger.stderr is not None
+                with stranger.stderr as told:
+                    lines = iter(told.readline, b"")
+                    said = next(text for line in lines if "let this worker in" in (text := line.decode()))
+                    assert reason in said
+                    # it is asked again meanwhile, and nothing more is said
+                    time.sleep(2.0)
+                    stranger.kill()
+                    assert told.read() == b""
+        with member(address, stderr=subprocess.PIPE) as nobody:
+            _, refused = nobody.communicate(timeout=GONE_SECONDS)
+            assert b"There are no certificates to show to tls:" in refused
+            assert b"--tls" in refused
+            assert nobody.returncode == 1
 
 
 def test_cluster_with_certificates_computes_for_those_who_have_one(
