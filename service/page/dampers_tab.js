@@ -10,8 +10,8 @@ import { short } from "./numbers.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { surveyMotion } from "./survey_motion.js";
 import { surveyPoint } from "./survey_point.js";
+import { inBrackets } from "./shown.js";
 import { sliders } from "./sliders.js";
-import { NAMES } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const MOST = 240;
@@ -49,7 +49,7 @@ export function dampersTab(session, place) {
   function drawControls() {
     const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
     const metrics = variables.filter((/** @type {any} */ one) => session.variables.includes(one.name));
-    const met = selection.axes[kind.met].map((value) => [String(value), kind === SUITE ? value : `${short(value)} m`]);
+    const met = selection.axes[kind.met].map((value) => [String(value), kind === SUITE ? value : shown.value(AMPLITUDE, value)]);
     fill(
       controls,
       picker("Across", names, view.x, (name) => exchange("x", "y", name)),
@@ -94,8 +94,7 @@ export function dampersTab(session, place) {
       const open = [view.x, view.y, kind.met, ...(selection.worst ? [FREQUENCY] : [])];
       const given = await ask(studyPath(record.id, "resonance-map"), { ...plane, ...fixed, most: MOST, ...selection.at(open) });
       if (mine !== asked) return;
-      const unit = given.units === "1" ? "" : ` [${given.units}]`;
-      const answer = shown.map({ ...given, long_name: given.long_name + unit });
+      const answer = shown.map({ ...given, long_name: given.long_name + inBrackets(given.units) });
       fill(trouble);
       fill(note, prose(said(answer, shown.words(given).note)));
       if (answer.y.length === 1) await chart.draw(() => lineTraces(answer), () => lineLayout(answer));
@@ -145,10 +144,9 @@ export function dampersTab(session, place) {
   function ranking(ranked) {
     const columns = kind.damper.filter((name) => selection.axes[name].length > 1);
     const suite = kind === SUITE;
-    const where = (/** @type {any} */ one) => (suite ? [one.record, short(one.scale)] : [`${short(one[AMPLITUDE])} m`, shown.value(FREQUENCY, one[FREQUENCY]), words.response_class[codeOf(one.response_class)]?.name ?? "–"]);
-    const cells = (/** @type {any} */ one) => [...columns.map((name) => shown.value(name, one[name])), short(one.value), ...where(one), ...("growth" in one ? [short(one.growth, 3)] : [])];
-    const unit = ranked.units === "1" ? "" : ` [${ranked.units}]`;
-    const heads = [...columns.map((name) => NAMES[name]), `Worst case${suite ? "" : unit}`, ...(suite ? ["under", "times"] : ["at base amplitude", "and frequency", "Response there"]), ...("growth" in ranked.columns ? ["Growth of a perturbation"] : [])];
+    const where = (/** @type {any} */ one) => (suite ? [one.record, short(one.scale)] : [shown.value(AMPLITUDE, one[AMPLITUDE]), shown.value(FREQUENCY, one[FREQUENCY]), words.response_class[codeOf(one.response_class)]?.name ?? "–"]);
+    const cells = (/** @type {any} */ one) => [...columns.map((name) => short(one[name] * shown.factor(name))), short(one.value * shown.factor(view.metric)), ...where(one), ...("growth" in one ? [short(one.growth, 3)] : [])];
+    const heads = [...columns.map((name) => shown.title(name)), `Worst case${inBrackets(ranked.units)}`, ...(suite ? ["under", "times"] : ["at base amplitude", "and frequency", "Response there"]), ...("growth" in ranked.columns ? ["Growth of a perturbation"] : [])];
     return [
       el(
         "div",

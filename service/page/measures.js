@@ -1,6 +1,7 @@
 /** The results of a study that can be shown. */
 
 import { AMPLITUDE, RECORD } from "./selection.js";
+import { inBrackets } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
@@ -18,7 +19,7 @@ export function measures({ words, variables, shown, selection }) {
   return shown.inUnits ? [...inUnits, ...plain] : plain;
 }
 
-/** What a result is called, with its unit. @param {{long_name: string, units: string}} variable */
+/** What a result is called, with the unit that it is shown in. @param {{long_name: string, units: string}} variable */
 export function unitOf({ long_name, units }) {
-  return units === "1" ? long_name : `${long_name} [${units}]`;
+  return long_name + inBrackets(units);
 }

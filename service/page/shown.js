@@ -3,13 +3,17 @@
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
 import { STANDS_FOR, unitFactor } from "./quantities.js";
-import { axisTitle, symbol, titled } from "./vocabulary.js";
+import { axisTitle, NAMES, symbol, titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
 
 /** What stands in units for a ratio: symbol, name, unit, and the unit over that of SI. */
 const QUANTITIES = WORDS.in_units;
+
+/** Dimensions and results in SI that are lengths are shown in mm, like those that stand for ratios. */
+const LENGTH_IN_SI = /_m$/;
+const MILLIMETRES = 1000;
 
 /** The last digit that is shown of a value, over the value. */
 const SHOWN_DIGIT = 5e-6;
@@ -43,14 +47,18 @@ export class Shown {
     return this.inUnits && name in this.factors;
   }
 
-  /** What a ratio is multiplied with to be shown. @param {string} name */
+  /** What a ratio, or a quantity in SI, is multiplied with to be shown. @param {string} name */
   factor(name) {
+    if (LENGTH_IN_SI.test(name)) return MILLIMETRES;
     return this.has(name) ? this.factors[name] : 1;
   }
 
   /** The unit, with the space before it; empty for a ratio. @param {string} name */
   unit(name) {
-    return this.has(name) ? ` ${QUANTITIES[name][2]}` : "";
+    if (LENGTH_IN_SI.test(name)) return " mm";
+    if (this.has(name)) return ` ${QUANTITIES[name][2]}`;
+    const [, unit] = /\[(.*)\]$/.exec(NAMES[name] ?? "") ?? [];
+    return unit ? ` ${unit}` : "";
   }
 
   /** Name and symbol of a dimension, with its unit. @param {string} name */
@@ -106,10 +114,10 @@ export class Shown {
    * @param {any} answer @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios @returns {any}
    */
   mapInSi(answer, { x, y, metric }) {
-    const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : 1);
+    const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : this.factor(name));
     const scaled = (/** @type {any[]} */ values, /** @type {string} */ name) => values.map((value) => (value === null ? null : value * by(name)));
     const plane = (/** @type {any[][]} */ rows) => rows.map((row) => scaled(row, metric));
-    const unit = answer.units === "1" || this.has(metric) ? "" : ` [${answer.units}]`;
+    const unit = this.has(metric) ? "" : inBrackets(answer.units);
     return {
       ...answer,
       x: scaled(answer.x, x),
@@ -138,6 +146,12 @@ export class Shown {
       y_title: this.axis(y),
     };
   }
+}
+
+/** A unit of the service as it is printed, in brackets after a name: lengths in mm; nothing for a ratio. @param {string} units */
+export function inBrackets(units) {
+  const printed = units === "m" ? "mm" : units.replace(/ s-(\d)/, (_, power) => (power === "1" ? "/s" : "/s²"));
+  return units === "1" ? "" : ` [${printed}]`;
 }
 
 /** The switch, where there is something to switch. @param {Shown} shown @param {() => void} again shows the view anew */

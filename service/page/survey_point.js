@@ -3,9 +3,11 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose } from "./dom.js";
 import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { unitOf } from "./measures.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
+import { inBrackets } from "./shown.js";
 
 const SCALE = "scale";
 /** Most records whose curves are drawn; more would hide each other. */
@@ -43,16 +45,15 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   const element = el("section", { class: "box survey", "aria-label": "The damper" }, title, figures, why, trouble);
 
   const metric = () => variables.find((one) => one.name === view.metric);
-  const inMillimetres = () => metric().units === "m";
-  const factor = () => (inMillimetres() ? 1000 : 1);
-  const unit = () => (inMillimetres() ? "mm" : metric().units === "1" ? "" : metric().units);
+  const factor = () => shown.factor(view.metric);
+  const nameOf = (/** @type {string} */ name) => shown.title(name).replace(/ \[.*/, "").toLowerCase();
   const damper = () => selection.at([RECORD, SCALE]);
-  const named = () => `${metric().long_name}${unit() && ` [${unit()}]`}`;
+  const named = () => unitOf(metric());
 
   /** Ask for the damper's results and draw them. */
   async function look() {
     const mine = ++number;
-    fill(title, "Damper with ", Object.entries(damper()).flatMap(([name, value], i) => [i > 0 && ", ", el("span", { class: "one" }, written(shown.title(name), value))]));
+    fill(title, "Damper with ", Object.entries(damper()).flatMap(([name, value], i) => [i > 0 && ", ", el("span", { class: "one" }, `${nameOf(name)} ${shown.value(name, value)}`)]));
     figures.hidden = scales.length < 2 || metric().coded;
     fill(why, figures.hidden && (scales.length < 2 ? ONE_SCALE : NO_SIZE));
     if (figures.hidden) return fill(trouble);
@@ -62,7 +63,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
       if (mine !== number) return;
       fill(trouble);
       if (box.dataset.metric !== view.metric) suggest(rows);
-      fill(label, `Limit${unit() && ` [${unit()}]`}`);
+      fill(label, `Limit${inBrackets(metric().units)}`);
       found = rows;
       await drawRising();
       if (!rising.plot.dataset.wired) wire();
@@ -173,10 +174,4 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   selection.addEventListener("chosen", look);
   changes.addEventListener("grown", () => element.isConnected && look());
   return { element, look };
-}
-
-/** A value of a dimension with its unit, lengths in millimetres. @param {string} title name and unit @param {number} value */
-export function written(title, value) {
-  const [, name, unit] = /^(.*?)(?: \[(.*)\])?$/.exec(title) ?? [];
-  return unit === "m" ? `${name} ${short(1000 * value)} mm` : `${name} ${short(value)}${unit ? ` ${unit}` : ""}`;
 }

@@ -152,11 +152,11 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Name what a harmonic study has not as a dimension, with its unit."""
+    """Name what a harmonic study has not as a dimension, with the unit that it is shown in: lengths in mm."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
-    return {AMPLITUDE: f"{_capital(amplitude)} [m]"} | {
+    return {AMPLITUDE: f"{_capital(amplitude)} [mm]"} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
-        + ("" if unit == "1" else f" [{unit}]")
+        + ("" if unit == "1" else f" [{'mm' if unit == 'm' else unit}]")
         for name, (unit, words) in SUITE_DIMENSIONS.items()
         if name not in SYMBOLS
     }
@@ -177,7 +177,7 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 def _names_in_si_of_ratios() -> dict[str, str]:
     """Give the name by which a ratio is asked for in SI units."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
-    return coordinates | AMPLITUDES | {"impact_speed_max": SPEED}
+    return coordinates | AMPLITUDES | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
 
 
 def _capital(words: str) -> str:

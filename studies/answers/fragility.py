@@ -245,6 +245,8 @@ def _log_likelihood(median: Floats, width: Floats, low: Floats, high: Floats) ->
 def _note(cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str) -> str:
     units = cube[metric].attrs.get("units", "1")
     limit = f"{found['threshold']:g}" + ("" if units == "1" else f" {units}")
+    if units == "m":
+        limit = f"{1e3 * found['threshold']:g} mm"
     long_name = cube[metric].attrs.get("long_name", metric)
     sentences = [where, f"The {long_name} exceeds {limit} under"]
     sentences[-1] += (
@@ -253,7 +255,7 @@ def _note(cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str) -
     if "median_scale" in found:
         low, high = found["median_scale_interval"]
         sentences.append(
-            f"Half of such records exceed it from a scale of {found['median_scale']:.4g} (95 % from {low:.3g} to {high:.3g}) "
+            f"Half of such records exceed it from a scale of {found['median_scale']:.4g} ({_interval(low, high)}) "
             f"on; dispersion {found['dispersion']:.3g} of ln scale (lognormal, maximum likelihood, one observation a record)."
         )
     else:
@@ -261,3 +263,10 @@ def _note(cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str) -
             "No curve can be fitted: the records do not differ in the scale at which they first exceed it."
         )
     return " ".join(filter(None, sentences))
+
+
+def _interval(low: float, high: float) -> str:
+    """Say between which scales the median lies; so few records may settle nothing."""
+    if low > 0 and high < np.inf:
+        return f"95 % from {low:.3g} to {high:.3g}"
+    return "these records do not settle it: its 95 % interval has no end"

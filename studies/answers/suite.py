@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
+from damperlab.studies.answers.ends import ends_of_damper
 from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside as within
 from damperlab.studies.answers.selection import (
@@ -136,7 +137,8 @@ def worst_case_designs(
     if not 1 <= top <= MOST:
         raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
     damper = kind_of(cube.sizes).designs
-    part = cube.isel(_counting(cube, records, ranges or {}))
+    counting = _counting(cube, records, ranges or {})
+    part = cube.isel(counting)
     cases = tuple(name for name in dimensions_of(part) if name not in damper)
     extents = tuple(part.sizes[name] for name in cases)
     shape = tuple(part.sizes[name] for name in damper)
@@ -187,6 +189,13 @@ def worst_case_designs(
         **completeness(computed, points_failed, int(part["status"].size)),
     }
     attributes["note"] = _note(part, metric, attributes, ranked)
+    if ranked:
+        # along its whole axis, whatever range was asked for
+        first = {
+            name: int(counting[name][best[name][0]] if name in counting else best[name][0]) for name in damper
+        }
+        beyond = ends_of_damper(cube, metric, counting, first)
+        attributes["note"] += f" {beyond}" if beyond else ""
     return xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
 
 

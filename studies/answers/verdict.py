@@ -9,7 +9,7 @@ import xarray as xr
 
 from damperlab.studies.answers.contenders import chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.ends import end_of, say_ends
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -202,17 +202,10 @@ def _say_ends(
     for entry in flat:
         if entry["below"] is None and entry["above"] is None:
             continue  # as good all along the axis
-        axis = cube[entry["dimension"]].values
-        for end, where in ((axis.min(), "lower"), (axis.max(), "upper")):
-            if same(entry["value"], end):
-                name = entry["dimension"]
-                ends.append(f"the {where} end of {phrases.symbol(name)} ({phrases.value(name, end)})")
+        name = entry["dimension"]
+        ends.append(end_of(cube[name].values, entry["value"], name, phrases))
     coarse = [phrases.symbol(entry["dimension"]) for entry in flat if not entry["resolved"]]
-    sentences = []
-    if ends:
-        sentences.append(
-            f"The optimum lies at {' and '.join(ends)}: a better one may lie beyond, in a study with a longer axis."
-        )
+    sentences = [say_ends([end for end in ends if end])]
     if coarse:
         sentences.append(
             f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "

@@ -1,6 +1,7 @@
 """No vocabulary is written by hand in two places: what names all words of one is its home, or takes them from there."""
 
 import ast
+import json
 import re
 from collections.abc import Collection, Iterator
 from functools import cache
@@ -203,6 +204,8 @@ def test_defaults_are_what_the_paper_prints() -> None:
 def test_the_page_declares_the_words_that_it_is_given() -> None:
     declared = (ROOT / "service/page/words.d.ts").read_text()
     given = re.findall(r'^ "(\w+)":', words_module().decode(), re.MULTILINE)
+    words = json.loads(words_module().decode().partition("WORDS = ")[2].rstrip().rstrip(";"))
+    assert set(words["in_units"]) <= set(words["names_in_si"])
     assert sorted(re.findall(r"^  (\w+):", declared, re.MULTILINE)) == sorted(given)
     modules = "".join(file.read_text() for file in (ROOT / "service/page").glob("*.js"))
     assert [name for name in given if f"WORDS.{name}" not in modules] == []

@@ -71,7 +71,7 @@ def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     expect(panel.get_by_role("spinbutton")).to_be_hidden()
     pick(page, "Shown", "peak_absolute_acceleration_m_s2")
     expect(panel.get_by_role("spinbutton")).to_be_visible()
-    expect(panel.locator("label.field")).to_contain_text("Limit [m")
+    expect(panel.locator("label.field")).to_contain_text("Limit [m/s²]")
 
 
 def test_a_late_ranking_of_dampers_does_not_replace_a_later_one(

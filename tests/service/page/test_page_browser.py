@@ -348,7 +348,7 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     until(page, KNOWN_POINTS, lambda known: known == 6)
     best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
     cells = page.locator(".designs tbody tr").first.locator("td")
-    expect(cells.first).to_have_text(f"{best['clearance_m']:g}")
+    expect(cells.first).to_have_text(f"{1000 * best['clearance_m']:g}")
     expect(cells.nth(3)).to_have_text(best["record"])
 
     def choose(label: str, value: str) -> None:
@@ -394,12 +394,12 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     expect(tabs).to_have_text(["Map and dampers", "Beside another", "Data"])
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.nth(0)).to_have_text(f"{best['friction_force_n']:g}")
-    expect(cells.nth(1)).to_have_text(f"{best['value']:.5g}")
-    expect(cells.nth(2)).to_have_text(f"{best['base_amplitude_m']:g} m")
+    expect(cells.nth(1)).to_have_text(f"{1000 * best['value']:.5g}")
+    expect(cells.nth(2)).to_have_text(f"{1000 * best['base_amplitude_m']:g} mm")
     expect(cells.nth(3)).to_have_text(f"{8 * best['frequency_ratio']:.5g} Hz")
-    expect(page.locator(".designs")).to_contain_text("Worst case [m]")
+    expect(page.locator(".designs")).to_contain_text("Worst case [mm]")
     expect(page.locator(".study")).not_to_contain_text(
-        re.compile(r"X/Z|\br = |amplitude ratio|frequency ratio")
+        re.compile(r"X/Z|\br = |amplitude ratio|frequency ratio|\[m\]|\d m\b")
     )
     assert serious(page) == []
 
@@ -411,13 +411,13 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     choose("Base amplitude", "0.001")
     only = asked | {"base_amplitude_m": "0.001,0.001"}
     best = client.get(f"{address}/optimal-designs", params=only).json()["designs"][0]
-    expect(cells.nth(1)).to_have_text(f"{best['value']:.5g}")
+    expect(cells.nth(1)).to_have_text(f"{1000 * best['value']:.5g}")
     choose("Up", "base_amplitude_m")
     drawn = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])[0]"
-    until(page, drawn, lambda y: y == amplitudes)
+    until(page, drawn, lambda y: y == pytest.approx([1000 * one for one in amplitudes]))
     page.get_by_label("Quantities").select_option("ratios")
     expect(page.locator(".designs")).to_contain_text("Worst case")
-    expect(page.locator(".designs")).not_to_contain_text("[m]")
+    expect(page.locator(".designs")).not_to_contain_text("[mm]")
 
 
 def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(

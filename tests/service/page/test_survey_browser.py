@@ -90,9 +90,9 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     until(page, KNOWN, lambda known: known == 6)
     study = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
     page.locator(".plot").first.scroll_into_view_if_needed()
-    page.mouse.click(*page.evaluate(PLACE_OF_CELL, [0.02, 0.8]))
+    page.mouse.click(*page.evaluate(PLACE_OF_CELL, [20, 0.8]))
     panel = page.get_by_role("region", name="The damper")
-    expect(panel.get_by_role("heading", level=2)).to_contain_text("Clearance 20 mm, Friction force 0.8 N")
+    expect(panel.get_by_role("heading", level=2)).to_contain_text("clearance 20 mm, friction force 0.8 N")
     at = {"clearance_m": 0.02, "friction_force_n": 0.8}
     assert "clearance_m=0.02" in page.url
 

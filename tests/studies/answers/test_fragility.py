@@ -69,6 +69,7 @@ def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None
     np.testing.assert_allclose(probability, expected, rtol=1e-12)
     np.testing.assert_array_equal(answer["highest"], values.max(axis=0))
     assert "2 of 3 records" in answer.attrs["note"]
+    assert "exceeds 20 mm" in answer.attrs["note"]
 
 
 def test_what_cannot_be_fitted_is_said() -> None:
@@ -76,6 +77,10 @@ def test_what_cannot_be_fitted_is_said() -> None:
     assert "median_scale" not in same.attrs
     assert "No curve can be fitted" in same.attrs["note"]
     assert np.isnan(same["probability"]).all()
+    # one of two exceeds at every scale and the other at none: any median fits
+    unsettled = fragility(suite_of(np.array([[0.03] * 4, [0.001] * 4])), Fragile(0.02))
+    assert "these records do not settle it" in unsettled.attrs["note"]
+    assert "inf" not in unsettled.attrs["note"]
     never = fragility(suite_of(np.full((4, 4), 0.001)), Fragile(0.02))
     assert never.attrs["never"] == 4
     assert "0 of 4 records" in never.attrs["note"]

@@ -130,8 +130,11 @@ def test_one_frequency_recommends_nothing_but_what_to_compute_next():
 
 
 def test_the_end_of_an_axis_a_rugged_neighbourhood_and_a_large_error_are_said():
-    end = optimal_designs(made([1.0, 1.05, 2.0]))
-    assert "The optimum lies at the lower end of γ_F (0)" in said(end)
+    end = optimal_designs(made([2.0, 1.05, 1.0]))
+    assert "The optimum lies at the upper end of γ_F (" in said(end)
+    without = optimal_designs(made([1.0, 1.05, 2.0]))
+    assert "γ_F = 0." in said(without)
+    assert "lies at the" not in said(without)  # friction is never less than none
     rugged = optimal_designs(made([2.0, 1.0, 2.0]))
     assert "The neighbourhood of the optimum is rugged along γ_F" in said(rugged)
     assert "end of γ_F" not in said(rugged)
