@@ -9,7 +9,7 @@ from typing import Any
 
 from distributed import Client, Future
 
-from damperlab.worker.outcomes import Outage, asking_the_cluster
+from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
 
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
@@ -58,7 +58,7 @@ class Errands:
 
         Raises
         ------
-        Outage
+        SchedulerLost
             The scheduler is lost.
         """
         with asking_the_cluster(self._client):
@@ -106,7 +106,7 @@ class Errands:
 
         Raises
         ------
-        Outage
+        SchedulerLost
             The scheduler is lost, or does not answer.
         """
         self.require_scheduler()
@@ -117,6 +117,6 @@ class Errands:
         return threads, running
 
     def require_scheduler(self) -> None:
-        """Raise `Outage` where the scheduler is lost."""
+        """Raise `SchedulerLost` where it is."""
         if self._client.status != "running":
-            raise Outage("the connection to the Dask scheduler was lost")
+            raise SchedulerLost

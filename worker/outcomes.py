@@ -25,14 +25,21 @@ class Outage(Interrupted):
     """What keeps a study from going on passes by itself: the cluster is away, or the disk is full."""
 
 
+class SchedulerLost(Outage):
+    """The connection to the Dask scheduler was lost."""
+
+    def __init__(self) -> None:
+        super().__init__("the connection to the Dask scheduler was lost")
+
+
 @contextmanager
 def asking_the_cluster(client: "Client") -> Iterator[None]:
-    """Raise `Outage` where the scheduler is lost while it is asked for something, whatever the library makes of that."""
+    """Raise `SchedulerLost` where the scheduler is lost while it is asked for something, whatever the library makes of that."""
     try:
         yield
     except Exception as error:
         if isinstance(error, OSError | TimeoutError) or client.status != "running":
-            raise Outage("the connection to the Dask scheduler was lost") from error
+            raise SchedulerLost from error
         raise
 
 

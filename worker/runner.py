@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, suppress
-from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -22,26 +21,15 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import sweep
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.account import Account
-from damperlab.worker.backlog import Backlog
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.ending import Ending
 from damperlab.worker.forecast import Forecast, known_of
 from damperlab.worker.harvest import Harvest
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
-from damperlab.worker.outcomes import (
-    ClusterUnusable,
-    Interrupted,
-    Outage,
-    asking_the_cluster,
-)
+from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.progress import Progress
-from damperlab.worker.provenance import (
-    WrongCode,
-    code_hash,
-    computing,
-    require_solver,
-)
+from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.recipe import Recipe
 from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import compile_apart, missing
@@ -70,6 +58,7 @@ def run_study(
     outage_as: str = "failed",
     here_seconds: float = 0.0,
     wait_seconds: float = 120.0,
+    return_seconds: float = 0.0,
     budget_seconds: float | None = None,
 ) -> Record:
     """Compute what a study lacks, and no more.
@@ -103,6 +92,8 @@ def run_study(
         Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
     wait_seconds : float
         How long to wait while no worker of the cluster can compute; the record says for what.
+    return_seconds : float
+        How long to wait for a scheduler that was lost half-way, or for another in its place.
     budget_seconds : float, optional
         Kernel seconds after which no block begins; the study is left as if it had been stopped, and its message says so.
 
@@ -125,7 +116,7 @@ def run_study(
         run = _Run(store, lease, Account(store, lease, on_progress), stop, budget_seconds)
         if run.begin(only_from):
             try:
-                run.compute(client_factory, here_seconds, wait_seconds)
+                run.compute(client_factory, here_seconds, wait_seconds, return_seconds)
                 run.end(stopped_as)
             # One step each: a process that is killed between two would leave the first one's state for good.
             except Outage as error:
@@ -199,6 +190,7 @@ class _Run:
         client_factory: "Callable[[], AbstractContextManager[Client]]",
         here_seconds: float,
         wait_seconds: float,
+        return_seconds: float,
     ) -> None:
         """Compute every pending block, or as many as there is leave for."""
         study = parse_stored(self._record.definition, self._record.digest)
@@ -218,35 +210,19 @@ class _Run:
             # known before a cluster is started; whether the processors are alike its workers say
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
-        recipe = Recipe(self._store, self._lease, self._plan, self._record)
         if work_left <= here_seconds:
-            self._compute_here(recipe, pending, work_left)
+            self._compute_here(pending, work_left)
             return
         self._require_readable()
-        self._account.enter("starting")
-        with client_factory() as client:
-            # known here alone: what is computed in this process needs no cluster's library
-            from damperlab.worker.window import Window
+        # loaded here alone: what is computed in this process needs no cluster's library
+        from damperlab.worker.away import Away
 
-            window = Window(
-                client,
-                recipe.call,
-                Backlog(pending, forecast, recipe.is_known),
-                part_task=recipe.part_call,
-                wait_seconds=wait_seconds,
-                priority=self._record.priority,
-            )
-            self._account.watch(window.crew)
-            try:
-                if self._assemble(window, client, recipe, pending):
-                    self._account.begin_blocks(self._record, work_left)
-                    self._pump(window)
-            finally:
-                self._account.close(window.stranded)
-                window.close()
+        away = Away(self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping)
+        away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
-    def _compute_here(self, recipe: Recipe, pending: NDArray[np.int64], work_left: float) -> None:
+    def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
         """Compute in this process, without a cluster."""
+        recipe = Recipe(self._store, self._lease, self._plan, self._record)
         recipe.agree({"this process": computing()})
         self._compile_here(missing(scenes(self._plan.study)))
         self._account.begin_blocks(self._record, work_left)
@@ -265,31 +241,6 @@ class _Run:
             # nobody could read it; else who cannot is left out
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
-
-    def _assemble(
-        self, window: "Window", client: "Client", recipe: Recipe, pending: NDArray[np.int64]
-    ) -> bool:
-        """Find workers that agree, and prepare them; False where the study was stopped meanwhile."""
-        from damperlab.worker.preparation import compile_at_workers
-
-        cube_path = self._store.cube_path(self._study_id)
-        first = partial(window.assemble, cube_path, self._record.digest, code_hash())
-        facts = first(recipe.begun, None, "", lambda: self._look_on(window))
-        if facts is None:
-            return False
-        recipe.agree({"the workers": facts})
-        usable = [member.address for member in window.crew.usable]
-        with asking_the_cluster(client):
-            compile_at_workers(
-                client, scenes(self._plan.study), self._account.compiling, lambda: self._stopping, usable
-            )
-        canary, truth = recipe.canary(pending)
-        return first(facts["identity"], canary, truth, lambda: self._look_on(window)) is not None
-
-    def _look_on(self, window: "Window") -> bool:
-        """Let everybody see what is waited for; False where the study shall stop."""
-        self._account.tell_of_workers(window.stranded)
-        return not self._stopping
 
     def _compile_here(self, lacking: list[Scene]) -> None:
         """Compile what a study lacks that this process computes, in processes that leave it free."""

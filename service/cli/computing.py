@@ -192,6 +192,7 @@ class Computer(ExitStack):
                         only_from=("queued", "running", record.state),
                         here_seconds=self._here_seconds,
                         wait_seconds=self._means.wait_seconds,
+                        return_seconds=self._means.wait_seconds,
                         budget_seconds=budget,
                     )
                     return _told_of_the_time(self.store, ended, limits.ends) if over.is_set() else ended

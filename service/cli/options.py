@@ -88,7 +88,8 @@ Wait = Annotated[
         "--wait",
         metavar="SECONDS",
         min=0.0,
-        help=f"Seconds to wait while no worker can compute; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
+        help="Seconds to wait while no worker can compute, or a scheduler that was lost is away; "
+        f"{WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
         show_default=False,
     ),
 ]

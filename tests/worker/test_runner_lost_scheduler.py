@@ -1,12 +1,14 @@
 """A study on somebody else's scheduler, which dies while the study runs."""
 
 import threading
+from contextlib import ExitStack
 from pathlib import Path
 
 from tests.worker.dask_processes import dask_process, scheduler_process
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
@@ -15,7 +17,7 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.runner import run_study
 
 
-def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:
+def submitted(store: Store) -> Record:
     study = parse_study(
         {
             "name": "linear",
@@ -24,10 +26,50 @@ def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: P
             "particle": False,
         }
     )
-    store = Store.open(tmp_path)
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 4), seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
+    record, _ = store.submit(
+        study, plan_with_chunk(study, (1, 1, 1, 1, 1, 4), seconds_per_point), provenance()
+    )
+    return record
 
+
+def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
+    store = Store.open(tmp_path)
+    record = submitted(store)
+    with ExitStack() as stack:
+        address, process = stack.enter_context(scheduler_process())
+        command = ("worker", address, "--nthreads=1", "--no-dashboard")
+        stack.enter_context(dask_process(*command))
+        kept: list[int] = []
+        waited: list[str | None] = []
+
+        def kill(progress: Progress) -> None:
+            if progress.blocks_done and not kept:
+                process.kill()
+                process.wait()
+                kept.append(progress.blocks_done)
+            now = store.find(record.id)
+            if kept and now.phase == "waiting" and not waited:
+                waited.append(now.message)
+                stack.enter_context(scheduler_process("--port", address.rpartition(":")[2]))
+                stack.enter_context(dask_process(*command))
+
+        ended = run_study(
+            store,
+            record.id,
+            lambda: connect(scheduler=address),
+            kill,
+            threading.Event(),
+            return_seconds=300.0,
+        )
+    assert waited == ["the connection to the Dask scheduler was lost"]
+    assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
+    assert 0 < kept[0] < ended.blocks_done == ended.blocks_total
+    store.close()
+
+
+def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:
+    store = Store.open(tmp_path)
+    record = submitted(store)
     with (
         scheduler_process() as (address, process),
         dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
