@@ -2,16 +2,19 @@
 
 import { faultText, Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose, say } from "./dom.js";
-import { CURVES, figure } from "./figure.js";
+import { colour, CURVES, figure } from "./figure.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { STRUCTURE, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
+import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
 
 const STARTS = 8;
 const USUAL_RECORD = "el-centro";
+/** Cases whose motion is drawn; each part of the damper alone would hide the others. */
+const MOVING = ["none", "tmd", "hybrid"];
 
 /** What is asked for: the key of the request, its label and unit, and what turns metres into what is shown. */
 const FIELDS = /** @type {[string, string, number][]} */ ([
@@ -31,6 +34,8 @@ export function earthquakeTab(session, place) {
   const asked = /** @type {Record<string, any>} */ ({ ...sizes(session), record: USUAL_RECORD, tmd_criterion: "den_hartog", starts: STARTS, scale: 1 });
   const answer = el("div");
   const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340 });
+  const drift = figure({ label: "Displacement against the base over time", name: `earthquake-drift-${record.id}`, height: 280 });
+  const spectrum = figure({ label: "Spectrum of the displacement against the base", name: `earthquake-spectrum-${record.id}`, height: 260 });
   const fields = el("div", { class: "pairs" });
   const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
   const shown = el("div", { class: "left" }, goesOn);
@@ -42,12 +47,20 @@ export function earthquakeTab(session, place) {
       const found = await sendPatiently("earthquake-comparisons", asked, (words) => fill(goesOn, words || "Computing …"));
       if (mine !== number) return;
       showFaults([]);
-      if (!chart.element.isConnected) fill(shown, chart.element, answer);
+      if (!chart.element.isConnected) fill(shown, chart.element, answer, drift.element, spectrum.element);
       fill(answer, table(found));
       await chart.draw(() => traces(found), () => ({
         barmode: "group", xaxis: { title: { text: "" }, tickangle: 0 }, yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
       }));
       say(`Compared under ${found.record.name}.`);
+      const moved = await sendPatiently("earthquake-comparisons", { ...asked, cases: MOVING, starts: 0 }, () => undefined, undefined, { samples: SAMPLES });
+      if (mine !== number || !shown.isConnected) return;
+      await drift.draw(() => moving(moved, (history, name, shade, dash) => line(history, mm(history.relative_displacement_m), name, shade, dash)), () => ({
+        xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } },
+      }));
+      await spectrum.draw(() => moving(moved, (history, name, shade, dash) => spectrumOf(history, moved.design.natural_frequency_hz, name, shade, dash)), () => ({
+        xaxis: { title: { text: "frequency [Hz]" } }, yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
+      }));
     } catch (error) {
       if (mine !== number) return;
       if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
@@ -142,7 +155,7 @@ function table(found) {
     ["rms_relative_displacement_m", "rms [mm]"],
     ["peak_absolute_acceleration_m_s2", "Peak acceleration [m/s²]"],
   ]);
-  const cases = Object.entries(found.cases);
+  const cases = /** @type {[string, any][]} */ (Object.entries(found.cases));
   const value = (/** @type {any} */ one, /** @type {string} */ name) => short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
   const span = (/** @type {any} */ one) => {
     const spread = one.spread?.peak_relative_displacement_m;
@@ -156,10 +169,10 @@ function table(found) {
         "table",
         {},
         el("thead", {}, el("tr", {}, ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) => el("th", { scope: "col" }, title)))),
-        el("tbody", {}, cases.map(([, one]) => el("tr", {}, el("th", { scope: "row" }, /** @type {any} */ (one).label), columns.map(([name]) => el("td", {}, value(one, name))), el("td", {}, span(one))))),
+        el("tbody", {}, cases.map(([, one]) => el("tr", {}, el("th", { scope: "row" }, one.label), columns.map(([name]) => el("td", {}, value(one, name))), el("td", {}, span(one))))),
       ),
     ),
-    el("p", { class: "quiet note" }, prose(`Displacements are against the base. ${found.record.name}: peak ${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ${found.note ?? ""}`)),
+    el("p", { class: "quiet note" }, prose(`Displacements are against the base. ${found.record.name}: peak ${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ${cases.some(([, one]) => one.spread?.sensitive) ? "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. " : ""}${found.note ?? ""}`)),
   ];
 }
 
@@ -171,4 +184,14 @@ function traces(found) {
     marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } }, hovertemplate: "%{y:.4~g} mm",
   });
   return [bar("peak_relative_displacement_m", "peak", 0), bar("rms_relative_displacement_m", "rms", 1)];
+}
+
+/**
+ * The motion of no damper, a tuned mass damper and the study's, each as a curve.
+ *
+ * @param {any} found @param {(history: any, name: string, shade: string, dash: string) => any} drawn
+ */
+function moving(found, drawn) {
+  const looks = [[colour("quiet"), "dot"], [CURVES()[0], "dash"], [CURVES()[1], "solid"]];
+  return MOVING.flatMap((name, i) => (found.histories[name] ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1]) : []));
 }

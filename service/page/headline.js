@@ -6,6 +6,8 @@ import { FREQUENCY } from "./selection.js";
 
 /** What designs are judged by is an amplitude, of one frequency or of a band. */
 export const VALUE = "amplitude_ratio";
+/** How the sentences begin that say why not to trust the optimum yet. */
+const OF_THE_OPTIMUM = /^The (neighbourhood of the |error of the )?optimum /;
 
 /**
  * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does
@@ -35,6 +37,8 @@ export function headline({ record, selection, shown }, ranked) {
   const next = ranked.next_frequencies;
   // while points are missing a better one may yet come, and of a band only the frequencies that are there are judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
+  // what is said of the optimum is not said of the best with impacts, where that is another design
+  const doubts = next || idle ? [] : shown.words(ranked).verdict.filter((sentence) => OF_THE_OPTIMUM.test(sentence));
   const why = next && shown.words(ranked).verdict.find((sentence) => /^Only [rf] =/.test(sentence));
   return el(
     "section",
@@ -42,6 +46,7 @@ export function headline({ record, selection, shown }, ranked) {
     el("h2", {}, next ? "No design is recommended yet" : idle ? `Best design with impacts${soFar}` : `Best design${soFar}`),
     why && el("p", {}, prose(why)),
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
+    doubts.map((sentence) => el("p", { class: "quiet" }, prose(sentence))),
     idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),
     next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(next.start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, next.stop)}`),
   );

@@ -7,7 +7,7 @@ import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { RECORD } from "./selection.js";
 
-const SAMPLES = 6000;
+export const SAMPLES = 6000;
 /** Highest frequency of the spectrum, over that of the structure. */
 const HARMONICS = 4;
 const MOST_SPECTRAL = 8192;
@@ -76,12 +76,12 @@ export function surveyMotion({ selection, record }) {
 }
 
 /** @param {number[]} metres */
-function mm(metres) {
+export function mm(metres) {
   return metres.map((value) => 1000 * value);
 }
 
 /** @param {any} history @param {(number | null)[]} y @param {string} name @param {string} shade @param {string} [dash] */
-function line(history, y, name, shade, dash = "solid") {
+export function line(history, y, name, shade, dash = "solid") {
   return { type: "scatter", mode: "lines", name, x: history.time_s, y, line: { color: shade, dash, width: 1.2 }, hovertemplate: `%{x:.3f} s: %{y:.4~g} mm<extra>${name}</extra>` };
 }
 
@@ -98,7 +98,7 @@ function cavityTraces(history, clearance) {
  *
  * @param {any} history @param {number} natural @param {string} name @param {string} shade @param {string} [dash]
  */
-function spectrumOf(history, natural, name, shade, dash = "solid") {
+export function spectrumOf(history, natural, name, shade, dash = "solid") {
   const { frequency, amplitude } = fourier(history.time_s, mm(history.relative_displacement_m), HARMONICS * natural);
   return { type: "scatter", mode: "lines", name, x: frequency, y: amplitude, line: { color: shade, dash, width: 1.2 }, hovertemplate: `%{x:.3f} Hz: %{y:.4~g} mm<extra>${name}</extra>` };
 }
