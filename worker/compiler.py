@@ -304,10 +304,32 @@ def _type_of(value: Any, code: Any, arguments: Any) -> Any:
     return None
 
 
+class _Flags(compiler.Flags):  # type: ignore[misc]
+    """numba's flags, told apart by what is set.
+
+    They are part of the key under which the types of each call are kept; numba's own compare all forty options.
+    """
+
+    __slots__ = ()
+    _ANY = hash(compiler.Flags())  # numba's is that of the names of its options
+
+    def __hash__(self) -> int:
+        return self._ANY
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is _Flags:
+            return bool(self._values == other._values)
+        return bool(super().__eq__(other))
+
+
 class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
     """The passes that kernels need: no closures, no literal loops, no rewritten array expressions."""
 
     _lower: type[_Lowering]
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _Flags(self.state.flags)
 
     def define_pipelines(self) -> list[PassManager]:
         passes = PassManager("damperlab")
@@ -360,11 +382,13 @@ class WholeCompiler(_Compiler):
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Hold the garbage collector."""
+    """Hold the garbage collector, and spare it the walk through all that was made meanwhile until it looks at the oldest."""
     collecting = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collecting:
+            gc.freeze()
+            gc.unfreeze()
             gc.enable()

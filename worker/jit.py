@@ -9,6 +9,8 @@ from functools import cached_property, update_wrapper
 from typing import Any, TypeVar
 
 import numba
+from numba import types
+from numba.extending import models, register_model
 
 from damperlab.worker.compiler import PartCompiler, WholeCompiler
 from damperlab.worker.kernel_cache import (
@@ -24,6 +26,24 @@ __all__ = ["CACHE_FOLDER", "identity", "inlined", "kernel", "shipped_folder", "s
 F = TypeVar("F", bound=Callable[..., Any])
 
 _OPTIONS = {"nogil": True, "error_model": "numpy"}
+
+
+class _PartType(types.Dispatcher):  # type: ignore[misc]
+    """The type of a part, which is compiled once for all values of an argument.
+
+    Left to itself numba compiles a function anew for every number that stands in a call.
+    """
+
+    def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
+        """Signature of a call."""
+        return super().get_call_type(
+            context,
+            tuple(map(types.unliteral, args)),
+            {name: types.unliteral(given) for name, given in kws.items()},
+        )
+
+
+register_model(_PartType)(models.OpaqueModel)
 
 
 class Kernel:
@@ -53,7 +73,7 @@ class Kernel:
     @property
     def _numba_type_(self) -> Any:
         """What numba takes it for where a kernel calls it."""
-        return self._part._numba_type_
+        return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the whole form, compiling it for the types of these arguments if need be."""

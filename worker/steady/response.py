@@ -156,8 +156,8 @@ def mean_of_run(notes, first, last):
     amplitude = 0.0
     relative = 0.0
     for i in range(first, last):
-        amplitude += peaks[i, 0]
-        relative += peaks[i, 1]
+        amplitude += peaks[0, i]
+        relative += peaks[1, i]
         series[i] = trace[2 * i + 2, IMPACTS_SO_FAR] - trace[2 * i, IMPACTS_SO_FAR]
     _, impacts_error = mean_and_error(series, first, last)
     count = last - first

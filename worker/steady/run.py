@@ -40,7 +40,7 @@ class Notes(NamedTuple):
         The recurrence of each period at this look and at the one before.
     trace : array, shape (half cycles + 1, columns)
         One row a metered half cycle; row 0 is the beginning.
-    cycles : array, shape (cycles, 2)
+    cycles : array, shape (2, cycles)
         Per metered cycle, the mean of the peaks of |u| and |v| over the two windows of a whole cycle that begin in it.
     series : array, shape (cycles,)
         Scratch for other series per cycle.
@@ -100,7 +100,7 @@ def make_notes(max_cycles, energies):
         np.full(LONGEST + 1, inf),
         np.full(LONGEST + 1, inf),
         np.empty((2 * cycles + 1, COLUMNS)),
-        np.empty((cycles, 2)),
+        np.empty((2, cycles)),
         np.empty(cycles),
         Meter(np.zeros(METERS), energies),
         empty_transitions(_LOG_ROWS),

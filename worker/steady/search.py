@@ -152,7 +152,7 @@ def search(start, scene, probe, friction, particle, notes, settings):
                 rival, _ = is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes)
         if metered >= 2 * look_at:
             cycle_peaks(notes.trace, metered, notes.cycles)
-            mean = estimate(notes.cycles[:, 0], 0, metered // 2)
+            mean = estimate(notes.cycles[0], 0, metered // 2)
             if is_known(mean, settings) and not rival:
                 return Found(state, ARRIVED, look, none, mean, True)
             look_at = next_look(mean, settings)
@@ -165,7 +165,7 @@ def search(start, scene, probe, friction, particle, notes, settings):
         if outcome != ARRIVED:
             return Found(state, outcome, look, none, mean, False)
     cycle_peaks(notes.trace, metered, notes.cycles)
-    mean = estimate(notes.cycles[:, 0], 0, metered // 2)
+    mean = estimate(notes.cycles[0], 0, metered // 2)
     return Found(state, ARRIVED, look, none, mean, is_known(mean, settings) and not rival)
 
 

@@ -126,7 +126,7 @@ def cycle_peaks(trace, rows, peaks):
         Metered from row 1 on.
     rows : int
         Half cycles metered.
-    peaks : array, shape (≥ rows // 2, 2)
+    peaks : array, shape (2, ≥ rows // 2)
         Filled with the mean of the peaks over the two windows of one cycle that begin in each cycle; of the last, which may
         lack the half cycle after it, over one.
     """
@@ -134,6 +134,6 @@ def cycle_peaks(trace, rows, peaks):
         for i in range(rows // 2):
             first = trace[2 * i + 1, column]
             second = trace[2 * i + 2, column]
-            peaks[i, column] = max(first, second)
+            peaks[column, i] = max(first, second)
             if 2 * i + 3 <= rows:
-                peaks[i, column] = 0.5 * (peaks[i, column] + max(second, trace[2 * i + 3, column]))
+                peaks[column, i] = 0.5 * (peaks[column, i] + max(second, trace[2 * i + 3, column]))
