@@ -112,6 +112,28 @@ def test_what_python_calls_holds_private_copies_of_its_parts(
         )
 
 
+@kernel
+def _scaled(x: float, n: int) -> float:
+    return x * n
+
+
+@kernel
+def _scales(x: float) -> float:
+    return _scaled(x, 2) + _scaled(x, 3) + _scaled(x, n=4)
+
+
+@jitted
+def test_a_part_is_compiled_once_for_all_numbers_that_stand_in_calls_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.kernel_cache.CACHE_FOLDER", tmp_path)
+    assert _scales(1.5) == 13.5
+    assert isinstance(_scaled, Kernel)
+    assert [signature.args for signature in _scaled._part.nopython_signatures] == [
+        (numba.types.float64, numba.types.int64)
+    ]
+
+
 @inlined
 def _product(a: float, b: float) -> float:
     return a * b
