@@ -79,7 +79,7 @@ class Away:
         wait_seconds : float
             How long to wait while no worker can compute [s].
         return_seconds : float
-            How long to wait for a scheduler that was lost [s], from the last block that was done.
+            How long to wait for a scheduler that was lost [s]; anew after each loss before which blocks were done.
 
         Raises
         ------
@@ -89,8 +89,9 @@ class Away:
             There was no cluster to begin with.
         """
         lost: SchedulerLost | None = None
-        pending, since = self._pending(), time.monotonic()
+        pending, gives_up_at = self._pending(), 0.0
         while pending.size and not self._stopping():
+            first = lost is None
             try:
                 self._account.enter("starting")
                 with client_factory() as client:
@@ -102,9 +103,10 @@ class Away:
                 if lost is None:
                     raise
             left = self._pending()
-            if left.size < pending.size:
-                pending, since = left, time.monotonic()
-            if time.monotonic() - since >= return_seconds:
+            if first or left.size < pending.size:
+                gives_up_at = time.monotonic() + return_seconds
+            pending = left
+            if time.monotonic() >= gives_up_at:
                 raise lost
             self._account.enter("waiting", message=str(lost))
             time.sleep(min(AGAIN_SECONDS, return_seconds))

@@ -11,6 +11,7 @@ from importlib.util import find_spec
 
 import dask
 from distributed import Client, Nanny, Security, SpecCluster, rpc
+from distributed.core import Status
 from distributed.system import MEMORY_LIMIT
 
 from damperlab.studies.faults import Fault
@@ -21,6 +22,8 @@ from damperlab.worker.scheduler import SchedulerProcess
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
 """How long a scheduler, and the first of its workers, may take to answer."""
+GOODBYE_TIMEOUT = "1s"
+"""How long a scheduler that has died is asked to end, as Dask writes it."""
 START_TIMEOUT_SECONDS = 120.0
 """How long worker processes of our own may take to start; a loaded machine imports numba slowly."""
 
@@ -161,11 +164,24 @@ def _local(count: int) -> Iterator[Client]:
             security=shown,
             silence_logs=logging.CRITICAL,
         ) as cluster,
+        closed_where_lost(cluster),
         Client(cluster, security=shown, set_as_default=False) as client,
     ):
         cluster.scale(count)
         client.wait_for_workers(count, timeout=START_TIMEOUT_SECONDS)
         yield client
+
+
+@contextmanager
+def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
+    """Close a cluster whose scheduler has died; the library would ask it for leave first, and give up half-way."""
+    try:
+        yield
+    finally:
+        if cluster.scheduler.lost:
+            cluster.scheduler.status = Status.failed
+            with dask.config.set({"distributed.comm.timeouts.connect": GOODBYE_TIMEOUT}):
+                cluster.close()
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from distributed import Client, SpecCluster
 from damperlab.studies.faults import Fault
 from damperlab.worker.batch import SHORTEST_SECONDS, Jobs, Place, cancel, script, submit, worker_name
 from damperlab.worker.certificates import make_certificates, security
-from damperlab.worker.cluster import SCHEDULER_CONFIG
+from damperlab.worker.cluster import SCHEDULER_CONFIG, closed_where_lost
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.scheduler import SchedulerProcess
 
@@ -142,6 +142,7 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
                 security=shown,
                 silence_logs=logging.CRITICAL,
             ) as cluster,
+            closed_where_lost(cluster),
             Client(cluster, security=shown, set_as_default=False) as client,
         ):
             hired = Hired(jobs, Place(cluster.scheduler_address, tls))

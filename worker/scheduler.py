@@ -52,6 +52,11 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         self._host = host
         self._process: subprocess.Popen[bytes] | None = None
 
+    @property
+    def lost(self) -> bool:
+        """Whether the process has ended, and not because this was closed."""
+        return self._process is not None and self._process.poll() is not None
+
     async def start(self) -> None:
         """Start the process and read its address.
 

@@ -4,6 +4,8 @@ import threading
 from contextlib import ExitStack
 from pathlib import Path
 
+import dask
+import psutil
 from tests.worker.dask_processes import dask_process, scheduler_process
 
 from damperlab.studies.definition import parse_study
@@ -64,6 +66,31 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     assert waited == ["the connection to the Dask scheduler was lost"]
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
     assert 0 < kept[0] < ended.blocks_done == ended.blocks_total
+    store.close()
+
+
+def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path: Path) -> None:
+    """As where the system kills it for want of memory."""
+    store = Store.open(tmp_path)
+    record = submitted(store)
+    here = psutil.Process()
+    before = {process.pid for process in here.children()}
+    killed: list[int] = []
+
+    def kill(progress: Progress) -> None:
+        if progress.blocks_done and not killed:
+            own = [each for each in here.children() if each.pid not in before]
+            killed.extend(each.pid for each in own if "resource_tracker" not in " ".join(each.cmdline()))
+            (scheduler,) = (each for each in own if "damperlab.worker.scheduler" in each.cmdline())
+            scheduler.kill()
+
+    with dask.config.set({"distributed.comm.timeouts.connect": "5s"}):
+        ended = run_study(
+            store, record.id, lambda: connect(workers=1), kill, threading.Event(), return_seconds=300.0
+        )
+    assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
+    assert len(killed) == 2
+    assert not any(psutil.pid_exists(pid) for pid in killed)
     store.close()
 
 
