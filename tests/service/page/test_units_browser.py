@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -46,3 +47,21 @@ def test_no_view_of_a_study_in_units_has_a_ratio(
             text = text.partition("Definition")[0]
         found[view] = RATIO.findall(text)
     assert found == {view: [] for view in VIEWS}
+
+
+def test_a_figure_as_a_table_has_axes_without_what_conversion_leaves(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    # there and back, 9 mm over a base of 1.5 mm are 8.999999999999998 mm
+    physical = STUDY["physical"] | {"clearance_m": [0.003, 0.006, 0.009], "friction_force_n": [0.05, 0.11]}
+    study = STUDY | {"name": "thirds", "physical": physical}
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    page = open_page().go(f"#/studies/{record['id']}")
+    until(page, QUIET, lambda empty: empty == 0)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as CSV: Resonance map of thirds").click()
+    head, *rows = Path(download.value.path()).read_text().splitlines()
+    assert head == "Clearance d [mm],Friction force F [N],amplitude X [mm]"
+    places = [",".join(row.split(",")[:2]) for row in rows]
+    assert places == ["3,0.05", "6,0.05", "9,0.05", "3,0.11", "6,0.11", "9,0.11"]
