@@ -186,7 +186,7 @@ class Crew(Roster):
         Raises
         ------
         Outage
-            There is no room for the study's data.
+            There is no room for the study's data, at any worker.
         """
         member = self.members[self._where[key]]
         attempt = self._take(key).begun()
@@ -200,11 +200,16 @@ class Crew(Roster):
             self.leave_out(member.address, str(error))
             again = attempt
         elif isinstance(error, OSError):
-            if is_full(error):
-                self._give_back(attempt)
-                raise Outage(f"there is no room for the study's data ({text})") from error
-            self._cannot_read(member, text, now, at_once=isinstance(error, ShelfAway))
             again = attempt.elsewhere(member.address)
+            if is_full(error):
+                reason = f"there is no room for the study's data ({text})"
+                if all(one is member for one in self.usable):
+                    self._give_back(again)
+                    raise Outage(reason) from error
+                # a quota, or a disk of its own: whether it is so everywhere the others tell
+                self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+            else:
+                self._cannot_read(member, text, now, at_once=isinstance(error, ShelfAway))
         elif isinstance(error, Crashed):
             if attempt.crashes == RETRIES:
                 return self._give_up(attempt.index, f"its process died {attempt.crashes + 1} times ({error})")

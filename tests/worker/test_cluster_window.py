@@ -1,5 +1,6 @@
 """The bounded window on real worker processes: blocks that fail, workers that die, work that is stopped."""
 
+import errno
 import os
 import signal
 import time
@@ -135,6 +136,35 @@ def test_data_that_cannot_be_written_stops_the_study_instead_of_failing_points(c
     client.wait_for_workers(2)  # one that an earlier test ended comes back
     window = window_of(client, task, 3, wait_seconds=1.0)
     with pytest.raises(Outage, match=r"none of the 2 workers can compute: .* left out: .*Permission denied"):
+        pump(window)
+    window.close()
+
+
+def test_worker_whose_disk_is_full_is_left_out_where_others_can_write(client: Client) -> None:
+    client.wait_for_workers(2)
+    full = min(client.nthreads())
+
+    def task(index: int) -> BlockOutcome:
+        if get_worker().address == full:
+            raise OSError(errno.ENOSPC, "No space left on device", "cube")
+        time.sleep(0.01)
+        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+
+    window = window_of(client, task, 30)
+    ended = pump(window)
+    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(30)]
+    (out,) = window.crew.left_out()
+    assert out.address == full
+    assert "there is no room for the study's data" in out.reason
+
+
+def test_disk_that_is_full_everywhere_stops_the_study_at_once(client: Client) -> None:
+    def task(index: int) -> BlockOutcome:
+        raise OSError(errno.ENOSPC, "No space left on device", "cube")
+
+    client.wait_for_workers(2)
+    window = window_of(client, task, 30)
+    with pytest.raises(Outage, match=r"no room for the study's data .*No space left"):
         pump(window)
     window.close()
 
