@@ -32,5 +32,6 @@ def draw_speed() -> Figure:
         xscale="log", yticks=rows, yticklabels=list(found)[::-1], xlabel="Microseconds per excitation cycle"
     )
     ticks_1_2_5(axes.xaxis)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.0, columnspacing=1.0)
+    # over the names of the scenes too: four entries are wider than the axes
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.0, columnspacing=1.0)
     return figure
