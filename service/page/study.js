@@ -64,34 +64,57 @@ export async function studyView(root, { parts, query }) {
   if (Object.keys(asked).length) session.selection.chooseValues(asked);
   else await restAtBest(session);
 
-  const head = el("div", { class: "head" });
+  const title = el("h1", {}, record.name || record.id);
+  const steering = el("span", { class: "row" });
+  const state = el("div", {});
+  // what holds the keyboard stays as it is while the study goes on
+  const head = el(
+    "div",
+    { class: "head" },
+    el(
+      "div",
+      { class: "row spread" },
+      title,
+      el(
+        "div",
+        { class: "row" },
+        unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
+        el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` }, "Clone"),
+        steering,
+      ),
+    ),
+    state,
+  );
+  let steered = "";
   const place = el("div", { class: "tab" });
   /** @type {(() => void) | undefined} */
   let stop;
 
   function drawHead() {
     const now = session.record;
+    if (steered !== `${now.state} ${now.outdated}`) steer(now);
     fill(
-      head,
-      el(
-        "div",
-        { class: "row spread" },
-        el("h1", {}, now.name || now.id),
-        el(
-          "div",
-          { class: "row" },
-          unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
-          el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: now.id })}` }, "Clone"),
-          actions(now, (changed) => {
-            if (changed === null) location.hash = "#/";
-            else update(changed);
-          }),
-        ),
-      ),
+      state,
       el("div", { class: "row" }, badge(now.state), progressBar(now)),
       outdatedNote(now),
       now.message && el("p", { class: "box fault" }, prose(now.message)),
     );
+  }
+
+  /** What can be done with the study in its state; where a button that was held is gone, the title holds the keyboard. @param {any} now */
+  function steer(now) {
+    const held = steering.contains(document.activeElement);
+    steered = `${now.state} ${now.outdated}`;
+    fill(
+      steering,
+      actions(now, (changed) => {
+        if (changed === null) location.hash = "#/";
+        else update(changed);
+      }),
+    );
+    if (!held) return;
+    title.setAttribute("tabindex", "-1");
+    title.focus({ preventScroll: true });
   }
 
   /** @param {any} changed */

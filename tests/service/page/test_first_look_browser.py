@@ -1,5 +1,6 @@
 """What somebody sees who has never been here: an empty service, a form by keyboard, a study that is not done."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -71,3 +72,22 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     page = open_page().go(f"#/studies/{study_id}")
     expect(page.locator(".headline")).to_contain_text(end)
     expect(page.locator(".headline")).to_be_in_viewport(ratio=1)
+
+
+def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    study = helpers.long_study("goes on", damping_ratio=0.0053)
+    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
+    page = open_page().go(f"#/studies/{study_id}")
+    page.get_by_role("link", name="Clone").focus()
+    words = page.locator(".head .progress .words")
+    before = helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
+    expect(words).not_to_have_text(re.compile(r"^(Starting|Waiting|Compiling|0 of)"))
+    assert page.evaluate("document.activeElement.textContent") == "Clone"
+    assert before["state"] == "running"
+    page.get_by_role("button", name="Cancel goes on").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("button", name="Resume goes on")).to_be_visible()
+    assert page.evaluate("document.activeElement.textContent") == "goes on"
+    helpers.wait_for(client, study_id, helpers.ended)
