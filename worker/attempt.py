@@ -22,6 +22,8 @@ class Attempt:
         Workers at which it failed.
     tries : int
         How often it was begun before.
+    moved : bool
+        It was taken from a worker at which it did not end; the next one may take as long as it likes.
     """
 
     piece: Piece
@@ -30,6 +32,7 @@ class Attempt:
     apart: bool = False
     avoid: frozenset[str] = frozenset()
     tries: int = 0
+    moved: bool = False
 
     @property
     def index(self) -> int:

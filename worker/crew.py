@@ -12,13 +12,12 @@ from damperlab.studies.store.shelf import ShelfAway
 from damperlab.worker.attempt import Attempt
 from damperlab.worker.backlog import Backlog
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
+from damperlab.worker.patience import Patience
 from damperlab.worker.provenance import WrongCode
-from damperlab.worker.roster import Member, Roster
+from damperlab.worker.roster import AGAIN_SECONDS, Member, Roster
 
 BLOCKS_PER_THREAD = 2
 """Blocks at a worker per thread: one runs, one waits there, so that no thread idles while an answer travels."""
-AGAIN_SECONDS = 15.0
-"""After how long a worker that was left out is examined again: a store or a link may have come back."""
 
 
 class Crew(Roster):
@@ -42,6 +41,7 @@ class Crew(Roster):
         # of thousands of workers few have room at a time: those without a block for each thread, without two, …
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._given_up: set[int] = set()
+        self._patience = Patience()
 
     @property
     def waiting(self) -> int:
@@ -75,6 +75,34 @@ class Crew(Roster):
             for key in not_begun:
                 self._give_back(self._take(key))
             lost += not_begun
+        return lost
+
+    def take_away(self, now: float) -> list[str]:
+        """Give blocks that run for far too long to others, once each, and leave their workers out until they answer.
+
+        Parameters
+        ----------
+        now : float
+            By the caller's clock.
+
+        Returns
+        -------
+        list of str
+            Keys of tasks whose results are wanted no more.
+        """
+        lost: list[str] = []
+        for member, key, seconds in self._patience.overdue(
+            self.members.values(), self._backlog.expected, now
+        ):
+            attempt = member.held.get(key)
+            if attempt is None or attempt.moved or all(one is member for one in self.usable):
+                continue
+            reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
+            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+            for each in list(member.held):
+                taken = self._take(each)
+                self._give_back(replace(taken.begun(), moved=True) if each == key else taken)
+                lost.append(each)
         return lost
 
     def vanish(self, address: str) -> list[str]:
@@ -236,24 +264,6 @@ class Crew(Roster):
     def _give_back(self, attempt: Attempt) -> None:
         if attempt.index not in self._given_up:
             self._again.append(attempt)
-
-    def _cannot_read(self, member: Member, text: str, now: float, at_once: bool) -> None:
-        member.against.unreadable += 1
-        # a store that is away was asked for a while already
-        if at_once or member.against.unreadable > RETRIES:
-            reason = f"it cannot read or write the study's data ({text})"
-            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
-
-    def _confirm(self, member: Member, index: int) -> None:
-        """Count a block that failed at a worker, and that another has computed since."""
-        against = member.against
-        against.blamed.discard(index)
-        against.confirmed += 1
-        if against.confirmed > RETRIES:
-            self.leave_out(
-                member.address,
-                f"{against.confirmed} blocks failed there and nowhere else, the last with {against.last_error}",
-            )
 
     def _held_seconds(self, address: str) -> float:
         member = self.members.get(address)

@@ -6,10 +6,11 @@ from collections.abc import Callable, Collection, Mapping
 from distributed import CancelledError, Future
 
 from damperlab.studies.plan import Block
-from damperlab.worker.crew import AGAIN_SECONDS, Crew
+from damperlab.worker.crew import Crew
 from damperlab.worker.errands import FETCH_SECONDS, Call, Errands
 from damperlab.worker.examination import Answer, examine, majority
 from damperlab.worker.provenance import WrongCode
+from damperlab.worker.roster import AGAIN_SECONDS
 
 LATE_SECONDS = 10.0
 """How long the first workers are waited for once one of them has answered; the others join later. And how long an answer

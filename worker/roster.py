@@ -9,6 +9,8 @@ from damperlab.worker.attempt import Attempt
 from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
+AGAIN_SECONDS = 15.0
+"""After how long a worker that was left out is examined again: a store or a link may have come back."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
 """Being examined; computing; computing again after it was left out, with no block ended yet; finishing what it runs; left
@@ -195,6 +197,24 @@ class Roster:
     def reasons(self) -> str:
         """Say who is left out and why; empty where nobody is."""
         return _some([f"{member.address}: {member.reason}" for member in self.left_out()])
+
+    def _cannot_read(self, member: Member, text: str, now: float, at_once: bool) -> None:
+        member.against.unreadable += 1
+        # a store that is away was asked for a while already
+        if at_once or member.against.unreadable > RETRIES:
+            reason = f"it cannot read or write the study's data ({text})"
+            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+
+    def _confirm(self, member: Member, index: int) -> None:
+        """Count a block that failed at a worker, and that another has computed since."""
+        against = member.against
+        against.blamed.discard(index)
+        against.confirmed += 1
+        if against.confirmed > RETRIES:
+            self.leave_out(
+                member.address,
+                f"{against.confirmed} blocks failed there and nowhere else, the last with {against.last_error}",
+            )
 
     def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[Member]:
         """Take notice of who is there; give those who take nothing more now."""

@@ -239,7 +239,7 @@ class Window:
     def _drop_lost(self, keys: list[str]) -> None:
         """Forget tasks that the crew has given to others."""
         self._errands.drop(
-            [self._flying.pop(key) for key in keys if key in self._flying], "the worker has left"
+            [self._flying.pop(key) for key in keys if key in self._flying], "others compute it"
         )
 
     def _look(self, examine: bool = True) -> None:
@@ -249,6 +249,7 @@ class Window:
         self._looked = now
         threads, running = self._errands.workers()
         self._drop_lost(self.crew.see(threads, running))
+        self._drop_lost(self.crew.take_away(now))
         self._examiner.forget(threads)
         if examine:
             self._examiner.ask(now)

@@ -158,6 +158,33 @@ def test_worker_whose_disk_is_full_is_left_out_where_others_can_write(client: Cl
     assert "there is no room for the study's data" in out.reason
 
 
+def test_block_that_never_ends_at_a_worker_goes_to_another(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where a disk of that machine hangs, while the machine answers."""
+    monkeypatch.setattr("damperlab.worker.patience.STUCK_SECONDS", 1.0)
+    monkeypatch.setattr("damperlab.worker.patience.STUCK_TIMES", 0.0)
+    client.wait_for_workers(2)
+    hangs = min(client.nthreads())
+
+    def task(index: int) -> BlockOutcome:
+        while get_worker().address == hangs and not (tmp_path / "end").exists():
+            time.sleep(0.05)
+        if index == 5:  # long for whoever computes it, and there is nobody else
+            time.sleep(3.0)
+        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+
+    window = window_of(client, task, 6)
+    try:
+        ended = pump(window)
+        assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(6)]
+        (out,) = window.crew.left_out()
+        assert out.address == hangs
+        assert "does not end" in out.reason
+    finally:
+        (tmp_path / "end").touch()
+
+
 def test_disk_that_is_full_everywhere_stops_the_study_at_once(client: Client) -> None:
     def task(index: int) -> BlockOutcome:
         raise OSError(errno.ENOSPC, "No space left on device", "cube")
