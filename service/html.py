@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING
@@ -45,8 +46,9 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def said(text: str, kind: str = "") -> str:
-    """Write a paragraph of plain text; `quiet` is the kind of a remark."""
-    return f"<p{f' class={kind}' if kind else ''}>{escape(text)}</p>"
+    """Write a paragraph of plain text, names in backticks as such; `quiet` is the kind of a remark."""
+    named = re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
+    return f"<p{f' class={kind}' if kind else ''}>{named}</p>"
 
 
 def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

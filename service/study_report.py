@@ -1,6 +1,7 @@
 """A study as one document to keep or to print: maps, designs, a tuned mass damper beside them, accuracy, cost, versions."""
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import combinations
@@ -26,6 +27,7 @@ from damperlab.studies.units import InUnits, coordinates_in_units, place_in_unit
 TOP = 5
 MAPS = 3
 """Most maps: of the first three axes, each with each."""
+_SUFFIX = re.compile(r"_(m|n|kg|hz)$")
 PRIVATE = ("host", "user")
 """What a report, which may be handed on, leaves out of a study's provenance."""
 
@@ -92,17 +94,16 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable
     yield from (said(sentence) for sentence in words.get("verdict", ()))
     units = _units(cube)
     names = [name for name in dimensions_of(cube) if cube.sizes[name] > 1 and name in ranked.coords]
-    value = units.get("amplitude_ratio")
     columns = [
         ("value" if worst_case else "amplitude_ratio", "value"),
         *([("amplitude_error", "error")] if "error" in ranked else []),
         *((name, name) for name in names),
     ]
-    head = ["rank", *(_head(ranked, units, name, column, value) for name, column in columns)]
+    head = ["rank", *(_head(ranked, units, name, column) for name, column in columns)]
     rows = [_row(ranked, units, rank, columns) for rank in range(ranked.sizes["rank"])]
     best = None if worst_case else leading(ranked)
     if best is not None and best["value"] != ranked["value"].values[0]:
-        cells = [_number(best[column], units.get(name)) for name, column in columns]
+        cells = [_number(best[column], _scale(ranked, units, name, column)) for name, column in columns]
         rows.append(("best with impacts", *cells))
     yield table("Ranking", head, rows)
     yield said(words["note"], "quiet")
@@ -111,23 +112,30 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable
 def _row(
     ranked: xr.Dataset, units: Mapping[str, InUnits], rank: int, columns: Iterable[tuple[str, str]]
 ) -> tuple[str, ...]:
-    cells = (_number(ranked[column].values[rank], units.get(name)) for name, column in columns)
+    cells = (
+        _number(ranked[column].values[rank], _scale(ranked, units, name, column)) for name, column in columns
+    )
     return (str(rank + 1), *cells)
 
 
-def _head(
-    ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str, value: InUnits | None
-) -> str:
-    if name in units:
-        return f"{units[name].name.removesuffix('_m').removesuffix('_n').replace('_', ' ')} [{units[name].units}]"
-    unit = ranked[column].attrs.get("units", "1")
-    return name.replace("_", " ") + ("" if unit in ("1", "") else f" [{unit}]")
+def _unit(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
+    return units[name].units if name in units else str(ranked[column].attrs.get("units", "1"))
 
 
-def _number(value: Any, unit: InUnits | None) -> str:
-    if isinstance(value, str | np.str_):
-        return str(value)
-    return f"{float(value) * (1.0 if unit is None else unit.factor):.6g}"
+def _head(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
+    """Name a column; lengths are in mm, as on a drawing."""
+    unit = _unit(ranked, units, name, column)
+    label = _SUFFIX.sub("", units[name].name if name in units else name).replace("_", " ")
+    return label + ("" if unit in ("1", "") else f" [{'mm' if unit == 'm' else unit}]")
+
+
+def _scale(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> float:
+    factor = units[name].factor if name in units else 1.0
+    return 1e3 * factor if _unit(ranked, units, name, column) == "m" else factor
+
+
+def _number(value: Any, scale: float) -> str:
+    return str(value) if isinstance(value, str | np.str_) else f"{float(value) * scale:.6g}"
 
 
 def _units(cube: xr.Dataset) -> dict[str, InUnits]:

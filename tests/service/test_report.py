@@ -74,13 +74,14 @@ def test_designs_are_the_cubes_in_the_units_of_the_study(written: tuple[str, xr.
     worst = cube["amplitude_ratio"].squeeze().max("frequency_ratio").values
     order = np.argsort(worst, kind="stable")
     head, *rows = Tables(text).tables[0]
-    assert head[1] == "amplitude [m]"
+    assert head[1] == "amplitude [mm]"
     assert head[3] == "friction force [N]"
     assert len(rows) == 3
     for row, place in zip(rows, order, strict=True):
-        assert float(row[1]) == pytest.approx(worst[place] * BASE, rel=1e-5)
+        assert float(row[1]) == pytest.approx(1e3 * worst[place] * BASE, rel=1e-5)
         assert float(row[3]) == pytest.approx([0.4, 0.8, 1.2][place], rel=1e-5)
     assert "Optimum: largest amplitude in the band" in text
+    assert "<code>refine</code> looks there" in text
     assert f"{worst.min() * BASE * 1e3:.6g}" in text
 
 
@@ -107,4 +108,4 @@ def test_over_http_it_is_the_same_kind_of_page_for_either_kind_of_study(
         assert answer.headers["content-security-policy"].startswith("default-src 'none'")
     dampers = Tables(answer.text).tables[0]
     best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
-    assert float(dampers[1][1]) == pytest.approx(best["value"], rel=1e-5)
+    assert float(dampers[1][1]) == pytest.approx(1e3 * best["value"], rel=1e-5)
