@@ -150,7 +150,8 @@ function markers({ best, idle, pareto, point }) {
       name, marker, hovertemplate: "%{text}<extra></extra>", showlegend: true, cliponaxis: false,
     });
   if (pareto.length) add(pareto, "Pareto front", { symbol: "diamond", size: 10, color: "white", line: { width: 2, color: "black" } });
-  if (idle) add([idle], "best, no impact", { symbol: "star-open", size: 14, color: colour("ink"), line: { width: 1.5 } });
+  // white within black: seen on light cells and on dark ones, among which it mostly lies
+  if (idle) add([idle], "best, no impact", { symbol: "star", size: 14, color: "white", line: { width: 1.5, color: "black" } });
   if (best) add([best], best.acts ? "best with impacts" : "optimum", { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
   if (point) {
     traces.push({

@@ -43,6 +43,10 @@ PLACE_OF_TRACE = """(name) => {
 }"""
 
 
+LOOKS = """(name) => {
+  const { marker } = document.querySelector('.plot').data.find((one) => one.name === name);
+  return [marker.symbol, marker.color, marker.line.color];
+}"""
 IS_MARKED = "(name) => document.querySelector('.plot').data.some((one) => one.name === name)"
 
 
@@ -67,7 +71,8 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
 
     # the design that leads is one in which the particle strikes, not the least value of all
     until(page, IS_MARKED, bool, "best with impacts")
-    assert page.evaluate(IS_MARKED, "best, no impact")
+    # within an outline of the other end of brightness, so that it is seen on cells of any
+    assert page.evaluate(LOOKS, "best, no impact") == ["star", "white", "black"]
     page.mouse.click(*page.evaluate(PLACE_OF_TRACE, "best with impacts"))
     study_id = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
     best = client.get(f"/api/v1/studies/{study_id}/optimal-designs?top=1").json()["best_with_impacts"]
