@@ -20,6 +20,8 @@ const CYCLES_OF_OTHERS = 12;
 const SAMPLES = 20000;
 /** Highest harmonic of the spectrum. */
 const HARMONICS = 8;
+/** Between a closed curve and the frame, over its width. */
+const MARGIN = 0.05;
 /** Of the largest amplitude: what is less is rounding. */
 const NOTHING = 1e-6;
 const MEASURES = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction", "dissipation_per_cycle"];
@@ -74,7 +76,8 @@ export function motionPanel(session) {
       );
       await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));
       await phase.draw(() => phaseTraces(history, units), () => ({
-        xaxis: { title: { text: `displacement x ${units.length}` } }, yaxis: { title: { text: `velocity ${units.speed}` } },
+        xaxis: { title: { text: `displacement x ${units.length}` }, ...around(phaseTraces(history, units), "x") },
+        yaxis: { title: { text: `velocity ${units.speed}` }, ...around(phaseTraces(history, units), "y") },
       }));
       await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
         xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1, exponentformat: "power" }, showlegend: false, bargap: 0.3,
@@ -85,6 +88,14 @@ export function motionPanel(session) {
   }
 
   return { element, look };
+}
+
+/** Room around curves along an axis: a line that touches the frame looks cut. @param {any[]} traces @param {"x" | "y"} axis */
+function around(traces, axis) {
+  const values = traces.flatMap((trace) => [...trace[axis]]);
+  const [low, high] = values.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
+  const room = MARGIN * (high - low);
+  return { autorangeoptions: { include: [low - room, high + room] } };
 }
 
 /** Cycles to show: whole periods. @param {number} period */

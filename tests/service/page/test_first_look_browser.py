@@ -9,6 +9,12 @@ from playwright.sync_api import expect
 from tests.service.page.looking import until
 
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
+PORTRAIT = """() => {
+  const plot = [...document.querySelectorAll('.plot')].find((one) => one.getAttribute('aria-label').startsWith('Phase'));
+  if (!plot?._fullLayout) return null;
+  const ends = (values) => [Math.min(...values), Math.max(...values)];
+  return ['x', 'y'].map((axis) => [plot._fullLayout[`${axis}axis`].range, ends(plot.data.flatMap((one) => [...one[axis]]))]);
+}"""
 TICKS = """() => [...document.querySelectorAll('.plot')]
   .find((plot) => plot._fullLayout?.xaxis.title.text.startsWith('frequency over'))
   ?._fullLayout.yaxis.exponentformat"""
@@ -91,3 +97,15 @@ def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
     expect(page.get_by_role("button", name="Resume goes on")).to_be_visible()
     assert page.evaluate("document.activeElement.textContent") == "goes on"
     helpers.wait_for(client, study_id, helpers.ended)
+
+
+def test_a_phase_portrait_is_nowhere_at_the_frame(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    study = {"particle": False, "axes": {"friction_ratio": [0.2, 0.4], "frequency_ratio": [0.95, 1.0]}}
+    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
+    helpers.wait_for(client, study_id, helpers.ended)
+    page = open_page().go(f"#/studies/{study_id}?friction_ratio=0.2&frequency_ratio=0.95")
+    for (low, high), (least, most) in until(page, PORTRAIT, bool):  # a line there looks cut
+        assert low < least - 0.04 * (most - least)
+        assert high > most + 0.04 * (most - least)
