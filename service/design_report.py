@@ -8,11 +8,12 @@ import damperlab
 from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.design.alternatives import CALLED
-from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.answer import answer_document, cases_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
 from damperlab.studies.design.words import CALLED as QUANTITIES
-from damperlab.studies.design.words import frequency, quantity, response, spelled, spelled_out, words_of
+from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.specification import CHOSEN
 
 
@@ -28,11 +29,14 @@ def design_report(found: Found) -> str:
         *_excitations(found),
         "<h2>Beside other dampers</h2>",
         table("Dampers", ("damper", "clearance", "friction force", "particle", "e", "worst case"), _dampers(found)),
-        drawing(
-            draw_alternatives(found),
-            "Response over the band under the largest base amplitude, each damper as drawn, at every frequency computed.",
-        ),
     ]  # fmt: skip
+    if asked.records is None:
+        parts.append(
+            drawing(
+                draw_alternatives(found),
+                "Response over the band under the largest base amplitude, each damper as drawn, at every frequency computed.",
+            )
+        )
     if found.shown:
         parts += [
             "<h2>Under other base amplitudes</h2>",
@@ -70,7 +74,13 @@ def design_report(found: Found) -> str:
 
 def _excitations(found: Found) -> Iterable[str]:
     asked = found.asked
-    if len(asked.excitations) == 1:
+    if asked.records is not None:
+        cases = (
+            (each.source.id, f"{each.scale:g}", response(asked, value)) for each, value in cases_of(found)
+        )
+        yield "<h2>Under each record</h2>"
+        yield table("Records", ("record", "scale", "as drawn"), cases)
+    if len(asked.excitations) < 2:
         return
     rows = (
         (

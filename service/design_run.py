@@ -114,7 +114,7 @@ class _Search:
         """Search to the end, and keep the answer."""
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
-        self._asked = parse_specification(self.kept.specification)
+        self._asked = parse_specification(self.kept.specification, self.settings.records)
         rounds = designing(self._asked, self.kept.budget_points)
         number = 1
         try:

@@ -11,13 +11,13 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, say, working
 from damperlab.service.cli.run import find_or_submit
-from damperlab.service.cli.store import open_store
+from damperlab.service.cli.store import data_folder, open_store
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from damperlab.studies.definition import Study
     from damperlab.studies.design.found import Found
+    from damperlab.studies.kind import AnyStudy
     from damperlab.studies.specification.specification import Specification
 
 HERE_SECONDS = 2.0
@@ -49,9 +49,10 @@ def design(
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_document(output)
     from damperlab.service.designs import budget_of
+    from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification
 
-    asked = read_specification(specification)
+    asked = read_specification(specification, Shelf(data_folder(data_dir)))
     with working("Planning"):
         budget = budget_of(asked)
     if dry_run:
@@ -90,7 +91,7 @@ class _Evaluation:
         self._computer = computer
         self._more = {"designs": asked.digest}
 
-    def cube(self, study: "Study") -> "xr.Dataset":
+    def cube(self, study: "AnyStudy") -> "xr.Dataset":
         """Compute a study, unless it is stored, and read its results.
 
         Raises

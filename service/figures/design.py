@@ -11,7 +11,7 @@ from damperlab.service.figures.style import BLUE, COLOURS, GREY, VERMILION, styl
 from damperlab.studies.design.absorber import curve as absorber_curve
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.words import level
+from damperlab.studies.design.spelling import level
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 

@@ -49,12 +49,12 @@ export const WORDS: {
     /** `usual`: shown though it is not given; `loose`: has a tolerance. */
     structure: (SpecifiedField & { usual: boolean; loose: boolean })[];
     /** `most`: how many there may be. */
-    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[]; most: number };
+    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[]; most: number; tail: SpecifiedField };
     /** Quantities of the damper, each with the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;
     limits: SpecifiedField[];
     numbers: SpecifiedField[];
-    tables: { measures: Record<string, string> };
+    tables: { measures: Record<string, string>; measures_under_records: Record<string, string> };
   };
 };

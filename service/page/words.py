@@ -18,9 +18,16 @@ from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
+from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
-from damperlab.studies.specification.specification import CHOSEN, MEASURES, OF_STRUCTURE, RATIO_OF
+from damperlab.studies.specification.specification import (
+    CHOSEN,
+    MEASURES,
+    OF_STRUCTURE,
+    RATIO_OF,
+    RECORD_MEASURES,
+)
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, ENERGY, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
@@ -101,6 +108,7 @@ def _specification() -> dict[str, Any]:
                 _specified(name, OF_SCENE[name].meaning) for name in EXCITATION_KEYS if name not in MOTIONS
             ],
             "most": MOST_EXCITATIONS,
+            "tail": _specified("tail_s", TAIL.meaning),
         },
         "damper": chosen,
         "ratios": {
@@ -117,7 +125,10 @@ def _specification() -> dict[str, Any]:
             for name, about in specification_schema()["properties"].items()
             if about.get("type") in ("number", "integer") and name not in SPECIFIED
         ],
-        "tables": {"measures": {name: each.words for name, each in MEASURES.items()}},
+        "tables": {
+            "measures": {name: each.words for name, each in MEASURES.items()},
+            "measures_under_records": {name: each.words for name, each in RECORD_MEASURES.items()},
+        },
     }
 
 

@@ -69,7 +69,7 @@ async def ask(request: Request, service: TheService, query: Annotated[AskQuery, 
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     written_in: Format = "json" if kind in JSON_TYPES else "yaml"
-    asked, budget = await service.work.run(request, specified, body, written_in)
+    asked, budget = await service.work.run(request, specified, body, written_in, service.settings.records)
     if query.dry_run:
         chosen = list(asked.free)
         return Document(

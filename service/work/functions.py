@@ -11,6 +11,7 @@ from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
@@ -46,9 +47,9 @@ def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | 
     return read_record(body, layout, name, units)
 
 
-def specified(body: bytes, written_in: Format) -> tuple[Specification, int]:
+def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int]:
     """Read a specification, and say how many points its budget allows; refuse a budget that ends before the first look."""
-    asked = parse_specification(load_text(body, written_in))
+    asked = parse_specification(load_text(body, written_in), records)
     budget = budget_of(asked)
     next(designing(asked, budget))
     return asked, budget

@@ -1,4 +1,7 @@
-"""The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form."""
+"""The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
+
+Under ground-motion records it is stepped, which is exact for a linear structure; it stays tuned for a harmonic base.
+"""
 
 import math
 from collections.abc import Iterator
@@ -13,6 +16,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import highest
+from damperlab.studies.tmd.under_record import measures_under
 
 SAMPLES = 4001
 """Frequencies at which a response is looked at whose peak has no closed form here: against the base, or of a base whose
@@ -39,17 +43,16 @@ class Beside:
 
 
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
-    """Tune the absorber of a mass, and judge it as the dampers are judged; None without mass.
+    """Tune the absorber of a mass, and judge it as the dampers are judged; None without mass, or without a record's samples.
 
     Mass, natural frequency and damping of the structure are off by their tolerances, every corner; the absorber stays as it
     was tuned.
     """
-    if mass_ratio <= 0.0:
+    records = asked.records
+    if mass_ratio <= 0.0 or (records and any(each.id not in records.motions for each in records.sources)):
         return None
     absorber = minimax(mass_ratio, asked.structure.damping_ratio, "base")
-    every = [
-        max(_peak(asked, each, absorber, shares) for each in asked.excitations) for shares in _corners(asked)
-    ]
+    every = [_worst(asked, absorber, shares) for shares in _corners(asked)]
     return Beside(absorber, max(every), every[0])
 
 
@@ -73,7 +76,7 @@ def _corners(asked: Specification) -> Iterator[dict[str, float]]:
         yield {name: sign * asked.tolerances[name].size for name, sign in zip(names, signs, strict=True)}
 
 
-def _peak(asked: Specification, excitation: Excitation, tuned: Absorber, shares: dict[str, float]) -> float:
+def _worst(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> float:
     shift = shares.get("natural_frequency_hz", 0.0)
     damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
     absorber = Absorber(
@@ -81,6 +84,21 @@ def _peak(asked: Specification, excitation: Excitation, tuned: Absorber, shares:
         tuned.tuning / (1.0 + shift),
         tuned.damping_ratio,
     )
+    if asked.records is None:
+        return max(_peak(asked, each, absorber, damping, shift) for each in asked.excitations)
+    omega = asked.structure.angular_frequency * (1.0 + shift)
+    motions, tail = asked.records.motions, asked.records.tail_s
+    return max(
+        measures_under(absorber, damping, omega, motions[each.source.id], each.scale, tail)[
+            asked.measure.variable
+        ]
+        for each in asked.records.cases
+    )
+
+
+def _peak(
+    asked: Specification, excitation: Excitation, absorber: Absorber, damping: float, shift: float
+) -> float:
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     factor, level = asked.measure.factor, excitation.highest_m
     if asked.measure.variable != "relative_amplitude_ratio" and excitation.motion.order == 0:

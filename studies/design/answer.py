@@ -10,6 +10,7 @@ from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.words import at_ends, material_of, words_of
+from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
 
 BINDS = 0.97
@@ -79,12 +80,26 @@ def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
         "measure": asked.measure.name,
         "value": score.value,
         "error": score.error,
-        "units": "m" if asked.in_units else "1",
+        "units": asked.unit,
+        **_where(asked, score),
+    }
+
+
+def _where(asked: Specification, score: Score) -> dict[str, Any]:
+    """Give what a worst case is under: a frequency and an amplitude, or a record and its scale."""
+    under = score.under
+    if asked.records is not None:
+        case = under if isinstance(under, Case) else None
+        nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m", "excitation")
+        return dict.fromkeys(nowhere) | {
+            "record": case.source.id if case else None,
+            "scale": case.scale if case else None,
+        }
+    ratio = score.frequency_ratio
+    return {
         "ratio": score.value / score.amplitude_m,
-        "frequency_ratio": score.frequency_ratio,
-        "frequency_hz": score.frequency_ratio * asked.structure.natural_frequency_hz
-        if asked.in_units
-        else None,
+        "frequency_ratio": ratio,
+        "frequency_hz": ratio * asked.structure.natural_frequency_hz if asked.in_units else None,
         "base_amplitude_m": score.amplitude_m if asked.in_units else None,
         "excitation": binding(asked, score).name or None,
     }
@@ -139,15 +154,29 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "mass_ratio": beside.absorber.mass_ratio,
         "tuning": beside.absorber.tuning,
         "damping_ratio": beside.absorber.damping_ratio,
-        "worst": {"value": beside.value, "units": "m" if found.asked.in_units else "1"},
-        "nominal": {"value": beside.nominal, "units": "m" if found.asked.in_units else "1"},
+        "worst": {"value": beside.value, "units": found.asked.unit},
+        "nominal": {"value": beside.nominal, "units": found.asked.unit},
         "ratio": beside.value / found.compared.value,
     }
 
 
-def _response(found: Found) -> dict[str, Any]:
-    """Give the response of the drawn damper under the largest amplitude of what binds, at every frequency that is known."""
+def cases_of(found: Found) -> list[tuple[Case, float]]:
+    """Give the measure of the drawn damper under every record at every scale; none of a specification over bands."""
     asked = found.asked
+    every = () if asked.records is None else asked.records.cases
+    return [(each, float(found.book.curve(found.build, each).measured(asked.measure)[0])) for each in every]
+
+
+def _response(found: Found) -> dict[str, Any]:
+    """Give the response of the drawn damper under the largest amplitude of what binds at every frequency, or every record."""
+    asked = found.asked
+    if asked.records is not None:
+        known_under = cases_of(found)
+        return {
+            "record": [case.source.id for case, _ in known_under],
+            "scale": [case.scale for case, _ in known_under],
+            "value": [value for _, value in known_under],
+        }
     curve = found.book.curve(found.build, found.binding.largest)
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),

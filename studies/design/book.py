@@ -1,7 +1,7 @@
 """The book of a search: every point that is known, and the studies that make those known that are wanted."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,8 +13,13 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import Build, Law, Place, Spot
+from damperlab.studies.design.curve import Curve
+from damperlab.studies.design.suites import RECORD_VARIABLES, known_of, suites_of
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.specification import Measure, Specification
+from damperlab.studies.specification.records import ONCE, Case, Under
+from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import Status
 
 VARIABLES = (
@@ -42,10 +47,10 @@ class BudgetSpent(Exception):
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build at frequencies over its own natural one, under an amplitude of an excitation."""
+    """A build at frequencies over its own natural one, under an amplitude of an excitation; or, once, under a record."""
 
     build: Build
-    amplitude: Amplitude
+    amplitude: Under
     frequencies: tuple[float, ...]
 
 
@@ -94,7 +99,7 @@ class Book:
         self._known: dict[tuple[Spot, float], tuple[float, ...]] = {}
         self._frequencies: dict[Spot, set[float]] = {}
         """Where a damper may be known."""
-        self._curves: dict[tuple[Build, Amplitude], Curve] = {}
+        self._curves: dict[tuple[Build, Under], Curve] = {}
 
     @property
     def left(self) -> int:
@@ -111,14 +116,17 @@ class Book:
         for r in wanted.frequencies:
             yield spot, r
 
-    def studies(self, wanted: Iterable[Wanted]) -> tuple[Study, ...]:
+    def studies(self, wanted: Iterable[Wanted]) -> tuple[Study | Suite, ...]:
         """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
+        if self.asked.records is not None:
+            points = {point for each in wanted for point in self._points(each)} - self._known.keys()
+            return suites_of(self.asked, (spot for spot, _ in points))
         lacking: dict[tuple[float, Spot], set[float]] = {}
         for each in wanted:
             spot = each.build.spot(self.asked.structure, each.amplitude)
             self._frequencies.setdefault(spot, set()).update(each.frequencies)
             for point in self._points(each):
-                if point not in self._known:
+                if point not in self._known and isinstance(each.amplitude, Amplitude):
                     lacking.setdefault((each.amplitude.reference_m, spot), set()).add(point[1])
         groups: dict[tuple[float, bool, Law, frozenset[float]], set[Place]] = {}
         for (amplitude, (law, place)), frequencies in lacking.items():
@@ -170,6 +178,7 @@ class Book:
 
     def from_starts(self, wanted: Wanted, starts: int, seed: int) -> tuple[Study, ...]:
         """Make the study that computes a build from several starts."""
+        assert isinstance(wanted.amplitude, Amplitude)  # a record begins at rest
         law, place = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
@@ -197,6 +206,9 @@ class Book:
         """Take over the points of studies that are done."""
         self._curves.clear()
         for cube in cubes:
+            if RECORD in cube.sizes:
+                self._add_suite(cube)
+                continue
             if "attractors" in cube:
                 self.from_many_starts.append(cube)
                 self.spent += cube["status"].size
@@ -219,8 +231,23 @@ class Book:
                         self._known[spot, at] = tuple(row)
                         self.spent += 1
 
-    def curve(self, build: Build, amplitude: Amplitude) -> "Curve":
-        """Give what is known of a build under an amplitude, within the band of its excitation."""
+    def _add_suite(self, cube: xr.Dataset) -> None:
+        for spot, row in known_of(cube):
+            if (spot, ONCE[0]) not in self._known:
+                self._known[spot, ONCE[0]] = row
+                self.spent += 1
+
+    def under_record(self, build: Build, case: Case) -> Curve:
+        """Give what is known of a build under a record: one place, whose results are in units."""
+        row = self._known.get((build.spot(self.asked.structure, case), ONCE[0]))
+        at = np.array(ONCE if row else ())
+        rows = np.array(row or ()).reshape(at.size, len(RECORD_VARIABLES))
+        return Curve(at, np.ones(at.size), dict(zip(RECORD_VARIABLES, rows.T, strict=True)))
+
+    def curve(self, build: Build, amplitude: Under) -> Curve:
+        """Give what is known of a build under an amplitude, within the band of its excitation; or under a record."""
+        if isinstance(amplitude, Case):
+            return self.under_record(build, amplitude)
         if (build, amplitude) not in self._curves:
             spot = build.spot(self.asked.structure, amplitude)
             low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
@@ -233,35 +260,6 @@ class Book:
                 dict(zip(VARIABLES, rows.T, strict=True)),
             )
         return self._curves[build, amplitude]
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A response over the frequency, over the build's own natural frequency; infinite where it failed.
-
-    Parameters
-    ----------
-    r : ndarray, (n,)
-        Ascending.
-    base_m : ndarray, (n,)
-        Base amplitude Z.
-    columns : dict of ndarray, (n,)
-        `VARIABLES`.
-    """
-
-    r: NDArray[np.float64]
-    base_m: NDArray[np.float64]
-    columns: Mapping[str, NDArray[np.float64]]
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Give one variable; a point that failed has no value in units, and counts as infinite."""
-        column = self.columns[name]
-        failed = np.isinf(self.columns["amplitude_ratio"])
-        return np.where(failed, 0.0 if name == "amplitude_error" else np.inf, column)
-
-    def measured(self, measure: Measure) -> NDArray[np.float64]:
-        """Give the measure, shape (n,), in its unit."""
-        return measure.factor * self.base_m * self[measure.variable]
 
 
 def _law_of(cube: xr.Dataset) -> Law:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
 
 Place = tuple[float, float, float, float, float]
@@ -10,9 +10,11 @@ Place = tuple[float, float, float, float, float]
 
 Law = tuple[()] | tuple[str, float, float, float]
 """What of the base is constant over the frequencies: nothing to say of a displacement; of a velocity or an acceleration its
-word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency."""
+word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency. Under a
+ground-motion record its id, its scale, and the same two of the structure."""
 Spot = tuple[Law, Place]
-"""A damper under an amplitude, at every frequency: in ratios under a displacement, else with d [m] and F [N] in their place."""
+"""A damper under an amplitude, at every frequency: in ratios under a displacement, else with d [m] and F [N] in their place,
+and under a record with m [kg] in the place of β."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,10 @@ class Build:
         clearance = self.clearance_m / amplitude_m
         return (damping, self.restitution, self.particle_mass_kg / mass, clearance, friction)
 
-    def spot(self, structure: Structure, amplitude: Amplitude) -> Spot:
+    def spot(self, structure: Structure, amplitude: Under) -> Spot:
         """Give what a study asks for of this build under an amplitude of an excitation, whatever the frequency."""
+        if isinstance(amplitude, Case):
+            return self._under_record(structure, amplitude)
         ratios = self.place(structure, amplitude.reference_m)
         constant = amplitude.excitation.motion.constant
         if constant is None:
@@ -57,6 +61,16 @@ class Build:
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
         return law, (*ratios[:3], clearance, self.friction_force_n)
+
+    def _under_record(self, structure: Structure, case: Case) -> Spot:
+        mass = structure.mass_kg * (1.0 + self.mass_kg)
+        frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
+        damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
+        law = (case.source.id, case.scale, mass, frequency)
+        if self.particle_mass_kg == 0.0:
+            return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n)
+        damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
+        return law, (damping, *damper)
 
     def own(self, frequency_ratio: float) -> float:
         """Turn a frequency over the nominal natural frequency into one over this structure's."""
@@ -82,8 +96,11 @@ class Build:
 
 
 def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
-    """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude."""
-    amplitude = asked.largest_m
+    """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude.
+
+    Under ground-motion records there is no base amplitude, and no ratio to it.
+    """
+    amplitude = asked.largest_m if asked.records is None else 1.0
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)
     found: dict[str, float | None] = {
         name: getattr(build, name) if asked.in_units or name == "restitution" else None for name in CHOSEN
@@ -94,5 +111,7 @@ def design_document(build: Build, asked: Specification) -> dict[str, float | Non
         found |= dict.fromkeys(("clearance_m", "clearance_ratio", "restitution"))
     if asked.in_units:
         found["cavity_length_m"] = None if mass == 0.0 else 2.0 * build.clearance_m
-        found["base_amplitude_m"] = amplitude
+        found["base_amplitude_m"] = amplitude if asked.records is None else None
+    if asked.records is not None:
+        found |= dict.fromkeys(("clearance_ratio", "friction_ratio"))
     return found

@@ -11,6 +11,7 @@ from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step, within
+from damperlab.studies.specification.records import ONCE, Case
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
 
 SEED = 20
@@ -77,6 +78,9 @@ def _hardly(asked: Specification, score: Score) -> bool:
 
 def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
     for amplitude in search.amplitudes:
+        if isinstance(amplitude, Case):
+            yield Wanted(build, amplitude, ONCE)
+            continue
         low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
         sampled = search.sample(build, amplitude, True)
         curve = search.book.curve(nominal, amplitude)

@@ -12,15 +12,17 @@ from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
+from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import front_of
 from damperlab.studies.design.margins import margins_of
 from damperlab.studies.design.score import Score, binding, score, worst
-from damperlab.studies.design.search import CLOSE, FEW, Search, amplitudes_of
+from damperlab.studies.design.search import CLOSE, FEW, Search
 from damperlab.studies.design.shortfall import shortfall_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.faults import Fault, StudyFaults, counted
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 
@@ -38,7 +40,7 @@ class Ask:
 
     Parameters
     ----------
-    studies : tuple of Study
+    studies : tuple of Study or Suite
         To be computed, but for those that are stored.
     stage : str
         What they are for.
@@ -48,7 +50,7 @@ class Ask:
         The best damper so far, and its worst case as drawn by what is known of it; None before the first look.
     """
 
-    studies: tuple[Study, ...]
+    studies: tuple[Study | Suite, ...]
     stage: str
     spent: int
     budget: int
@@ -135,7 +137,8 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     judged = [compared]
     left: list[str] = []
     scan = amplitudes_of(asked, AMPLITUDES)
-    book.stage = f"{counted(len(scan), 'base amplitude')} of the recommended damper"
+    of_what = "base amplitude" if asked.records is None else "case"
+    book.stage = f"{counted(len(scan), of_what)} of the recommended damper"
     yield from within(search.known([build], CLOSE + 1, scan), left, "further base amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
@@ -160,12 +163,15 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     if "particle_mass_kg" in search.lattice.names:
         book.stage = "response against mass"
         front = yield from within(front_of(search), left, "response against mass")
-    book.stage = f"the recommended damper from {STARTS} starts"
-    yield from within(started(search, build, nominal), left, "other starts than rest")
-    excitation = binding(asked, nominal)
-    shown = tuple(Amplitude(excitation, float(each)) for each in np.geomspace(*beyond_of(excitation), SHOWN))
-    book.stage = "the recommended damper beyond its base amplitudes"
-    yield from within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
+    shown: tuple[Amplitude, ...] = ()
+    if asked.records is None:
+        book.stage = f"the recommended damper from {STARTS} starts"
+        yield from within(started(search, build, nominal), left, "other starts than rest")
+        excitation = binding(asked, nominal)
+        amplitudes = np.geomspace(*beyond_of(excitation), SHOWN)
+        shown = tuple(Amplitude(excitation, float(each)) for each in amplitudes)
+        book.stage = "the recommended damper beyond its base amplitudes"
+        yield from within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
     scores = [search.score(each) for each in builds]
     stated = worst([*judged, *scores])
     return Found(
@@ -185,7 +191,9 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=front or (),
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
-        starts=starts_of(asked, excitation, book.from_many_starts, stated.most),
+        starts=None
+        if asked.records
+        else starts_of(asked, binding(asked, nominal), book.from_many_starts, stated.most),
         as_good=as_good,
         shortfall=shortfall_of(search, best),
         stopped=search.stopped or "complete",

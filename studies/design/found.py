@@ -80,5 +80,5 @@ class Found:
 
     @property
     def binding(self) -> Excitation:
-        """The excitation under which the stated worst case is."""
+        """The excitation under which the stated worst case is; only of a specification over bands."""
         return binding(self.asked, self.stated)

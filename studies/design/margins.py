@@ -7,7 +7,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
-from damperlab.studies.specification.specification import CHOSEN, LIMITED, Specification
+from damperlab.studies.specification.specification import CHOSEN, Specification
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
@@ -70,4 +70,4 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 
 def _limited(asked: Specification) -> bool:
     """Whether a limit is on what is measured."""
-    return any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
+    return any(asked.limited(name) == asked.measure.variable for name in asked.limits)

@@ -10,8 +10,9 @@ import numpy as np
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import overshoot
-from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.specification import LIMITED, Specification
+from damperlab.studies.specification.excitation import Excitation
+from damperlab.studies.specification.records import Case, Under
+from damperlab.studies.specification.specification import Specification
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,12 @@ class Score:
     reached : dict of float
         The largest value of each limited result, in the unit of its limit.
     frequency_ratio : float
-        Of the worst case, over the nominal natural frequency.
+        Of the worst case, over the nominal natural frequency; NaN under a ground-motion record, as the next.
     amplitude_m : float
         Base amplitude Z of the worst case, at its frequency.
     build : Build
         Which has it.
-    under : Amplitude or None
+    under : Amplitude, Case or None
         Under what; None where nothing is known.
     """
 
@@ -45,7 +46,7 @@ class Score:
     frequency_ratio: float
     amplitude_m: float
     build: Build
-    under: Amplitude | None
+    under: Under | None
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -63,7 +64,7 @@ class Score:
         return self.value + self.error
 
 
-def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
+def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     """Judge a build by what is known of it.
 
     Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
@@ -83,7 +84,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
         values = curve.measured(measure)
         errors = measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
         for limit in asked.limits:
-            variable = LIMITED[limit][0]
+            variable = asked.limited(limit)
             size = curve.base_m * (own_speed if variable == "impact_speed_max" else 1.0)
             reached[limit] = max(
                 reached[limit], float((size * np.nan_to_num(curve[variable], posinf=np.inf)).max())
@@ -92,7 +93,8 @@ def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
         gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
         most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
         if best is None or values[place] > best.value:
-            at = build.nominal(float(curve.r[place]))
+            record = isinstance(amplitude, Case)
+            at = math.nan if record else build.nominal(float(curve.r[place]))
             best = Score(
                 float(values[place]),
                 0.0,
@@ -100,7 +102,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Amplitude]) -> Score:
                 0.0,
                 reached,
                 at,
-                float(curve.base_m[place]),
+                math.nan if record else float(curve.base_m[place]),
                 build,
                 amplitude,
             )
@@ -123,5 +125,6 @@ def worst(scores: Iterable[Score]) -> Score:
 
 
 def binding(asked: Specification, judged: Score) -> Excitation:
-    """Give the excitation under which a worst case is."""
-    return asked.excitations[0] if judged.under is None else judged.under.excitation
+    """Give the excitation under which a worst case is; only of a specification over bands."""
+    under = judged.under
+    return asked.excitations[0] if under is None or isinstance(under, Case) else under.excitation

@@ -11,17 +11,18 @@ well; a candidate whose nominal worst case is already above another's worst need
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
-from itertools import product
 from math import inf, isinf
 
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.corners import amplitudes_of, corners_of
 from damperlab.studies.design.frequencies import Survey, brackets
 from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
+from damperlab.studies.specification.records import ONCE, Case, Under
+from damperlab.studies.specification.specification import Specification
 
 Asks = Generator[list[Wanted], None, None]
 
@@ -35,19 +36,6 @@ ENOUGH = 1 / 32
 """Step from which the lattice is no longer halved where the last halving gained less than the noise of the best one."""
 NOISY = 0.01
 """Share of a value from which its error counts as noise: of a response that repeats it is far less."""
-FACTORIAL = 3
-"""Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
-HADAMARD = (
-    (1, 1, 1, 1, 1, 1, 1),
-    (-1, 1, -1, 1, -1, 1, -1),
-    (1, -1, -1, 1, 1, -1, -1),
-    (-1, -1, 1, 1, -1, -1, 1),
-    (1, 1, 1, -1, -1, -1, -1),
-    (-1, 1, -1, -1, 1, -1, 1),
-    (1, -1, -1, -1, -1, 1, 1),
-    (-1, -1, 1, -1, 1, 1, -1),
-)
-"""A two-level design of eight runs for seven factors, every pair of columns balanced."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +212,7 @@ class Search:
         nominal = self.lattice.build(candidate)
         return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
 
-    def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Amplitude] = ()) -> Asks:
+    def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Under] = ()) -> Asks:
         """Make builds known as closely as a level says: 0 coarsely, 1 the survey, each further one a round of brackets."""
         every = list(dict.fromkeys(builds))
         at = tuple(amplitudes) or self.amplitudes
@@ -286,9 +274,12 @@ class Search:
             for one in self._samples_of(self.lattice.build(each), stage, self.amplitudes)
         ]
 
-    def _samples_of(self, build: Build, stage: int, amplitudes: Iterable[Amplitude]) -> Iterable[Wanted]:
+    def _samples_of(self, build: Build, stage: int, amplitudes: Iterable[Under]) -> Iterable[Wanted]:
         for amplitude in amplitudes:
-            if stage < 2:
+            frequencies: tuple[float, ...]
+            if isinstance(amplitude, Case):
+                frequencies = ONCE
+            elif stage < 2:
                 frequencies = self.sample(build, amplitude, stage == 1)
             else:
                 curve = self.book.curve(build, amplitude)
@@ -316,17 +307,3 @@ class Search:
             if near < 2:
                 chosen.append(each)
         return chosen
-
-
-def amplitudes_of(asked: Specification, count: int) -> tuple[Amplitude, ...]:
-    """Give amplitudes over the range of each excitation."""
-    return tuple(amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
-
-
-def corners_of(asked: Specification) -> list[dict[str, float]]:
-    """Give the corners of the tolerances: every one of a few, else a balanced fraction of them."""
-    names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
-    if not names:
-        return []
-    signs = HADAMARD if len(names) > FACTORIAL else tuple(product((-1, 1), repeat=len(names)))
-    return [{name: float(sign) for name, sign in zip(names, row, strict=False)} for row in signs]

@@ -5,9 +5,10 @@ from typing import TypeVar
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.book import BudgetSpent, Wanted
+from damperlab.studies.ground.suite import Suite
 
 T = TypeVar("T")
-Step = Generator[list[Wanted] | tuple[Study, ...], None, T]
+Step = Generator[list[Wanted] | tuple[Study | Suite, ...], None, T]
 """A part of a search: yields what must be known next."""
 
 

@@ -10,8 +10,9 @@ from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.shortfall import Shortfall
+from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Specification
 from damperlab.studies.variables import ResponseClass
 
@@ -21,64 +22,10 @@ CALLED = {
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
 }
-UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
-SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 HARDLY = 0.05
 """Per cent below which a damper is not called better."""
 SAME = 0.02
 """Share within which two worst cases are called equal."""
-
-
-def spelled(value: float, unit: str) -> str:
-    """Write a quantity for a drawing: millimetres and grams where metres and kilograms would be fractions."""
-    if unit in ("m", "kg") and abs(value) < 1.0:
-        return f"{1e3 * value:.4g} {'mm' if unit == 'm' else 'g'}"
-    return f"{value:.4g} {unit}".rstrip()
-
-
-def quantity(asked: Specification, name: str, value: float) -> str:
-    """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
-    if asked.in_units or name == "restitution":
-        return spelled(value, UNITS[name])
-    return f"{SYMBOLS[name]} = {value:.4g}"
-
-
-def response(asked: Specification, value: float) -> str:
-    """Write a value of the measure; over the base amplitude where there are no units."""
-    return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
-
-
-def level(asked: Specification, amplitude: Amplitude) -> str:
-    """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
-    value, unit = asked.level(amplitude), amplitude.excitation.motion.unit
-    # vibration velocities are read in millimetres per second
-    return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
-
-
-def plural(motion: Motion) -> str:
-    """Name several amplitudes of what is constant over the band."""
-    return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
-
-
-def frequency(asked: Specification, ratio: float) -> str:
-    """Write a frequency."""
-    if asked.in_units:
-        return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
-    return f"r = {ratio:.4g}"
-
-
-def spelled_out(asked: Specification, excitation: Excitation) -> str:
-    """Write an excitation: its band, and its amplitudes where there are units."""
-    low, high = frequency(asked, excitation.low), frequency(asked, excitation.high)
-    over = f"from {low} to {high}" if excitation.high > excitation.low else f"at {low}"
-    if not asked.in_units:
-        return over
-    least, most = (
-        level(asked, Amplitude(excitation, each)) for each in (excitation.lowest_m, excitation.highest_m)
-    )
-    if excitation.highest_m > excitation.lowest_m:
-        return f"{over} with {plural(excitation.motion)} from {least} to {most}"
-    return f"{over} with a {excitation.motion.words} of {least}"
 
 
 def words_of(found: Found) -> list[str]:
@@ -125,6 +72,9 @@ def material_of(asked: Specification, build: Build) -> str:
 
 def _worst(found: Found) -> Iterator[str]:
     asked, stated = found.asked, found.stated
+    if asked.records is not None:
+        yield from _worst_record(found)
+        return
     shaken = spelled_out(asked, found.binding)
     several = len(asked.excitations) > 1
     over = f"{shaken[:1].upper()}{shaken[1:]}"
@@ -144,6 +94,22 @@ def _worst(found: Found) -> Iterator[str]:
             for each, judged in zip(asked.excitations, found.under, strict=True)
         ]
         yield f"As drawn it reaches {'; '.join(parts)}."
+
+
+def _worst_record(found: Found) -> Iterator[str]:
+    asked, stated, records = found.asked, found.stated, found.asked.records
+    if records is None:
+        return
+    count = counted(len(records.sources), "ground-motion record")
+    scales = "" if records.scales == (1.0,) else f", each at {counted(len(records.scales), 'scale')}"
+    within = " and within the tolerances" if asked.tolerances else ""
+    at = f", under {stated.under.name}" if isinstance(stated.under, Case) else ""
+    yield (
+        f"Under {count}{scales}{within}, the largest {asked.measure.words} that was computed is "
+        f"{response(asked, stated.value)}{at}."
+    )
+    if asked.tolerances:
+        yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
 
 
 def _limits(found: Found) -> Iterator[str]:
@@ -225,6 +191,9 @@ def at_ends(found: Found) -> dict[str, str]:
 
 def locked(found: Found) -> bool:
     """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
+    if found.asked.records is not None:
+        curves = (found.book.curve(found.build, case) for case in found.asked.records.cases)
+        return all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves)
     curve = found.book.curve(found.build, found.binding.largest)
     return bool((curve["response_class"] == ResponseClass.LOCKED).all())
 
@@ -233,8 +202,9 @@ def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
     held = locked(found)
     if held:
+        when = "at every frequency" if asked.records is None else "under every record"
         yield (
-            "Friction holds the structure at its base at every frequency: it moves as its base does, nothing is damped, and "
+            f"Friction holds the structure at its base {when}: it moves as its base does, nothing is damped, and "
             "more friction changes nothing. Let `friction_force_n` end lower for a damper."
         )
     for name, end in at_ends(found).items():
@@ -257,7 +227,7 @@ def _margins(found: Found) -> Iterator[str]:
     kept = "every limit holds" if asked.limits else ""
     if found.stated.violation > 0.0:
         kept = "no limit is exceeded by more than stated above"
-    limited = any(LIMITED[name][0] == asked.measure.variable for name in asked.limits)
+    limited = any(asked.limited(name) == asked.measure.variable for name in asked.limits)
     bound = "" if limited else f"the response stays within {response(asked, WITHIN * found.stated.most)}"
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
     holds = " and ".join(part for part in (kept, bound) if part)

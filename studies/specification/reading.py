@@ -6,10 +6,18 @@ from pathlib import Path
 
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
+from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.damper import DamperFields
-from damperlab.studies.specification.specification import CHOSEN, MEASURES, RATIO_OF, Specification
+from damperlab.studies.specification.specification import (
+    CHOSEN,
+    MEASURES,
+    RATIO_OF,
+    RECORD_MEASURES,
+    Measure,
+    Specification,
+)
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 KEYS = (
@@ -30,16 +38,28 @@ KEYS = (
 CONFIDENCE = Quantity("confidence", "confidence of errors and intervals", 0.5, 0.999, "the default is 0.9")
 BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
 REFUSED_MEASURES = {
-    "worst_acceleration": "the acceleration is not among the results of a study",
+    "worst_acceleration": "the acceleration is not among the results of a study over a band, only of one under records",
     "rms_displacement": "an rms over the band is not judged; that in time at the worst frequency is `worst_rms_displacement`",
-    "rms_acceleration": "the acceleration is not among the results of a study",
+    "rms_acceleration": "the acceleration is not among the results of a study over a band, only of one under records",
+}
+
+REFUSED_UNDER_RECORDS = {
+    "rms_displacement": "that in time, under the worst record, is `worst_rms_displacement`",
+    "rms_acceleration": "that in time, under the worst record, is `worst_rms_acceleration`",
 }
 
 _FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 
 
-def read_specification(path_or_name: str) -> Specification:
+def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specification:
     """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named one.
+
+    Parameters
+    ----------
+    path_or_name : str
+        Which.
+    shelf : Shelf, optional
+        As of `parse_specification`.
 
     Raises
     ------
@@ -66,7 +86,7 @@ def read_specification(path_or_name: str) -> Specification:
         raise StudyFaults(
             [Fault("specification", describe(path_or_name), "a readable file", "check the path", told)]
         ) from None
-    return parse_specification(load_text(text, written_in))
+    return parse_specification(load_text(text, written_in), shelf)
 
 
 @cache
@@ -82,13 +102,15 @@ def named_specifications() -> dict[str, bytes]:
     }
 
 
-def parse_specification(document: object) -> Specification:
+def parse_specification(document: object, shelf: Shelf | None = None) -> Specification:
     """Validate a specification.
 
     Parameters
     ----------
     document : object
         As read from JSON or YAML.
+    shelf : Shelf, optional
+        Where ground-motion records are; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------
@@ -99,7 +121,7 @@ def parse_specification(document: object) -> Specification:
         advice = "write keys and values: structure, excitation, choose"
         raise StudyFaults([Fault("specification", describe(document), "a mapping", advice)])
     given, faults = guard(document)
-    reader = _Reader(given, faults)
+    reader = _Reader(given, faults, shelf)
     found = reader.specification()
     if found is None or reader.faults:
         raise StudyFaults(reader.faults)
@@ -113,19 +135,22 @@ class _Reader(DamperFields):
         """Read all of it; None where something was wrong that the rest depends on."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
-        excitations = self._excitations(structure)
+        records = self._records(structure) if self._shaken_by_records else None
+        excitations = () if self._shaken_by_records else self._excitations(structure)
         name = self._name()
         measure = self._measure()
         confidence = self._number("confidence", CONFIDENCE, 0.9)
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
         builds = self._count("builds", 0, 10_000, 60)
-        if structure is None or excitations is None:
+        unread = excitations is None or (self._shaken_by_records and records is None)
+        if structure is None or excitations is None or unread:
             self._choices(1.0, None)
             self._limit_values()
             self._tolerance_values()
             return None
-        largest_m = max(each.highest_m for each in excitations)
+        # of records no quantity is over an amplitude of the base
+        largest_m = max((each.highest_m for each in excitations), default=1.0)
         choices = self._choices(largest_m, structure)
         limits, bounds = self._limits(choices)
         tolerances = self._tolerances(choices, largest_m, structure)
@@ -139,22 +164,28 @@ class _Reader(DamperFields):
             limits=limits,
             bounds=bounds,
             tolerances=tolerances,
-            measure=MEASURES[measure],
+            measure=self._measures[measure],
             confidence=confidence,
             budget_points=points,
             budget_minutes=minutes,
             builds=builds or 0,
             in_units=self._in_units,
             document=self.document,
+            records=records,
         )
 
+    @property
+    def _measures(self) -> dict[str, Measure]:
+        return RECORD_MEASURES if self._shaken_by_records else MEASURES
+
     def _measure(self) -> str | None:
-        raw = self.document.get("measure", "worst_displacement")
-        if isinstance(raw, str) and raw in MEASURES:
+        raw = self.document.get("measure", next(iter(self._measures)))
+        if isinstance(raw, str) and raw in self._measures:
             return raw
-        why = REFUSED_MEASURES.get(raw) if isinstance(raw, str) else None
+        refused = REFUSED_UNDER_RECORDS if self._shaken_by_records else REFUSED_MEASURES
+        why = refused.get(raw) if isinstance(raw, str) else None
         told = f"{{field}} cannot be {raw}: {why}." if why else ""
-        self._fault("measure", describe(raw), f"one of {listing(MEASURES)}", "choose one of them", told)
+        self._fault("measure", describe(raw), f"one of {listing(self._measures)}", "choose one of them", told)
         return None
 
     def _name(self) -> str:

@@ -14,7 +14,7 @@ from damperlab.studies.physical import (
 )
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
 from damperlab.studies.specification.excitation import MOTIONS, Excitation
-from damperlab.studies.specification.fields import Fields
+from damperlab.studies.specification.record_fields import RecordFields
 from damperlab.studies.specification.specification import Structure
 
 STRUCTURE_KEYS = (
@@ -46,15 +46,15 @@ BASE = {
 REFUSED_EXCITATIONS = {
     "force_n": "A force on the structure is another scene than a shaken base: there the friction damper works against the "
     "structure's own velocity and the base stays at rest, which the solver does not compute",
-    "records": "Ground-motion records are asked of dampers by a ground-motion suite, whose response is no function of a "
-    "frequency; a design is judged by steady responses over a band",
+    "records": "Records are no part of a band or a list of excitations: their response is no function of a frequency. All "
+    "that shall count go into one `excitation: {records: […], scales: […]}`",
     "sweep": "A sweep through the band is a transient. One so slow that the response is steady at every frequency is the "
     "same as a band",
 }
 """Excitations that a design does not know, and why."""
 
 
-class SceneFields(Fields):
+class SceneFields(RecordFields):
     """Reads what is to be kept quiet, and what shakes it."""
 
     @property
@@ -65,7 +65,10 @@ class SceneFields(Fields):
             isinstance(structure, Mapping)
             and "mass_kg" in structure
             and ("natural_frequency_hz" in structure or "stiffness_n_per_m" in structure)
-            and all(isinstance(each, Mapping) and any(key in each for key in MOTIONS) for each in every)
+            and all(
+                isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, "records"))
+                for each in every
+            )
         )
 
     def _structure(self) -> Structure | None:

@@ -14,6 +14,7 @@ from damperlab.studies.specification.damper import (
     QUANTITIES,
 )
 from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
+from damperlab.studies.specification.record_fields import MOST_CASES, SCALE, TAIL
 from damperlab.studies.specification.scene import (
     BASE,
     EXCITATION_KEYS,
@@ -22,7 +23,12 @@ from damperlab.studies.specification.scene import (
     STIFFNESS,
     STRUCTURE_KEYS,
 )
-from damperlab.studies.specification.specification import LIMITED, MEASURES, OF_STRUCTURE
+from damperlab.studies.specification.specification import (
+    LIMITED,
+    MEASURES,
+    OF_STRUCTURE,
+    RECORD_MEASURES,
+)
 
 Schema = dict[str, Any]
 
@@ -41,12 +47,17 @@ LIMIT_WORDS = {name: words for name, (_, words) in LIMITED.items()} | {
 
 
 WORDS = "How the base moves: at every frequency of the band with every amplitude of the range."
+MEASURE_WORDS = (
+    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records one of {', '.join(RECORD_MEASURES)}. "
+    "The first of each is the default."
+)
 NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
 
 def specification_schema() -> Schema:
     """Return the JSON schema of a specification, whole in itself."""
     excitation = {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS}
+    measures = list(dict.fromkeys((*MEASURES, *RECORD_MEASURES)))
     return {
         "type": "object",
         "description": "What must be quiet, what may be chosen, and how far what is built may be off; in units, or in ratios.",
@@ -58,6 +69,7 @@ def specification_schema() -> Schema:
             "excitation": {
                 "anyOf": [
                     _object(excitation, WORDS),
+                    _records(),
                     {
                         "type": "array",
                         "description": "Several of them, one at a time: the worst is judged.",
@@ -77,13 +89,32 @@ def specification_schema() -> Schema:
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
             ),
             "limits": _object({name: _limit(name) for name in LIMIT_KEYS}, "What must not be exceeded."),
-            "measure": {"type": "string", "enum": list(MEASURES), "default": next(iter(MEASURES))},
+            "measure": {"type": "string", "enum": measures, "description": MEASURE_WORDS},
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
             "budget_points": _count("most points, in place of core minutes", 100),
             "builds": _count("builds drawn within the tolerances", 0, 10_000) | {"default": 60},
         },
     }  # fmt: skip
+
+
+def _records() -> Schema:
+    entry = {"anyOf": [{"type": "string"}, {"type": "object"}]}
+    scales = {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": SCALE.schema()}
+    return {
+        "type": "object",
+        "description": "Ground-motion records, each at every scale: the worst is judged.",
+        "required": ["records"],
+        "additionalProperties": False,
+        "properties": {
+            "records": {
+                "description": "Ids of records, names of earthquakes, or `{kanai_tajimi: {…}}`.",
+                "anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": entry}],
+            },
+            "scales": {"description": SCALE.meaning, "default": 1, "anyOf": [SCALE.schema(), scales]},
+            "tail_s": TAIL.schema(0.0),
+        },
+    }
 
 
 def _count(meaning: str, lowest: int, highest: int = 10_000_000) -> Schema:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from damperlab.studies.specification.excitation import Amplitude, Excitation
+from damperlab.studies.specification.records import RecordCases
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
 """What makes a damper, in this order everywhere."""
@@ -123,12 +124,15 @@ class Measure:
         What that is multiplied with, beside Z.
     words : str
         For sentences.
+    unit : str
+        Of its values in a specification in units.
     """
 
     name: str
     variable: str
     factor: float
     words: str
+    unit: str = "m"
 
 
 MEASURES = {
@@ -150,6 +154,42 @@ MEASURES = {
     )
 }
 """What can be asked for; each the largest over the band and the amplitudes."""
+RECORD_MEASURES = {
+    each.name: each
+    for each in (
+        Measure(
+            "worst_relative_displacement",
+            "peak_relative_displacement_m",
+            1.0,
+            "displacement of the structure against its base",
+        ),
+        Measure("worst_displacement", "peak_absolute_displacement_m", 1.0, "displacement of the structure"),
+        Measure(
+            "worst_acceleration",
+            "peak_absolute_acceleration_m_s2",
+            1.0,
+            "acceleration of the structure",
+            "m/s²",
+        ),
+        Measure(
+            "worst_rms_relative_displacement",
+            "rms_relative_displacement_m",
+            1.0,
+            "rms displacement of the structure against its base",
+        ),
+        Measure(
+            "worst_rms_displacement", "rms_absolute_displacement_m", 1.0, "rms displacement of the structure"
+        ),
+        Measure(
+            "worst_rms_acceleration",
+            "rms_absolute_acceleration_m_s2",
+            1.0,
+            "rms acceleration of the structure",
+            "m/s²",
+        ),
+    )
+}
+"""What can be asked for under records; each the largest over records and scales. The first is the default."""
 
 LIMITED = {
     "displacement_m": ("amplitude_ratio", "displacement of the structure"),
@@ -157,6 +197,12 @@ LIMITED = {
     "impact_speed_m_per_s": ("impact_speed_max", "impact speed"),
 }
 """Limits on results: the variable, and what it is called."""
+RECORD_LIMITED = {
+    "displacement_m": "peak_absolute_displacement_m",
+    "relative_displacement_m": "peak_relative_displacement_m",
+    "impact_speed_m_per_s": "impact_speed_max_m_s",
+}
+"""The variables of the same limits under records."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +216,7 @@ class Specification:
     structure : Structure
         What is to be kept quiet.
     excitations : tuple of Excitation
-        What shakes it, one at a time; the worst of them is judged.
+        What shakes it, one at a time; the worst of them is judged. Empty where records do.
     choices : dict of Choice
         By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
     limits : dict of float
@@ -191,6 +237,10 @@ class Specification:
         Builds drawn within the tolerances.
     in_units : bool
         Whether lengths, forces and masses mean anything; else only ratios do.
+    document : dict
+        As it was given; records with the digest of their samples.
+    records : RecordCases or None
+        The ground-motion records that shake it, in place of excitations over a band.
     """
 
     name: str
@@ -207,11 +257,21 @@ class Specification:
     builds: int
     in_units: bool
     document: dict[str, Any]
+    records: RecordCases | None = None
 
     @property
     def free(self) -> tuple[str, ...]:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
+
+    def limited(self, limit: str) -> str:
+        """Give the variable that a limit on results is about."""
+        return LIMITED[limit][0] if self.records is None else RECORD_LIMITED[limit]
+
+    @property
+    def unit(self) -> str:
+        """The unit of the measure; 1 where only ratios mean anything."""
+        return self.measure.unit if self.in_units else "1"
 
     @property
     def largest_m(self) -> float:

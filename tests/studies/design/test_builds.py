@@ -5,8 +5,9 @@ from tests.benchmarks.design import LIMIT, TOLERANCES, drawn, peaks
 from tests.studies.design.test_design import pursued
 
 from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.score import score
-from damperlab.studies.design.search import FEW, amplitudes_of
+from damperlab.studies.design.search import FEW
 
 SEED_OF_PEAKS = 6
 """Of a drawn specification in which some builds exceed their limit between the frequencies of the survey alone."""

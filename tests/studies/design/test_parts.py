@@ -12,10 +12,10 @@ from tests.studies.specification.test_specification import PROTOTYPE, changed
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.corners import HADAMARD, amplitudes_of, corners_of
 from damperlab.studies.design.frequencies import Survey, brackets, overshoot
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.lattice import Lattice
-from damperlab.studies.design.search import HADAMARD, amplitudes_of, corners_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import highest

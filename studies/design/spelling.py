@@ -1,0 +1,59 @@
+"""Quantities of a design as a drawing and a report write them."""
+
+from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.specification import Specification
+
+UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
+SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
+
+
+def spelled(value: float, unit: str) -> str:
+    """Write a quantity for a drawing: millimetres and grams where metres and kilograms would be fractions."""
+    if unit in ("m", "kg") and abs(value) < 1.0:
+        return f"{1e3 * value:.4g} {'mm' if unit == 'm' else 'g'}"
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def quantity(asked: Specification, name: str, value: float) -> str:
+    """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
+    if asked.in_units or name == "restitution":
+        return spelled(value, UNITS[name])
+    return f"{SYMBOLS[name]} = {value:.4g}"
+
+
+def response(asked: Specification, value: float) -> str:
+    """Write a value of the measure; over the base amplitude where there are no units."""
+    return spelled(value, asked.unit) if asked.in_units else f"{value:.4g} times the base amplitude"
+
+
+def level(asked: Specification, amplitude: Amplitude) -> str:
+    """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
+    value, unit = asked.level(amplitude), amplitude.excitation.motion.unit
+    # vibration velocities are read in millimetres per second
+    return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
+
+
+def plural(motion: Motion) -> str:
+    """Name several amplitudes of what is constant over the band."""
+    return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
+
+
+def frequency(asked: Specification, ratio: float) -> str:
+    """Write a frequency."""
+    if asked.in_units:
+        return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
+    return f"r = {ratio:.4g}"
+
+
+def spelled_out(asked: Specification, excitation: Excitation) -> str:
+    """Write an excitation: its band, and its amplitudes where there are units."""
+    low, high = frequency(asked, excitation.low), frequency(asked, excitation.high)
+    over = f"from {low} to {high}" if excitation.high > excitation.low else f"at {low}"
+    if not asked.in_units:
+        return over
+    least, most = (
+        level(asked, Amplitude(excitation, each)) for each in (excitation.lowest_m, excitation.highest_m)
+    )
+    if excitation.highest_m > excitation.lowest_m:
+        return f"{over} with {plural(excitation.motion)} from {least} to {most}"
+    return f"{over} with a {excitation.motion.words} of {least}"

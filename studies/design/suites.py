@@ -1,0 +1,107 @@
+"""The studies that make dampers known under ground-motion records, and what their cubes say of them."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.answers.follow_up import cover
+from damperlab.studies.design.build import Place, Spot
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.ground.suite_reading import read_suite
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.variables import Status
+
+RECORD_VARIABLES = (
+    "peak_relative_displacement_m",
+    "rms_relative_displacement_m",
+    "peak_absolute_displacement_m",
+    "rms_absolute_displacement_m",
+    "peak_absolute_acceleration_m_s2",
+    "rms_absolute_acceleration_m_s2",
+    "impact_speed_max_m_s",
+    "impacts",
+    "stick_fraction",
+)
+"""What is kept of a damper under a record."""
+AXES = (
+    "natural_frequency_hz",
+    "damping_ratio",
+    "restitution",
+    "particle_mass_kg",
+    "clearance_m",
+    "friction_force_n",
+)
+"""What tells dampers of one structure's mass apart, in the order of the rows here."""
+OF_PARTICLE = ("restitution", "clearance_m")
+"""What means nothing without a particle."""
+
+
+def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...]:
+    """Make the suites that compute dampers under records, in an order that depends on nothing else.
+
+    A suite computes every record at every scale; dampers are asked for under all of them at once.
+    """
+    cases: dict[tuple[float, bool, Place, float], set[tuple[str, float]]] = {}
+    for law, place in lacking:
+        assert law  # under a record there is one
+        record, scale, mass, frequency = law
+        cases.setdefault((mass, place[2] > 0.0, place, frequency), set()).add((record, scale))
+    groups: dict[tuple[float, bool, frozenset[tuple[str, float]]], list[list[float]]] = {}
+    for (mass, particle, place, frequency), each in sorted(cases.items(), key=lambda one: one[0]):
+        groups.setdefault((mass, particle, frozenset(each)), []).append([frequency, *place])
+    return tuple(
+        _suite(asked, mass, particle, wanted, grid)
+        for (mass, particle, wanted), rows in sorted(
+            groups.items(), key=lambda one: (*one[0][:2], sorted(one[0][2]))
+        )
+        for grid in cover(np.array(rows), most=max(8, len(rows)))
+    )
+
+
+def _suite(
+    asked: Specification,
+    mass_kg: float,
+    particle: bool,
+    wanted: frozenset[tuple[str, float]],
+    grid: list[np.ndarray],
+) -> Suite:
+    records = asked.records
+    assert records is not None  # nothing is asked for under a record otherwise
+    ids = {record for record, _ in wanted}
+    axes: dict[str, Any] = dict(zip(AXES, (axis.tolist() for axis in grid), strict=True))
+    if not particle:
+        axes = {name: values for name, values in axes.items() if name not in OF_PARTICLE}
+    document = {
+        "name": f"{asked.name}, design" if asked.name else "design",
+        "records": [source.document() for source in records.sources if source.id in ids],
+        "axes": axes | {"scale": sorted({scale for _, scale in wanted})},
+        "mass_kg": mass_kg,
+        "tail_s": records.tail_s,
+        "metrics": [*RECORD_VARIABLES, "status"],
+    }
+    motions = {name: motion for name, motion in records.motions.items() if name in ids}
+    return replace(read_suite(document), motions=motions)
+
+
+def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
+    """Give what a suite's cube says of every damper under every case: `RECORD_VARIABLES`, infinite first where it failed."""
+    mass = float(json.loads(cube.attrs["study"])["mass_kg"])
+    order = ("record", "scale", *AXES)
+    columns = np.stack(
+        [cube[name].transpose(*order).values.astype(np.float64) for name in RECORD_VARIABLES], axis=-1
+    )
+    columns[..., 0][cube["status"].transpose(*order).values > Status.MAX_CYCLES] = np.inf
+    records = [str(each) for each in cube["record"].values]
+    axes = [cube[name].values.tolist() for name in order[1:]]
+    for index in np.ndindex(*columns.shape[:-1]):
+        scale, frequency, damping, restitution, particle, clearance, friction = (
+            axis[i] for axis, i in zip(axes, index[1:], strict=True)
+        )
+        place: Place = (damping, restitution, particle, clearance, friction)
+        if particle == 0.0:
+            place = (damping, 0.0, 0.0, 0.0, friction)
+        yield ((records[index[0]], scale, mass, frequency), place), tuple(columns[index].tolist())

@@ -1,0 +1,63 @@
+"""What shakes a structure for once: ground-motion records, each at every one of some scales."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.source import RecordSource
+from damperlab.studies.specification.excitation import Amplitude
+
+ONCE = (1.0,)
+"""The frequencies of a case: a record has a whole response and no frequency, so that it is known at one place."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One record at one scale.
+
+    Parameters
+    ----------
+    source : RecordSource
+        The record.
+    scale : float
+        What it is multiplied with.
+    """
+
+    source: RecordSource
+    scale: float
+
+    @property
+    def name(self) -> str:
+        """What it is called in a sentence."""
+        return f"{self.source.id} × {self.scale:g}"
+
+
+@dataclass(frozen=True)
+class RecordCases:
+    """Records and scales; the worst of all their pairs is judged.
+
+    Parameters
+    ----------
+    sources : tuple of RecordSource
+        By id, ascending.
+    scales : tuple of float
+        Ascending.
+    tail_s : float
+        Free vibration after every record [s].
+    motions : mapping of GroundMotion
+        Samples by id, where they are at hand.
+    """
+
+    sources: tuple[RecordSource, ...]
+    scales: tuple[float, ...]
+    tail_s: float
+    motions: Mapping[str, GroundMotion] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """Every record at every scale."""
+        return tuple(Case(source, scale) for source in self.sources for scale in self.scales)
+
+
+Under = Amplitude | Case
+"""What a damper is judged under: an amplitude over its band, or a record."""
