@@ -264,7 +264,17 @@ _BUILT: Schema = {
     "additionalProperties": {"type": ["number", "string", "null"]},
 }
 _WORST = _object(
-    ("measure", "ratio", "frequency_hz", "frequency_ratio", "base_amplitude_m", "error", "excitation"),
+    (
+        "measure",
+        "ratio",
+        "frequency_hz",
+        "frequency_ratio",
+        "base_amplitude_m",
+        "error",
+        "excitation",
+        "record",
+        "scale",
+    ),
     measure=TEXT,
     value=NUMBER,
     error=NUMBER,
@@ -274,6 +284,11 @@ _WORST = _object(
     frequency_hz=NUMBER,
     base_amplitude_m=NUMBER,
     excitation={"type": ["string", "null"], "description": "Its name, where there are several."},
+    record={
+        "type": ["string", "null"],
+        "description": "The ground-motion record, of a design under records.",
+    },
+    scale=NUMBER,
 )
 _FITTED = _object(
     measured=TEXT,
@@ -321,6 +336,7 @@ _DESIGN_ANSWER = _object(
     budget_points=COUNT,
     words=TEXTS,
     response=_by_name(NUMBERS),
+    cases=_list(_object(record=TEXT, scale=NUMBER, value=NUMBER)),
     specification={"type": "object"},
 )
 _DESIGN_LISTED: Schema = {

@@ -124,13 +124,7 @@ function underWay(design) {
 /** @param {any} design */
 function answered(design) {
   const { answer } = design;
-  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest base amplitude", name: `design-${design.id}`, height: 420 });
-  const [metres, unit] = answer.worst.units === "m" ? [1000, "mm"] : [1, "over the base amplitude"];
-  const inHertz = answer.response.frequency_hz !== undefined;
-  curve.draw(
-    () => [{ x: answer.response[inHertz ? "frequency_hz" : "frequency_ratio"], y: answer.response.value.map((/** @type {number | null} */ each) => each === null ? null : each * metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0] }, name: "as drawn" }],
-    () => ({ xaxis: { title: { text: inHertz ? "frequency [Hz]" : "frequency ratio r" } }, yaxis: { title: { text: `${measure(answer)} [${unit}]` }, rangemode: "tozero" } }),
-  );
+  const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, "over the base amplitude"] : [1, answer.worst.units]);
   return [
     el(
       "section",
@@ -140,11 +134,29 @@ function answered(design) {
       el("ul", {}, answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence)))),
     ),
     el("div", { class: "grid" }, el("section", { class: "box" }, el("h2", {}, "The model"), modelSketch(answer.design.particle_mass_kg !== 0)), margins(answer)),
-    curve.element,
+    answer.cases?.length ? underEach(answer) : overBand(design, metres, unit),
     others(answer),
     answer.pareto.length > 1 && front(design, metres, unit),
     el("details", { class: "box" }, el("summary", {}, "The specification as JSON"), el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2))),
   ];
+}
+
+/** @param {any} design @param {number} metres @param {string} unit */
+function overBand(design, metres, unit) {
+  const { answer } = design;
+  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest base amplitude", name: `design-${design.id}`, height: 420 });
+  const inHertz = answer.response.frequency_hz !== undefined;
+  curve.draw(
+    () => [{ x: answer.response[inHertz ? "frequency_hz" : "frequency_ratio"], y: answer.response.value.map((/** @type {number | null} */ each) => each === null ? null : each * metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0] }, name: "as drawn" }],
+    () => ({ xaxis: { title: { text: inHertz ? "frequency [Hz]" : "frequency ratio r" } }, yaxis: { title: { text: `${measure(answer)} [${unit}]` }, rangemode: "tozero" } }),
+  );
+  return curve.element;
+}
+
+/** @param {any} answer */
+function underEach(answer) {
+  const rows = answer.cases.map((/** @type {any} */ each) => [each.record, String(each.scale), response({ units: answer.worst.units, value: each.value })]);
+  return table("Under each record, as drawn", ["Record", "Scale", capital(measure(answer))], rows);
 }
 
 /** A damper and its worst case, as on a drawing. @param {any} built @param {any} worst @param {number | null} [probability] */
@@ -167,19 +179,20 @@ function quantity(built, name) {
 
 /** @param {any} worst */
 function response(worst) {
-  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : `${short(worst.value, 4)} times the base amplitude`;
+  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : worst.units === "1" ? `${short(worst.value, 4)} times the base amplitude` : `${short(worst.value, 4)} ${worst.units}`;
+  if (worst.record) return `${value} under ${worst.record} × ${worst.scale}`;
   const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
   return at ? `${value} at ${at}` : value;
 }
 
 /** @param {any} answer */
 function measure(answer) {
-  return tables.measures[answer.worst.measure] ?? "response";
+  return { ...tables.measures, ...tables.measures_under_records }[answer.worst.measure] ?? "response";
 }
 
 /** @param {any} answer */
 function margins(answer) {
-  const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => (value === null ? "–" : answer.worst.units === "m" || name === "restitution" ? quantity({ [name]: value }, name) : short(value, 4));
+  const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => (value === null ? "–" : answer.worst.units !== "1" || name === "restitution" ? quantity({ [name]: value }, name) : short(value, 4));
   const rows = damper.filter(({ name }) => answer.margins[name]);
   if (!rows.length) return null;
   return table("How far each quantity may move alone", ["Quantity", "From", "To", "Seen to fail at"], rows.map(({ name, label }) => {

@@ -2,7 +2,7 @@
 
 import { ask, faultText, Refusal, refusalBox, send } from "./api.js";
 import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
-import { excitationFields } from "./excitation_fields.js";
+import { excitationFields, underRecords } from "./excitation_fields.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted } from "./numbers.js";
@@ -20,7 +20,7 @@ const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "
 
 /** @type {import("./main.js").View} */
 export async function designForm(root, { query }) {
-  const { specifications } = await vocabulary();
+  const [{ specifications }, { records }] = await Promise.all([vocabulary(), ask("records")]);
   const from = query.get("from");
   const named = from === null ? specifications : [await copy(from), ...specifications];
   let asked = /** @type {any} */ ({});
@@ -45,7 +45,7 @@ export async function designForm(root, { query }) {
   }
 
   function draw() {
-    fill(fields, ...fieldsOf({ get: (path) => at(asked, path), set, again: () => (draw(), changed()) }));
+    fill(fields, ...fieldsOf({ get: (path) => at(asked, path), set, again: () => (draw(), changed()) }, records));
   }
 
   /** @param {string} path @param {any} value undefined takes it away */
@@ -148,17 +148,18 @@ async function copy(id) {
   return { name: `copy of ${name}`, about: [`A copy of ${name}. Points that it shares with the original are not computed again.`], definition: { ...design.specification, name: `${name}, changed` } };
 }
 
-/** Every field of a specification. @param {Held} held */
-function fieldsOf(held) {
+/** Every field of a specification. @param {Held} held @param {any[]} records ground-motion records that the service has */
+function fieldsOf(held, records) {
+  const measures = underRecords(held) ? tables.measures_under_records : tables.measures;
   const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
   return [
     el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
     group("Structure", "structure", structure.filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined).map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)])),
-    excitationFields(held),
+    excitationFields(held, records),
     ...damper.map((each) => damperField(held, each)),
     group("Limits", "limits", limits.map((each) => number(held, `limits.${each.name}`, each))),
     group("What is judged", "measure", [
-      picker("Least", Object.entries(tables.measures), held.get("measure") ?? Object.keys(tables.measures)[0], (value) => held.set("measure", value)),
+      picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) => held.set("measure", value)),
       ...numbers.map((each) => number(held, each.name, each)),
     ]),
   ];

@@ -1,16 +1,61 @@
-/** What shakes the structure: one excitation, or several that act one at a time. */
+/** What shakes the structure: one excitation, several that act one at a time, or ground-motion records. */
 
 import { el, picker } from "./dom.js";
-import { group, span } from "./specified.js";
+import { group, number, read, span } from "./specified.js";
+import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
 /** @typedef {import("./specified.js").Held} Held */
 
-const { motions, frequency, most } = WORDS.specification.excitation;
+const { motions, frequency, most, tail } = WORDS.specification.excitation;
 const PLACE = "excitation";
 
-/** Every excitation in a group of its own, and what adds one. @param {Held} held */
-export function excitationFields(held) {
+/** Kinds of excitation. */
+const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["records", "ground-motion records"]]);
+/** What a form begins with that is told to be about the other kind. */
+const BEGINNING = {
+  band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
+  records: { records: ["el-centro-180"], scales: 1 },
+};
+/** What is over an amplitude of the base, which records do not have. */
+const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
+
+/** Whether ground-motion records shake the structure. @param {Held} held */
+export function underRecords(held) {
+  return held.get(`${PLACE}.records`) !== undefined;
+}
+
+/**
+ * Every excitation in a group of its own, and what adds one; or records.
+ *
+ * @param {Held} held
+ * @param {any[]} records those that the service has
+ */
+export function excitationFields(held, records) {
+  const kind = underRecords(held) ? "records" : "band";
+  const change = (/** @type {string} */ next) => {
+    held.set(PLACE, structuredClone(next === "records" ? BEGINNING.records : BEGINNING.band));
+    held.set("measure", undefined);
+    for (const ratio of Object.keys(next === "records" ? IN_UNITS : {})) for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
+    held.again();
+  };
+  return [picker("Kind of excitation", KINDS, kind, change), kind === "records" ? recordFields(held, records) : bandFields(held)];
+}
+
+/** Records, their scales, and what follows them. @param {Held} held @param {any[]} records */
+function recordFields(held, records) {
+  const path = `${PLACE}.scales`;
+  const scales = held.get(path) ?? 1;
+  const box = el("input", { type: "text", value: [scales].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, { name: "scale", label: "scale", unit: "", scale: 1 }))) });
+  return group("Ground-motion records", PLACE, [
+    recordsField({ records: held.get(`${PLACE}.records`) }, (_, value) => held.set(`${PLACE}.records`, value), records, `${PLACE}.records`),
+    el("label", { class: "field", "data-field": path }, el("span", {}, "Scales, one after the other"), box, el("span", { class: "faults" })),
+    number(held, `${PLACE}.tail_s`, tail),
+  ]);
+}
+
+/** @param {Held} held */
+function bandFields(held) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);
   const count = several ? raw.length : 1;

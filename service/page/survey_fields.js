@@ -73,8 +73,15 @@ export function surveyFields(study, change, redraw, records) {
   ];
 }
 
-/** @param {any} study @param {(path: string, value: any) => void} change @param {any[]} records */
-function recordsField(study, change, records) {
+/**
+ * Every record that there is, to be chosen, and a file of one's own.
+ *
+ * @param {any} study what has `records`
+ * @param {(path: string, value: any) => void} change
+ * @param {any[]} records those that the service has
+ * @param {string} [field] where faults of them are
+ */
+export function recordsField(study, change, records, field = "records") {
   const chosen = new Set(ids(study.records).map((id) => whole(id, records)));
   const boxes = el("div", { class: "checks" });
   function draw() {
@@ -97,7 +104,7 @@ function recordsField(study, change, records) {
     choose(kept.id, true);
     draw();
   });
-  return el("fieldset", { class: "axis", "data-field": "records" }, el("legend", {}, "Records"), boxes, upload, el("div", { class: "faults" }));
+  return el("fieldset", { class: "axis", "data-field": field }, el("legend", {}, "Records"), boxes, upload, el("div", { class: "faults" }));
 }
 
 /** Records of a document: texts, or what a study that is stored keeps of them. @param {any} given @returns {string[]} */

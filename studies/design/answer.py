@@ -60,6 +60,9 @@ def answer_document(found: Found) -> dict[str, Any]:
         "budget_points": found.book.budget,
         "words": words_of(found),
         "response": _response(found),
+        "cases": [
+            {"record": case.source.id, "scale": case.scale, "value": value} for case, value in cases_of(found)
+        ],
         "specification": asked.document,
     }
 
@@ -168,15 +171,10 @@ def cases_of(found: Found) -> list[tuple[Case, float]]:
 
 
 def _response(found: Found) -> dict[str, Any]:
-    """Give the response of the drawn damper under the largest amplitude of what binds at every frequency, or every record."""
+    """Give the response of the drawn damper under the largest amplitude of what binds at every frequency; none of records."""
     asked = found.asked
     if asked.records is not None:
-        known_under = cases_of(found)
-        return {
-            "record": [case.source.id for case, _ in known_under],
-            "scale": [case.scale for case, _ in known_under],
-            "value": [value for _, value in known_under],
-        }
+        return {}
     curve = found.book.curve(found.build, found.binding.largest)
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),

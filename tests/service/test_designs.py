@@ -1,6 +1,7 @@
 """Designs over HTTP, on a real service: asked for, followed, stopped, resumed, killed, deleted."""
 
 import json
+import math
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -195,3 +196,35 @@ def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
         now = helpers.wait_for_design(client, design_id, helpers.ended)
         assert (now["state"], now["answer"]) == ("done", undisturbed)
     assert running.stop() == 0
+
+
+def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
+    time = [0.01 * step for step in range(600)]
+    rows = "\n".join(f"{each:.2f},{0.3 * math.sin(50 * each) * math.exp(-each):.6f}" for each in time)
+    kept = client.post(
+        "/api/v1/records",
+        content=f"time (s), acceleration (g)\n{rows}\n",
+        headers={"Content-Type": "text/csv"},
+    ).json()
+    document = helpers.SPECIFICATION | {"excitation": {"records": [kept["id"]]}, "limits": {}}
+    asked = client.post(DESIGNS, json=document)
+    assert asked.status_code == 201, asked.text
+    # the design is of the samples, by whatever name it is read back
+    assert client.post(DESIGNS, json=asked.json()["specification"]).status_code == 200
+    done = helpers.wait_for_design(client, asked.json()["id"], lambda each: each["finished"] is not None)
+    assert done["state"] == "done", done["message"]
+    assert done["answer"]["worst"]["record"] == kept["id"]
+    assert done["answer"]["tuned_mass_damper"]["worst"]["units"] == "m"
+    assert "Under each record" in client.get(f"{DESIGNS}/{done['id']}/report").text
+
+
+def test_the_command_line_designs_under_a_record(tmp_path: Path, helpers: Any) -> None:
+    path = tmp_path / "shaken.json"
+    path.write_text(
+        json.dumps(helpers.SPECIFICATION | {"excitation": {"records": "el-centro"}, "limits": {}})
+    )
+    answer = json.loads(run("design", path, "--data-dir", tmp_path / "data", "--json").stdout)
+    assert answer["worst"]["record"] == "el-centro-180"
+    # run again, it is what is stored
+    again = json.loads(run("design", path, "--data-dir", tmp_path / "data", "--json").stdout)
+    assert again == answer

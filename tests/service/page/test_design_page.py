@@ -128,6 +128,41 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
     assert len(excitation()) == 8
 
 
+def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    page = open_page().go("#/designs/new")
+    text = page.get_by_label("The specification as JSON")
+    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}, "name": "shaken"}))
+    page.get_by_label("Kind of excitation").select_option("records")
+    assert json.loads(text.input_value())["excitation"] == {"records": ["el-centro-180"], "scales": 1}
+    page.get_by_label("San Fernando 1971, Pacoima Dam, 164°").check()
+    page.get_by_label("Scales").fill("0.25, 0.5")
+    page.get_by_label("Least").select_option("worst_acceleration")
+    asked = json.loads(text.input_value())
+    assert asked["excitation"] == {"records": ["el-centro-180", "san-fernando-164"], "scales": [0.25, 0.5]}
+    assert asked["measure"] == "worst_acceleration"
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+    page.get_by_role("button", name="Find the damper").click()
+    recommended = page.get_by_role("region", name="Recommended damper")
+    expect(recommended).to_be_visible(timeout=300_000)
+    expect(recommended).to_contain_text("m/s² under san-fernando-164 × 0.5")
+    expect(page.get_by_text("Under each record, as drawn")).to_be_visible()
+    design_id = re.search(r"#/designs/(\w+)", page.url).group(1)  # type: ignore[union-attr]
+    found = client.get(f"/api/v1/designs/{design_id}").json()
+    assert found["answer"]["worst"]["units"] == "m/s²"
+    # every evaluation is a stored ground-motion suite that says what it was computed for
+    listed = client.get("/api/v1/studies", params={"limit": 200, "name": "shaken"}).json()["studies"]
+    assert listed
+    for each in listed:
+        record = client.get(f"/api/v1/studies/{each['id']}").json()
+        assert record["provenance"]["designs"] == found["digest"]
+        assert len(record["definition"]["records"]) == 2
+    page.get_by_role("link", name="Change and ask again").click()
+    expect(page.get_by_label("Kind of excitation")).to_have_value("records")
+    expect(page.get_by_label("San Fernando 1971, Pacoima Dam, 164°")).to_be_checked()
+
+
 @pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
 def test_each_view_of_designs_is_for_everybody_and_fits(
     open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]

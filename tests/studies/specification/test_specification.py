@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.builtin import builtin_record
+from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.reading import (
     named_specifications,
@@ -148,7 +150,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "cannot be"),
         ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "cannot be"),
         ("excitation.sweep", 0.1, "excitation.sweep", "so slow"),
-        ("excitation.records", [], "excitation.records", "ground-motion suite"),
+        ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
         ("measure", "worst_acceleration", "measure", "not among the results"),
         ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
         ("measure", 3, "measure", "one of worst_displacement"),
@@ -285,3 +287,64 @@ def test_several_excitations_are_read_with_their_names_and_ratios_are_over_the_l
 def test_each_excitation_of_a_list_is_checked_where_it_stands(excitation: list[Any], field: str) -> None:
     faults = faults_of(PROTOTYPE | {"excitation": excitation})
     assert [told for told in faults if told.startswith("excitation")] == [field]
+
+
+SHAKEN = {key: value for key, value in PROTOTYPE.items() if key not in ("limits", "measure")} | {
+    "structure": {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038},
+    "excitation": {"records": ["el-centro", "loma-prieta-090"], "scales": [1, 0.5], "tail_s": 5},
+}
+
+
+def test_records_with_scales_are_read_with_the_digest_of_their_samples() -> None:
+    asked = parse_specification(SHAKEN)
+    assert asked.records is not None
+    assert asked.excitations == ()
+    assert [each.name for each in asked.records.cases] == [
+        "el-centro-180 × 0.5",
+        "el-centro-180 × 1",
+        "loma-prieta-090 × 0.5",
+        "loma-prieta-090 × 1",
+    ]
+    assert asked.records.tail_s == 5.0
+    assert asked.measure.name == "worst_relative_displacement"
+    held = asked.document["excitation"]["records"]
+    assert held[0]["sha256"] == builtin_record("el-centro-180").sha256
+    # what is kept reads back as the same, and as other records where samples are others
+    assert parse_specification(asked.document).digest == asked.digest
+    other = json.loads(json.dumps(asked.document))
+    other["excitation"]["records"][0]["sha256"] = "0" * 64
+    assert parse_specification(other).digest != asked.digest
+    with pytest.raises(StudyFaults, match=r"samples of record el-centro-180 have changed"):
+        parse_specification(other, Shelf.none())
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "field"),
+    [
+        ("excitation.records", [], "excitation.records"),
+        ("excitation.records", ["el-centro", "nowhere"], "excitation.records[1]"),
+        ("excitation.records", ["el-centro", "el-centro-180"], "excitation.records[1]"),
+        ("excitation.scales", [1, 0], "excitation.scales[1]"),
+        ("excitation.scales", [1, 1], "excitation.scales[1]"),
+        ("excitation.scales", [0.01 * (1 + place) for place in range(26)], "excitation.records"),
+        ("excitation.tail_s", -1, "excitation.tail_s"),
+        ("excitation.frequency_hz", 2.5, "excitation.frequency_hz"),
+        ("measure", "rms_acceleration", "measure"),
+        ("structure", {"damping_ratio": 0.01, "natural_frequency_hz": 2.5}, "structure.mass_kg"),
+        ("friction_ratio", 0.5, "friction_ratio"),
+        ("tolerances", {"clearance_ratio": 0.1}, "tolerances.clearance_ratio"),
+    ],
+)
+def test_faults_of_records_are_named_where_they_stand(place: str, value: Any, field: str) -> None:
+    document = json.loads(json.dumps(SHAKEN))
+    *parents, last = place.split(".")
+    held = document
+    for key in parents:
+        held = held[key]
+    held[last] = value
+    assert field in faults_of(document)
+
+
+def test_records_are_no_part_of_a_list_of_excitations() -> None:
+    faults = faults_of(PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"]}]})
+    assert "no function of a frequency" in faults["excitation[1].records"]
