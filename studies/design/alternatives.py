@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.effort import Effort
 from damperlab.studies.design.score import Score
-from damperlab.studies.design.search import Effort, Search
+from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.build import Build, design_document
+from damperlab.studies.design.ends import at_ends
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding
-from damperlab.studies.design.words import at_ends, material_of, words_of
+from damperlab.studies.design.words import material_of, words_of
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
 

@@ -16,6 +16,7 @@ from math import inf, isinf
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.corners import amplitudes_of, corners_of
+from damperlab.studies.design.effort import Effort
 from damperlab.studies.design.frequencies import Survey, brackets
 from damperlab.studies.design.lattice import FIRST, Candidate, Lattice
 from damperlab.studies.design.score import Score, score, worst
@@ -38,31 +39,6 @@ NOISY = 0.01
 """Share of a value from which its error counts as noise: of a response that repeats it is far less."""
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How much a search takes.
-
-    Parameters
-    ----------
-    kept : int
-        Candidates around which the lattice is halved.
-    finalists : int
-        Candidates that are judged with their tolerances.
-    rounds : int
-        Steps of the search around the best of them.
-    reserve : float
-        Share of the budget that the search leaves for what comes after.
-    finest : float
-        Step at which it ends in any case; 0 where tolerances and noise decide.
-    """
-
-    kept: int = 6
-    finalists: int = 8
-    rounds: int = 2
-    reserve: float = 0.5
-    finest: float = 0.0
-
-
 @dataclass
 class Search:
     """One search for the best damper of a specification.
@@ -81,7 +57,7 @@ class Search:
 
     asked: Specification
     book: Book
-    effort: Effort = Effort()
+    effort: Effort = field(default_factory=Effort)
     told: bool = True
     stopped: str = ""
     step: float = 0.0

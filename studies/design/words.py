@@ -7,14 +7,14 @@ from damperlab.studies.design.absorber import Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import CHOSEN, LIMITED, OF_STRUCTURE, Specification
-from damperlab.studies.variables import ResponseClass
+from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -173,29 +173,6 @@ def _starts(found: Found) -> Iterator[str]:
         f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of these ratios a disturbance can take it "
         "beyond what is stated, which holds from rest."
     )
-
-
-def at_ends(found: Found) -> dict[str, str]:
-    """Give the chosen quantities that are at the end of their range, and which end."""
-    ends: dict[str, str] = {}
-    asked = found.asked
-    for name in (each for each in CHOSEN if each in asked.free or each in asked.bounds):
-        choice, value = asked.choices[name], getattr(found.build, name)
-        if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
-            continue
-        if value in (choice.start, choice.stop):
-            # of a range that a limit left one value of, the upper end is the limit's
-            ends[name] = "upper" if value == choice.stop else "lower"
-    return ends
-
-
-def locked(found: Found) -> bool:
-    """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
-    if found.asked.records is not None:
-        curves = (found.book.curve(found.build, case) for case in found.asked.records.cases)
-        return all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves)
-    curve = found.book.curve(found.build, found.binding.largest)
-    return bool((curve["response_class"] == ResponseClass.LOCKED).all())
 
 
 def _ends(found: Found) -> Iterator[str]:

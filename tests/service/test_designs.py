@@ -228,3 +228,29 @@ def test_the_command_line_designs_under_a_record(tmp_path: Path, helpers: Any) -
     # run again, it is what is stored
     again = json.loads(run("design", path, "--data-dir", tmp_path / "data", "--json").stdout)
     assert again == answer
+
+
+def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(
+    client: httpx.Client, helpers: Any
+) -> None:
+    text = "time (s), acceleration (g)\n" + "\n".join(
+        f"{0.02 * step:.2f},{0.2 * math.sin(step):.6f}" for step in range(300)
+    )
+    headers = {"Content-Type": "text/csv"}
+    kept = client.post("/api/v1/records", content=text, headers=headers).json()
+    document = helpers.SPECIFICATION | {
+        "excitation": {"records": kept["id"], "scales": [0.3, 0.7]},
+        "limits": {},
+    }
+    asked = client.post(DESIGNS, json=document).json()
+    client.post(f"{DESIGNS}/{asked['id']}/cancel")
+    assert client.delete(f"/api/v1/records/{kept['id']}").status_code in (200, 204)
+    client.post(f"{DESIGNS}/{asked['id']}/resume")
+    failed = helpers.wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
+    assert failed["state"] == "failed"
+    assert kept["id"] in failed["message"]
+    client.post("/api/v1/records", content=text, headers=headers)
+    client.post(f"{DESIGNS}/{asked['id']}/resume")
+    done = helpers.wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
+    assert done["state"] == "done", done["message"]
+    assert {each["scale"] for each in done["answer"]["cases"]} == {0.3, 0.7}
