@@ -7,6 +7,7 @@ import numpy as np
 
 from damperlab.studies.design.book import BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.frequencies import between
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
@@ -67,7 +68,25 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
     likely = sorted(kept, key=lambda each: search.score(each).most)[-WORST:]
     undecided = [each for each in kept if each not in likely and _hardly(asked, search.score(each))]
     yield from within(search.known([*likely, *undecided], CLOSE + 1), [], "")
+    yield from within(_looked_at_closer(search, kept), [], "")
     return kept
+
+
+def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
+    """Know the builds that hardly keep a limit between their frequencies too."""
+    wanted = []
+    for build in kept:
+        if not _hardly(search.asked, search.score(build)):
+            continue
+        for amplitude in search.amplitudes:
+            if isinstance(amplitude, Case):
+                continue
+            curve = search.book.curve(build, amplitude)
+            frequencies = between(curve.r, curve.measured(search.asked.measure))
+            if frequencies:
+                wanted.append(Wanted(build, amplitude, frequencies))
+    if wanted:
+        yield wanted
 
 
 def _hardly(asked: Specification, score: Score) -> bool:

@@ -27,6 +27,8 @@ SHOWN = 0.85
 """Share of the largest value from which a maximum is bracketed."""
 BRACKETS = 3
 """Most maxima that are bracketed at once."""
+CLOSER = 0.002
+"""Step at which a response is looked at where a rise between two samples would decide."""
 INNER = 3
 """Samples put into either side of a bracket."""
 NARROW = 1e-5
@@ -126,6 +128,29 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float
                 inner = np.linspace(r[place], r[other], INNER + 2)[1:-1]
                 found |= {round(float(each), DIGITS) for each in inner}
     return tuple(sorted(found))
+
+
+def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
+    """Give further frequencies in the wider intervals where the response is near its largest value.
+
+    A peak on a flank is no maximum of samples that lie farther apart than it is wide, so `brackets` does not see it.
+
+    Parameters
+    ----------
+    r, values : ndarray, (n,)
+        Ascending frequencies and the response there.
+
+    Returns
+    -------
+    tuple of float
+        They cut every interval, one end of which reaches `SHOWN` of the largest value, into parts no wider than `CLOSER`.
+    """
+    high = np.maximum(values[:-1], values[1:]) >= SHOWN * values.max()
+    found: list[float] = []
+    for first, last in zip(r[:-1][high], r[1:][high], strict=True):
+        parts = math.ceil((last - first) / CLOSER)
+        found.extend(round(float(each), DIGITS) for each in np.linspace(first, last, parts + 1)[1:-1])
+    return tuple(found)
 
 
 def overshoot(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:

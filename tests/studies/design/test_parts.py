@@ -13,7 +13,7 @@ from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.corners import HADAMARD, amplitudes_of, corners_of
-from damperlab.studies.design.frequencies import Survey, brackets, overshoot
+from damperlab.studies.design.frequencies import CLOSER, SHOWN, Survey, between, brackets, overshoot
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.lattice import Lattice
 from damperlab.studies.specification.reading import parse_specification
@@ -64,6 +64,24 @@ def test_the_peak_of_a_structure_is_found_whether_its_particle_rides_or_not(
         # two rounds of brackets leave steps of an eighth of ζ at most: (1/16)² / 2 of the height between two of them
         assert values.max() >= truth * (1 - 0.01)
         assert values.max() + overshoot(r, values) >= truth * (1 - 0.005)
+
+
+def test_a_peak_on_a_flank_is_looked_for_between_the_samples() -> None:
+    def response(r: np.ndarray) -> np.ndarray:
+        return r + 0.1 * np.exp(-(((r - 0.9193) / 0.0015) ** 2))
+
+    r = np.arange(0.8, 1.0, 0.008)
+    values = response(r)
+    truth = response(np.linspace(0.8, 1.0, 200_001)).max()
+    assert response(np.union1d(r, brackets(r, values))).max() < 0.99 * truth
+    more = np.union1d(r, between(r, values))
+    # at most half a step from the top of a bump of 0.1
+    assert response(more).max() >= truth - 0.1 * (1 - np.exp(-((CLOSER / 2 / 0.0015) ** 2)))
+    high = values >= SHOWN * values.max()
+    near = (more[1:] > r[high][0]) & (more[:-1] < r[high][-1])
+    assert np.diff(more)[near].max() <= CLOSER + 1e-9
+    assert set(np.setdiff1d(more, r)) == set(between(r, values))
+    assert not [each for each in between(r, values) if each < r[high][0] - 0.008]
 
 
 def test_the_overshoot_is_that_of_a_parabola() -> None:
