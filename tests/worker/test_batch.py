@@ -1,5 +1,6 @@
 """Workers that are jobs of a batch system: what is submitted, when, and studies that are computed so."""
 
+import math
 import os
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import BatchSystem
-from damperlab.worker.batch import Jobs, Place, script, submit
+from damperlab.worker.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
 from damperlab.worker.block import solve_block
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.examination import bits_of
@@ -170,14 +171,16 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
 
 
 def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
-    # the worker leaves fifteen seconds after it began, which is less than the work takes
-    computed(tmp_path, "slurm", LASTING, "--workers", "1", DAMPERLAB_JOB_SECONDS="100")
+    study = parse_study(LASTING)
+    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+    # the first worker leaves when it has done about two thirds of the work
+    lifetime = LEAVE_SECONDS + math.ceil(whole["run_time"].sum() * 2 / 3)
+    seconds = {"DAMPERLAB_JOB_SECONDS": f"{MARGIN_SECONDS + lifetime:g}"}
+    computed(tmp_path, "slurm", LASTING, "--workers", "1", **seconds)
     wait_until_ended(queue)
     told = [log.read_text() for log in sorted(queue.glob("*.log"))]
     assert len(told) > 1
-    assert "its lifetime of 40 s ends" in told[0]
-    study = parse_study(LASTING)
-    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+    assert f"its lifetime of {lifetime:g} s ends" in told[0]
     with closing(Store.open(tmp_path / "data")) as store:
         record = store.find("lasting")
         assert (record.state, record.points_failed) == ("done", 0)
