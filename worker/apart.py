@@ -32,7 +32,9 @@ def stand_by() -> None:
     Without it each is started anew, and loads every library first.
     """
     global _standby
-    if not sys.platform.startswith("linux"):  # elsewhere libraries that start threads as they load forbid a fork
+    if not sys.platform.startswith(
+        "linux"
+    ):  # elsewhere libraries that start threads as they load forbid a fork
         return
     # what a block loads and asks for first
     import_module("damperlab.worker.tasks")

@@ -160,11 +160,15 @@ def _particle(scene: Scene) -> Particle | None:
 
 def _steady(scene: Scene) -> None:
     from damperlab.worker.steady.settle import Settings, settle
-    from damperlab.worker.steady.start import at_rest
+    from damperlab.worker.steady.start import at_rest, carried, moving
 
     friction, particle = 0.5 if scene.friction else None, _particle(scene)
     settings = Settings(1, 0.5, 1e-2, True if scene.purpose == "steady" else None)
-    settle(0.1, 1.0, friction, particle, settings, at_rest(1.0, friction, particle))
+    rest = at_rest(1.0, friction, particle)
+    settle(0.1, 1.0, friction, particle, settings, rest)
+    # what ensembles and continuations start from
+    moving(0.0, 0.0, 0.0, 0.0, 1.0, friction, particle)
+    carried(rest, 1.0, 1.0)
 
 
 def _stepped(scene: Scene) -> None:

@@ -43,7 +43,7 @@ def plain(point: Point, state: State, cycles: int) -> tuple[np.ndarray, State]:
     assert outcome == ARRIVED
     advance(end, half, 1, half, scene, notes)  # the window that begins in the last half cycle
     cycle_peaks(notes.trace, 2 * cycles + 1, notes.cycles)
-    return notes.cycles[:cycles, 0], end
+    return notes.cycles[0, :cycles], end
 
 
 @lru_cache
