@@ -382,7 +382,10 @@ class WholeCompiler(_Compiler):
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Hold the garbage collector, and spare it the walk through all that was made meanwhile until it looks at the oldest."""
+    """Pause the garbage collector.
+
+    Afterwards all that was made meanwhile counts as old (freeze, unfreeze), so that collections of the young skip it.
+    """
     collecting = gc.isenabled()
     gc.disable()
     try:

@@ -69,7 +69,7 @@ def half_cycle(
 def pointed_half_cycle(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """`half_cycle` where scene, meter and log hold addresses already: for loops, which would find them anew each time."""
+    """`half_cycle` where scene, meter and log hold addresses already: for callers that loop, which take the addresses once."""
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition
     for k in range(base.windows):

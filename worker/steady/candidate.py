@@ -130,9 +130,10 @@ def _attracts_all(orbit, point, scene, probe, particle, notes):
 def closing_in(candidate, look, scene, probe, particle, notes):
     """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether the run tends to it.
 
-    The run has to close in on the orbit just as its linearisation says, stretch after stretch, until it is nearer by
-    `_CLOSED_IN`, or has done so for `_LONG`: a run may look for a while as if it approached an orbit of which the basin ends
-    close by.
+    The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
+    to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
+    run may look for a while as if it approached an orbit whose basin ends close by. Without impacts the orbit must attract
+    every motion within reach; otherwise it is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)

@@ -57,9 +57,10 @@ class Found(NamedTuple):
     orbit : Orbit
         That the run tends to; its `lag` is 0 where the response was not found to repeat.
     mean : Estimate
-        Of the metered cycles, where it does not repeat.
+        Of the metered cycles; meaningful only where the response does not repeat.
     known : bool
-        Whether that mean is known to the tolerance, and no stable orbit that the run may still come to.
+        Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit is
+        known that the run may still come to.
     """
 
     state: State
