@@ -18,10 +18,7 @@ import cloudpickle
 
 from damperlab.worker.outcomes import Crashed, Leaving
 from damperlab.worker.provenance import code_hash, computing
-from damperlab.worker.standby import Standby
-
-_POLITE = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""What whoever ends a worker sends to all of its processes."""
+from damperlab.worker.standby import TO_ALL, Standby
 
 _standby: Standby | None = None
 
@@ -32,9 +29,8 @@ def stand_by() -> None:
     Without it each is started anew, and loads every library first.
     """
     global _standby
-    if not sys.platform.startswith(
-        "linux"
-    ):  # elsewhere libraries that start threads as they load forbid a fork
+    # elsewhere libraries that start threads as they load forbid a fork
+    if not sys.platform.startswith("linux"):
         return
     # what a block loads and asks for first
     import_module("damperlab.worker.tasks")
@@ -81,7 +77,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
-        if -status in _POLITE:
+        if -status in TO_ALL:
             raise Leaving(f"the process of a block was ended by {signal.Signals(-status).name}")
         how = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
         raise Crashed(f"ended {how}: it crashed, was killed, or ran out of memory")

@@ -305,9 +305,9 @@ def _type_of(value: Any, code: Any, arguments: Any) -> Any:
 
 
 class _Flags(compiler.Flags):  # type: ignore[misc]
-    """numba's flags, told apart by what is set.
+    """numba's flags, compared by the options that were set.
 
-    They are part of the key under which the types of each call are kept; numba's own compare all forty options.
+    They are part of the key under which numba keeps the types of each call. Its own class compares all forty options.
     """
 
     __slots__ = ()

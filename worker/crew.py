@@ -95,7 +95,7 @@ class Crew(Roster):
             self.members.values(), self._backlog.expected, now
         ):
             attempt = member.held.get(key)
-            if attempt is None or attempt.moved or all(one is member for one in self.usable):
+            if attempt is None or attempt.moved or self._is_alone(member):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
             self.leave_out(member.address, reason, now + AGAIN_SECONDS)
@@ -231,7 +231,7 @@ class Crew(Roster):
             again = attempt.elsewhere(member.address)
             if is_full(error):
                 reason = f"there is no room for the study's data ({text})"
-                if all(one is member for one in self.usable):
+                if self._is_alone(member):
                     self._give_back(again)
                     raise Outage(reason) from error
                 # a quota, or a disk of its own: whether it is so everywhere the others tell
@@ -264,6 +264,10 @@ class Crew(Roster):
     def _give_back(self, attempt: Attempt) -> None:
         if attempt.index not in self._given_up:
             self._again.append(attempt)
+
+    def _is_alone(self, member: Member) -> bool:
+        """Whether no other worker could take its blocks."""
+        return all(one is member for one in self.usable)
 
     def _held_seconds(self, address: str) -> float:
         member = self.members.get(address)

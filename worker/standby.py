@@ -13,8 +13,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import IO, Any
 
-_TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""What whoever ends a worker sends to all of its processes: this one goes with the worker, and not before."""
+TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""What whoever ends a worker sends to all of its processes; the one that waits goes with the worker, and not before."""
 
 
 class Forked:
@@ -91,7 +91,7 @@ def _in_this_process(run: Callable[..., object], *arguments: Any) -> None:
 
 
 def _serve(connection: socket.socket, main: Callable[[int, int], object]) -> None:
-    for number in _TO_ALL:
+    for number in TO_ALL:
         signal.signal(number, signal.SIG_IGN)
     # keepers are waited for by nobody
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
@@ -112,7 +112,7 @@ def _keep(source: int, sink: int, status: int, main: Callable[[int, int], object
     child = os.fork()
     if child == 0:
         os.close(status)
-        for number in _TO_ALL:
+        for number in TO_ALL:
             signal.signal(number, signal.SIG_DFL)
         _in_this_process(main, source, sink)
     # its output ends when it does

@@ -140,24 +140,6 @@ def test_data_that_cannot_be_written_stops_the_study_instead_of_failing_points(c
     window.close()
 
 
-def test_worker_whose_disk_is_full_is_left_out_where_others_can_write(client: Client) -> None:
-    client.wait_for_workers(2)
-    full = min(client.nthreads())
-
-    def task(index: int) -> BlockOutcome:
-        if get_worker().address == full:
-            raise OSError(errno.ENOSPC, "No space left on device", "cube")
-        time.sleep(0.01)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
-
-    window = window_of(client, task, 30)
-    ended = pump(window)
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(30)]
-    (out,) = window.crew.left_out()
-    assert out.address == full
-    assert "there is no room for the study's data" in out.reason
-
-
 def test_block_that_never_ends_at_a_worker_goes_to_another(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,12 +197,26 @@ def test_worker_with_other_code_is_left_out_at_once(client: Client, tmp_path: Pa
     assert 1 <= len(list(tmp_path.iterdir())) <= BLOCKS_PER_THREAD
 
 
-def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(client: Client) -> None:
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (RuntimeError("broken memory"), "broken memory"),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "cube"),
+            "there is no room for the study's data",
+        ),
+    ],
+    ids=["broken memory", "full disk"],
+)
+def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(
+    client: Client, error: Exception, reason: str
+) -> None:
+    client.wait_for_workers(2)
     broken = min(client.nthreads())
 
     def task(index: int) -> BlockOutcome:
         if get_worker().address == broken:
-            raise RuntimeError("broken memory")
+            raise error
         time.sleep(0.01)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
@@ -229,7 +225,7 @@ def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(client: Cli
     assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(30)]
     (out,) = window.crew.left_out()
     assert out.address == broken
-    assert "broken memory" in out.reason
+    assert reason in out.reason
 
 
 def test_blocks_that_fail_everywhere_leave_no_worker_out(client: Client) -> None:

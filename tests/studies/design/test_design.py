@@ -1,7 +1,7 @@
 """Designs with the real solver: brute force, closed forms, the same answer after an interruption."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -49,15 +49,17 @@ def solved(study: Study) -> xr.Dataset:
     )
 
 
-def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict[str, xr.Dataset]]:
+def pursued(
+    document: dict[str, Any], budget: int = BUDGET, solve: Callable[[Any], xr.Dataset] = solved
+) -> tuple[Found, dict[str, xr.Dataset]]:
     """Follow a search to its end; every cube that it took, by digest."""
     cubes: dict[str, xr.Dataset] = {}
     rounds = designing(parse_specification(document), budget)
 
-    def computed(studies: Iterable[Study]) -> list[xr.Dataset]:
+    def computed(studies: Iterable[Any]) -> list[xr.Dataset]:
         for study in studies:
             if study.digest not in cubes:
-                cubes[study.digest] = solved(study)
+                cubes[study.digest] = solve(study)
         return [cubes[study.digest] for study in studies]
 
     try:

@@ -1,17 +1,17 @@
 """Designs under ground-motion records with the real solver: brute force, the tuned mass damper, an interruption."""
 
 import json
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.studies.design.test_design import pursued as pursued_with
 
 from damperlab.service.design_report import design_report
 from damperlab.studies.definition import parse_study
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.design import Ask, designing, next_round
+from damperlab.studies.design.design import Ask, next_round
 from damperlab.studies.design.found import Found
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.suite import Suite
@@ -58,22 +58,8 @@ def solved(study: Suite) -> xr.Dataset:
 
 
 def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict[str, xr.Dataset]]:
-    """Follow a search to its end; every cube that it took, by digest."""
-    cubes: dict[str, xr.Dataset] = {}
-    rounds = designing(parse_specification(document), budget)
-
-    def computed(studies: Iterable[Suite]) -> list[xr.Dataset]:
-        for study in studies:
-            if study.digest not in cubes:
-                cubes[study.digest] = solved(study)
-        return [cubes[study.digest] for study in studies]
-
-    try:
-        ask = next(rounds)
-        while True:
-            ask = rounds.send(computed(ask.studies))
-    except StopIteration as end:
-        return end.value, cubes
+    """Follow a search under records to its end."""
+    return pursued_with(document, budget, solved)
 
 
 @pytest.fixture(scope="module")
