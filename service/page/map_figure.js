@@ -14,6 +14,9 @@ const WIDE = 20;
 const FEW = 8;
 /** Along either axis; lines between fewer points would be inventions. */
 const CONTOUR_POINTS = 6;
+const CONTOUR_LINES = 12;
+/** Of the values: what differs less is equal but for rounding. */
+const ROUNDING = 1e-9;
 
 /**
  * @typedef {{contours: boolean, classes: boolean}} Overlays
@@ -41,10 +44,11 @@ export function mapTraces(map, overlays, marks, words, beside) {
     { ...common, type: "heatmap", ...bar, customdata: map.values, hoverongaps: false, hovertemplate: hover(map, coded), name: "" },
   ];
   const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
-  if (overlays.contours && fine && !coded) {
+  const levels = overlays.contours && fine && !coded && contourLevels(z);
+  if (levels) {
     traces.push({
-      ...common, type: "contour", showscale: false, hoverinfo: "skip", ncontours: 12,
-      contours: { coloring: "none", showlabels: false }, line: { color: "rgba(255,255,255,.7)", width: 1 }, showlegend: false,
+      ...common, type: "contour", showscale: false, hoverinfo: "skip", autocontour: false,
+      contours: { ...levels, coloring: "none", showlabels: false }, line: { color: "rgba(255,255,255,.7)", width: 1 }, showlegend: false,
     });
   }
   const kinds = map.metric === "response_class" ? map.values : map.response_class;
@@ -56,11 +60,38 @@ export function mapTraces(map, overlays, marks, words, beside) {
   return traces;
 }
 
+/**
+ * Round levels within the values, at most `CONTOUR_LINES`; none where the values are equal but for rounding, as in a study
+ * whose first points are all locked: there the library's own levels leave it without a line to draw, and it fails.
+ *
+ * @param {(number | null)[][]} z
+ */
+function contourLevels(z) {
+  const [low, high] = extentOf(z);
+  const span = high - low;
+  if (!(span > ROUNDING * Math.max(Math.abs(low), Math.abs(high)))) return null;
+  const power = 10 ** Math.floor(Math.log10(span / CONTOUR_LINES));
+  const size = power * /** @type {number} */ ([1, 2, 5, 10, 20].find((digit) => digit * power * CONTOUR_LINES >= span));
+  const [start, end] = [size * (Math.floor(low / size) + 1), size * (Math.ceil(high / size) - 1)];
+  return start <= end ? { start, end, size } : null;
+}
+
+/** The least and the greatest of what is known; not a number of two where nothing is. @param {(number | null)[][]} rows */
+function extentOf(rows) {
+  let [low, high] = [NaN, NaN];
+  for (const row of rows) {
+    for (const value of row) {
+      if (value === null) continue;
+      if (!(value >= low)) low = value;
+      if (!(value <= high)) high = value;
+    }
+  }
+  return [low, high];
+}
+
 /** Values as they are coloured, and the bar beside them. @param {any} map @param {(number | null)[][]} [beside] */
 function scale(map, beside) {
-  const known = [...map.values.flat(), ...(beside ?? []).flat()].filter((/** @type {any} */ value) => value !== null);
-  const low = Math.min(...known.slice(0, 100000));
-  const extent = known.reduce((/** @type {number[]} */ [a, b], /** @type {number} */ v) => [Math.min(a, v), Math.max(b, v)], [low, low]);
+  const extent = extentOf([...map.values, ...(beside ?? [])]);
   const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
   const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
   if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { z: map.values, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
