@@ -36,8 +36,8 @@ WITHOUT_DEFINITION = ("definition", "provenance")
 _RECORD_WORDS = {
     "id": "First 12 hex digits of the digest; -2 behind them for version 2.",
     "phase": "The state, or what a running study does before its blocks.",
-    "phase_done": "Kernels compiled.",
-    "phase_total": "Kernels to compile.",
+    "phase_done": "Kernels compiled; while previewing, points of the coarse grid.",
+    "phase_total": "Kernels to compile; while previewing, points of the coarse grid.",
     "points_reused": "Points reused from earlier studies.",
     "seconds_left": "Expected wall time to the end, in seconds.",
     "definition": "The study; submit it again to get this record.",
@@ -151,7 +151,7 @@ _DESIGNS = _of_cube(
     pareto=_list(_enum(RESPECTS)),
 )
 _MAP = _of_cube(
-    ("over", "reduce", "status", "computed_share", "thinned", "other", "difference", "studies"),
+    ("over", "reduce", "status", "computed_share", "thinned", "other", "difference", "studies", "preview"),
     x_dimension=TEXT,
     y_dimension=TEXT,
     x=NUMBERS,
@@ -168,6 +168,10 @@ _MAP = _of_cube(
     other=PLANE,
     difference=PLANE,
     studies=TEXTS,
+    preview=_object(
+        study=TEXT, x=NUMBERS, y=NUMBERS, values=PLANE, at=_by_name(NUMBER), complete=NUMBER, note=TEXT
+    )
+    | {"description": "The same map of the study's coarse grid, until this one is complete."},
 )
 _RESPONSE = _of_cube(
     ("status",),

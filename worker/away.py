@@ -43,6 +43,8 @@ class Away:
         What they are expected to take.
     stopping : callable
         Whether no more blocks shall begin.
+    preview : callable, optional
+        Called with the client before the first block.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Away:
         plan: Plan,
         forecast: Forecast,
         stopping: Callable[[], bool],
+        preview: Callable[[Client], None] | None = None,
     ) -> None:
         self._store = store
         self._lease = lease
@@ -60,6 +63,7 @@ class Away:
         self._plan = plan
         self._forecast = forecast
         self._stopping = stopping
+        self._preview = preview
 
     def compute(
         self,
@@ -130,6 +134,8 @@ class Away:
         self._account.watch(window.crew)
         try:
             if self._assemble(window, client, recipe, pending):
+                if self._preview is not None:
+                    self._preview(client)
                 self._account.begin_blocks(record, float(self._forecast.seconds[pending].sum()))
                 pump(window)
         finally:

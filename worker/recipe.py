@@ -1,7 +1,9 @@
 """What the blocks of a study are computed with: agreed on once by those who compute, and sent along with every block."""
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,9 @@ from damperlab.worker.lease import Lease
 from damperlab.worker.part import run_part
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.tasks import run_block
+
+FEW_KNOWN = 0.15
+"""A block of which no larger share is known may be cut."""
 
 
 class Recipe:
@@ -58,7 +63,11 @@ class Recipe:
         now = one_identity(answers)
         self._record = self._store.begin(self._lease.study_id, dict(now), self._lease.owner)
         require_begun_alike(self._lease.study_id, self._record.provenance, now)
-        self._overlaps = Overlaps(self._store, self._record)
+
+    @cached_property
+    def _overlaps(self) -> Overlaps:
+        """Looked up with the first block: the coarse grid of a study is computed just before."""
+        return Overlaps(self._store, self._record)
 
     def call(self, index: int, key: str) -> tuple[Any, ...]:
         """Give the function that computes a block, and its arguments, under the key of its task."""
@@ -80,8 +89,13 @@ class Recipe:
         )
 
     def is_known(self, index: int) -> bool:
-        """Whether points of a block may be taken from earlier studies; who takes them takes the whole block."""
-        return bool(self._overlaps.of(self._plan.block(index)))
+        """Whether so many points of a block may be taken from earlier studies that it stays whole.
+
+        Parts of a block take none over: the few of a coarse grid are computed once more, with the same bits.
+        """
+        block = self._plan.block(index)
+        known = sum(math.prod(map(len, source.ours)) for source in self._overlaps.of(block))
+        return known > FEW_KNOWN * block.points
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
         """Choose points that every worker computes first, and give their bits where they are stored."""

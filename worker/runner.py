@@ -28,6 +28,7 @@ from damperlab.worker.harvest import Harvest
 from damperlab.worker.here import Here
 from damperlab.worker.lease import Lease, hold
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
+from damperlab.worker.preview import PREVIEWED_SECONDS, Preview
 from damperlab.worker.progress import Progress
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.recipe import Recipe
@@ -217,7 +218,12 @@ class _Run:
         # loaded here alone: what is computed in this process needs no cluster's library
         from damperlab.worker.away import Away
 
-        away = Away(self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping)
+        first = None
+        if not self._record.blocks_done and work_left > PREVIEWED_SECONDS and self._budget == math.inf:
+            first = Preview(self._store, self._record, study, self._account, lambda: self._stopping).compute
+        away = Away(
+            self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
+        )
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:

@@ -12,6 +12,8 @@ const FAILED_FROM = 2;
 const WIDE = 20;
 /** Values of an axis that are each written beside it. */
 const FEW = 8;
+/** Opacity of what the coarse grid shows. */
+const PALER = 0.55;
 /** Along either axis; lines between fewer points would be inventions. */
 const CONTOUR_POINTS = 6;
 const CONTOUR_LINES = 12;
@@ -37,12 +39,14 @@ const ROUNDING = 1e-9;
  */
 export function mapTraces(map, overlays, marks, words, beside) {
   const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
-  const { z, bar } = coded ? codes(map, words) : scale(map, beside);
+  const { coloured, bar } = coded ? codes(map, words) : scale(map, beside ?? map.preview?.values);
+  const z = coloured(map.values);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
   /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
   const traces = [
     { ...common, type: "heatmap", ...bar, customdata: map.values, hoverongaps: false, hovertemplate: hover(map, coded), name: "" },
   ];
+  if (map.preview) traces.unshift(beneath(map, coloured(map.preview.values), traces[0]));
   const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
   const levels = overlays.contours && fine && !coded && contourLevels(z);
   if (levels) {
@@ -89,13 +93,19 @@ function extentOf(rows) {
   return [low, high];
 }
 
+/** The coarse map, paler, beneath what is computed of the map itself. @param {any} map @param {(number | null)[][]} z @param {any} above */
+function beneath({ preview, long_name }, z, above) {
+  const hovertemplate = `coarse grid: %{customdata:.3~g}<extra></extra>`;
+  return { ...above, x: preview.x, y: preview.y, z, customdata: preview.values, opacity: PALER, showscale: false, hovertemplate, name: `coarse grid, ${long_name}` };
+}
+
 /** Values as they are coloured, and the bar beside them. @param {any} map @param {(number | null)[][]} [beside] */
 function scale(map, beside) {
   const extent = extentOf([...map.values, ...(beside ?? [])]);
   const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
   const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
-  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { z: map.values, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
-  const z = map.values.map((/** @type {any[]} */ row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
+  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { coloured: (/** @type {any[][]} */ rows) => rows, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
+  const coloured = (/** @type {any[][]} */ rows) => rows.map((row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
   const ticks = [];
   for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {
     for (const digit of [1, 2, 5]) {
@@ -104,7 +114,7 @@ function scale(map, beside) {
     }
   }
   return {
-    z,
+    coloured,
     bar: { ...ends(extent.map(Math.log10)), colorbar: { title, ...barLook(), tickvals: ticks.map(Math.log10), ticktext: ticks.map((tick) => short(tick, 3)) } },
   };
 }
@@ -124,7 +134,7 @@ function codes(map, words) {
   const colorscale = colours.flatMap((shade, i) => [[i / edge, shade], [(i + 1) / edge, shade]]);
   const names = known.map((code) => meanings[code].replaceAll("_", " "));
   return {
-    z: map.values.map((/** @type {number[]} */ row) => row.map((code) => known.indexOf(code))),
+    coloured: (/** @type {any[][]} */ rows) => rows.map((row) => row.map((code) => (code === null ? null : known.indexOf(code)))),
     bar: { colorscale, zmin: -0.5, zmax: edge - 0.5, colorbar: { ...barLook(), tickvals: known.map((_, i) => i), ticktext: names } },
   };
 }

@@ -105,7 +105,8 @@ export function mapTab(session, place) {
       if (mine !== asked) return;
       map = shown.map(answer);
       fill(trouble);
-      fill(note, prose(said(answer, shown)));
+      const its = answer.preview && el("a", { href: `#/studies/${answer.preview.study}` }, "Designs and responses of the coarse grid");
+      fill(note, prose(said(answer, shown)), its && [" ", its, "."]);
       await draw();
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
@@ -221,7 +222,8 @@ function usualAxes(varied) {
 
 /** @param {any} answer @param {import("./shown.js").Shown} shown */
 function said(answer, shown) {
-  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
+  const preview = answer.preview ? `The paler rest is a preview: a coarse grid of ${answer.preview.x.length} × ${answer.preview.y.length} places, computed first. ` : "";
+  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ${preview}` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
   return share + failed + shown.words(answer).note;
 }

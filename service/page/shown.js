@@ -136,11 +136,15 @@ export class Shown {
     const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) => values.map((value) => (value === null ? null : value * factor));
     const { metric, x_dimension: x, y_dimension: y } = answer;
     const by = this.factor(metric);
+    const plane = (/** @type {any} */ { x: across, y: up, values }) => ({
+      x: scaled(across, this.factor(x)),
+      y: scaled(up, this.factor(y)),
+      values: by === 1 ? values : values.map((/** @type {any[]} */ row) => scaled(row, by)),
+    });
     return {
       ...answer,
-      x: scaled(answer.x, this.factor(x)),
-      y: scaled(answer.y, this.factor(y)),
-      values: by === 1 ? answer.values : answer.values.map((/** @type {any[]} */ row) => scaled(row, by)),
+      ...plane(answer),
+      ...(answer.preview ? { preview: { ...answer.preview, ...plane(answer.preview) } } : {}),
       long_name: this.variable(metric, answer.long_name),
       x_title: this.axis(x),
       y_title: this.axis(y),

@@ -11,6 +11,7 @@ from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import map_document, ranking_document, response_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
+from damperlab.service.previews import map_preview
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.amplitudes import AMPLITUDE
@@ -68,7 +69,8 @@ def ask_map(
     """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
 
     Without a word on the frequency the map shows the largest value over the study's band. With `minus` the answer has
-    `other`, the values of the second study, and `difference`, those of the first less those of the second.
+    `other`, the values of the second study, and `difference`, those of the first less those of the second. A large study has
+    a coarse grid, computed first; until the map is complete `preview` is the same map of that.
     """
     plane, selection, second, shown = asked
     cube = service.store.cube(study.id)
@@ -83,7 +85,11 @@ def ask_map(
         answer.attrs["studies"] = [study.id, other.id]
     if given(shown):
         answer = window(answer, {x: shown.x_range, y: shown.y_range}, shown.most)
-    return answered(study, map_document(answer, selection.metric or main_metric(cube)))
+    document = map_document(answer, selection.metric or main_metric(cube))
+    if document["complete"] < 1 and second.minus is None:
+        preview = map_preview(service.store, study, x, y, plane, selection)
+        document |= {} if preview is None else {"preview": preview}
+    return answered(study, document)
 
 
 @router.get(

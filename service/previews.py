@@ -1,0 +1,51 @@
+"""Maps of a study that is not complete: what its coarse grid shows of the places that are not computed yet."""
+
+from typing import Any
+
+from damperlab.service.answers import map_document
+from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.selection import main_metric
+from damperlab.studies.coarse import coarse
+from damperlab.studies.questions import Plane, Selection
+from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+
+SHOWN = ("x", "y", "values", "at", "complete", "note")
+"""What is told of the coarse map; all else is as in the map of the study."""
+
+
+def map_preview(
+    store: Store, record: Record, x: str, y: str, plane: Plane, selection: Selection
+) -> dict[str, Any] | None:
+    """Answer a question for a map from the coarse grid of a study.
+
+    Parameters
+    ----------
+    store : Store
+        Where both are.
+    record : Record
+        The study.
+    x, y : str
+        The dimensions of the map.
+    plane, selection : Plane, Selection
+        The rest of the question; other dimensions are taken at the nearest value that the coarse grid has.
+
+    Returns
+    -------
+    dict or None
+        `study`, the id of the coarse grid, and of its map what `SHOWN` names; None where there is none, or nothing of it.
+    """
+    first = coarse(parse_stored(record.definition, record.digest))
+    found = None if first is None else store.newest(first.digest)
+    if found is None or not found.blocks_done:
+        return None
+    try:
+        cube = store.cube(found.id)
+        answer = resonance_map(cube, x, y, selection, plane.over, plane.reduce)
+    except (QueryFault, StudyNotFound):
+        return None  # as where values are to be interpolated between points that it does not have
+    document = map_document(answer, selection.metric or main_metric(cube))
+    return {"study": found.id, **{name: document[name] for name in SHOWN}}
