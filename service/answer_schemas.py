@@ -183,6 +183,8 @@ _RESPONSE = _of_cube(
     status=NUMBERS,
 )
 _TMD = _of_cube(
+    ("next_frequencies",),
+    next_frequencies=_object(start=NUMBER, stop=NUMBER, num=COUNT),
     frequency_ratio=NUMBERS,
     hybrid=NUMBERS,
     tmd=NUMBERS,
@@ -488,6 +490,7 @@ def answer_schemas() -> dict[str, Schema]:
             "type": "object",
             "required": ["created", "version", "diagrams", "stability", "passed"],
         },
+        "AccuracyReports": _object(reports=_list(_object(("created", "version"), created=TEXT, version=TEXT, passed=FLAG))),
         "Live": _object(status=_enum(("live",))),
         "Ready": _object(
             status=_enum(("ready",)),

@@ -1,6 +1,6 @@
 /** How exact and how fast the solver is: the report that was made last with the service's data folder. */
 
-import { ask, Refusal } from "./api.js";
+import { ask } from "./api.js";
 import { el, fill } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
 import { help } from "./help.js";
@@ -12,14 +12,10 @@ const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
 
 /** @type {import("./main.js").View} */
 export async function accuracyView(root) {
-  let report;
-  try {
-    report = await ask("accuracy");
-  } catch (error) {
-    if (!(error instanceof Refusal) || error.status !== 404) throw error;
-    fill(root, el("h1", {}, "Accuracy"), noReport());
-    return;
-  }
+  // asked first: a browser logs a refusal as an error, and that there is no report yet is none
+  const { reports } = await ask("accuracy/reports");
+  if (reports.length === 0) return fill(root, el("h1", {}, "Accuracy"), noReport());
+  const report = await ask("accuracy");
   const charts = report.diagrams.map((/** @type {any} */ diagram) => ({ diagram, chart: chartOf(diagram) }));
   fill(
     root,

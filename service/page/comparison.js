@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
+import { judgedOver } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
@@ -51,7 +52,7 @@ export function comparisonTab(session, place) {
     try {
       const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
-      fill(answerBox, verdict(answer, session.shown));
+      fill(answerBox, verdict(answer, session.shown), judgedOver(record.id, session.shown, answer.next_frequencies));
       fill(note, prose(session.shown.words(answer).note));
       meaning.textContent = answer.criterion_means;
       await chart.draw(() => traces(answer, session.shown), () => ({

@@ -48,11 +48,18 @@ export function headline({ record, selection, shown }, ranked) {
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
     doubts.map((sentence) => el("p", { class: "quiet" }, prose(sentence))),
     idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),
-    next && el("a", { class: "button primary", href: cloneOver(record.id, next) }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(next.start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, next.stop)}`),
+    judgedOver(record.id, shown, next),
   );
 }
 
-/** The form of a new study: this one over other frequencies. @param {string} id @param {any} band */
-function cloneOver(id, { start, stop, num }) {
-  return `#/new?${new URLSearchParams({ from: id, frequencies: [start, stop, num].join(",") })}`;
+/**
+ * Where one frequency was computed: to the form of a new study, which is this one over a band.
+ *
+ * @param {string} id @param {import("./shown.js").Shown} shown @param {any} next the frequencies; none where there is a band
+ */
+export function judgedOver(id, shown, next) {
+  if (!next) return null;
+  const { start, stop, num } = next;
+  const href = `#/new?${new URLSearchParams({ from: id, frequencies: [start, stop, num].join(",") })}`;
+  return el("a", { class: "button primary", href }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, stop)}`);
 }

@@ -1,5 +1,6 @@
 /** The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what is best. */
 
+import { extentOf, isWide } from "./extent.js";
 import { colour, NARROW } from "./figure.js";
 import { isLogarithmic, short } from "./numbers.js";
 import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
@@ -8,8 +9,6 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
 const FAILED_FROM = 2;
-/** Values that differ more than this are coloured by their logarithm. */
-const WIDE = 20;
 /** Values of an axis that are each written beside it. */
 const FEW = 8;
 /** Opacity of what the coarse grid shows. */
@@ -80,19 +79,6 @@ function contourLevels(z) {
   return start <= end ? { start, end, size } : null;
 }
 
-/** The least and the greatest of what is known; not a number of two where nothing is. @param {(number | null)[][]} rows */
-function extentOf(rows) {
-  let [low, high] = [NaN, NaN];
-  for (const row of rows) {
-    for (const value of row) {
-      if (value === null) continue;
-      if (!(value >= low)) low = value;
-      if (!(value <= high)) high = value;
-    }
-  }
-  return [low, high];
-}
-
 /** The coarse map, paler, beneath what is computed of the map itself. @param {any} map @param {(number | null)[][]} z @param {any} above */
 function beneath({ preview, long_name }, z, above) {
   const hovertemplate = `coarse grid: %{customdata:.3~g}<extra></extra>`;
@@ -104,7 +90,7 @@ function scale(map, beside) {
   const extent = extentOf([...map.values, ...(beside ?? [])]);
   const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
   const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
-  if (!(extent[0] > 0 && extent[1] > WIDE * extent[0])) return { coloured: (/** @type {any[][]} */ rows) => rows, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
+  if (!isWide(extent)) return { coloured: (/** @type {any[][]} */ rows) => rows, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
   const coloured = (/** @type {any[][]} */ rows) => rows.map((row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
   const ticks = [];
   for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {

@@ -4,6 +4,7 @@ import { ask, follow, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
 import { moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
+import { thumbnail } from "./thumbnail.js";
 import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
@@ -81,6 +82,7 @@ export async function studiesView(root) {
     const name = record.name || `(no name) ${record.id}`;
     fill(
       item,
+      thumbnail(record),
       el(
         "div",
         { class: "grow" },

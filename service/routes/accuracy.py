@@ -12,6 +12,20 @@ router = APIRouter(prefix="/api/v1", tags=["accuracy"])
 
 
 @router.get(
+    "/accuracy/reports",
+    response_class=Document,
+    responses={200: gives("AccuracyReports")},
+    summary="Which accuracy reports there are",
+)
+def list_reports(service: TheService) -> Document:
+    """List when each was made and with which version: the last one of this data directory, or none."""
+    report = last_report(service.settings.data_dir)
+    told = ("created", "version", "passed")
+    kept = [] if report is None else [{name: report[name] for name in told if name in report}]
+    return Document({"reports": kept})
+
+
+@router.get(
     "/accuracy",
     response_class=Document,
     responses={200: gives("AccuracyReport"), **documented(404)},

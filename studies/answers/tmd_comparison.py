@@ -11,7 +11,7 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.selection import in_ratios, require_stored
-from damperlab.studies.answers.verdict import say_next
+from damperlab.studies.answers.verdict import NEXT_BAND, say_next
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
@@ -134,6 +134,8 @@ def tmd_comparison(
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
         return {"verdict": _verdict(answer, spelled), "note": _words(answer, spelled)}
 
+    if r.size == 1:
+        answer.attrs["next_frequencies"] = dict(NEXT_BAND)
     answer.attrs |= noted(curve.attrs, said(cube, words))
     return answer
 
@@ -206,8 +208,9 @@ def _words(answer: xr.Dataset, phrases: Phrases) -> str:
     if np.isfinite(found["ratio"]):
         sentences.append(
             f"Peaks: {phrases.value(METRIC, found['hybrid_peak'])} at {phrases.equal(FREQUENCY, found['hybrid_peak_at'])} "
-            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}, "
-            f"ratio {found['ratio']:.4g}."
+            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}"
+            # of one frequency it would be read as a verdict
+            + (f", ratio {found['ratio']:.4g}." if r.size > 1 else ".")
         )
     else:
         sentences.append("Nothing of the design's curve is computed yet, so there is no peak to compare.")

@@ -115,10 +115,16 @@ def test_a_study_without_a_particle_must_be_given_a_mass(whole):
 
 def test_at_one_frequency_nothing_is_said_to_be_better(cube):
     computed = np.flatnonzero(np.isfinite(tmd_comparison(cube)["hybrid"].values))
-    said = " ".join(tmd_comparison(cube.isel(frequency_ratio=computed[:1])).attrs["verdict"])
+    alone = tmd_comparison(cube.isel(frequency_ratio=computed[:1])).attrs
+    said = " ".join(alone["verdict"])
+    # a ratio of two peaks would be read as a verdict
+    assert "ratio" not in alone["note"].partition("Peaks:")[2]
+    assert alone["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
     assert "nothing is said about which damper is better" in said
     assert "Compute frequency_ratio from 0.8 to 1.25" in said
     band = tmd_comparison(cube).attrs
+    assert "next_frequencies" not in band
+    assert f"ratio {band['ratio']:.4g}" in band["note"]
     (sentence,) = band["verdict"]
     assert f"{100 * abs(band['ratio'] - 1):.3g} %" in sentence
     assert ("lower than" if band["ratio"] < 1 else "higher than") in sentence

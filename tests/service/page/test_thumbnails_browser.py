@@ -1,0 +1,102 @@
+"""Pictures of maps in the list of studies: in the colours of their values, asked for where they are seen, and once."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+import numpy as np
+from playwright.sync_api import Page
+from tests.service.page.looking import serious, until
+
+PIXELS = """(id) => {
+  const canvas = document.querySelector(`[data-study="${id}"] canvas.thumbnail`);
+  if (!canvas || canvas.width < 2) return null;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const box = canvas.getBoundingClientRect();
+  return { size: [canvas.width, canvas.height], shown: [box.width, box.height], data: [...data] };
+}"""
+SHORT_STEADY = {"max_cycles": 40}
+
+
+def asked_for(watched: Any) -> list[str]:
+    return [
+        match[1]
+        for request in watched.requests
+        if (match := re.search(r"/studies/([\w-]+)/resonance-map", request.url))
+    ]
+
+
+def looked_at(page: Page, study_id: str) -> np.ndarray[Any, Any]:
+    found = until(page, PIXELS, lambda pixels: pixels is not None, study_id)
+    assert found["shown"] == [96, 64]
+    columns, rows = found["size"]
+    return np.array(found["data"]).reshape(rows, columns, 4)
+
+
+def test_a_finished_study_shows_its_map_small(
+    open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
+) -> None:
+    watched = open_page()
+    page = watched.go("")
+    study_id = small_map["id"]
+    pixels = looked_at(page, study_id)
+    first, second = re.findall(
+        r"[?&][xy]=(\w+)", next(r.url for r in watched.requests if f"{study_id}/resonance-map" in r.url)
+    )
+    answer = client.get(f"/api/v1/studies/{study_id}/resonance-map", params={"x": first, "y": second}).json()
+    values = np.array(answer["values"], float)[::-1]
+    assert pixels.shape[:2] == values.shape
+    assert np.all(pixels[..., 3] == 255)
+    # cividis: the greater the value the more red, and the same value the same colour
+    order = np.argsort(values, axis=None)
+    red = pixels[..., 0].ravel()[order]
+    assert np.all(np.diff(red) >= 0)
+    assert len({tuple(pixel) for pixel in pixels.reshape(-1, 4).tolist()}) > 1
+    assert asked_for(watched).count(study_id) == 1
+    page.get_by_label("Search").fill("nothing like this")
+    page.get_by_text("No study").first.wait_for()
+    page.get_by_label("Search").fill("")
+    looked_at(page, study_id)
+    assert asked_for(watched).count(study_id) == 1
+    assert serious(page) == []
+
+
+def test_a_long_list_asks_for_what_is_seen(
+    open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any
+) -> None:
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=120.0) as client:
+        axes = {"friction_ratio": [0.1, 0.3], "frequency_ratio": [0.9, 1.1]}
+        many = [
+            {
+                "name": f"one of many {i}",
+                "particle": False,
+                "damping_ratio": 0.02 + 0.001 * i,
+                "axes": axes,
+                "steady": SHORT_STEADY,
+            }
+            for i in range(30)
+        ]
+        many.append(
+            {
+                "name": "one point",
+                "particle": False,
+                "damping_ratio": 0.5,
+                "axes": {"friction_ratio": 0.1, "frequency_ratio": 1.0},
+            }
+        )
+        records = client.post("/api/v1/studies", json=many).raise_for_status().json()["studies"]
+        for record in records:
+            assert helpers.wait_for(client, record["id"], helpers.ended)["state"] == "done"
+    watched = open_page(running.url, viewport={"width": 390, "height": 800})
+    page = watched.go("")
+    looked_at(page, records[29]["id"])
+    page.wait_for_timeout(500)
+    seen = asked_for(watched)
+    assert 0 < len(seen) == len(set(seen)) < 15
+    assert records[30]["id"] not in seen
+    last = page.locator(f'[data-study="{records[0]["id"]}"]')
+    last.scroll_into_view_if_needed()
+    looked_at(page, records[0]["id"])
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
