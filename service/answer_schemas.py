@@ -490,7 +490,9 @@ def answer_schemas() -> dict[str, Schema]:
             "type": "object",
             "required": ["created", "version", "diagrams", "stability", "passed"],
         },
-        "AccuracyReports": _object(reports=_list(_object(("created", "version"), created=TEXT, version=TEXT, passed=FLAG))),
+        "AccuracyReports": _object(
+            reports=_list(_object(("created", "version"), created=TEXT, version=TEXT, passed=FLAG))
+        ),
         "Live": _object(status=_enum(("live",))),
         "Ready": _object(
             status=_enum(("ready",)),
