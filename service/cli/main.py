@@ -27,7 +27,7 @@ from damperlab.service.cli.run import resume, run
 from damperlab.service.cli.searches import race, refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
-from damperlab.service.cli.studies import cancel, delete, show, studies
+from damperlab.service.cli.studies import cancel, delete, remark, show, studies
 from damperlab.service.cli.tmd import robust, tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute, retry
@@ -88,6 +88,7 @@ for name, command, panel in (
     ("export", export, "Ask"),
     ("studies", studies, "Keep"),
     ("show", show, "Keep"),
+    ("remark", remark, "Keep"),
     ("cancel", cancel, "Keep"),
     ("delete", delete, "Keep"),
     ("verify", verify, "Keep"),

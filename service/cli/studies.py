@@ -20,6 +20,16 @@ def studies(
         str | None, typer.Option(help=f"Only studies in this state: {', '.join(STATES)}.")
     ] = None,
     name: Annotated[str | None, typer.Option(help="Only studies whose name contains this text.")] = None,
+    tag: Annotated[
+        str | None, typer.Option(help="Only studies with this tag; see `damperlab remark`.")
+    ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME=LO,HI",
+            help="Only studies whose values of this dimension reach into the range, as in clearance_ratio=2,5.",
+        ),
+    ] = None,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
@@ -35,15 +45,18 @@ def studies(
     if named:
         _list_named(as_json)
         return
-    page = open_store(data_dir).page(limit, cursor, state, name)
+    from damperlab.studies.store.wanted import Wanted
+
+    wanted = Wanted(state, name, tag, *_read_range(within))
+    page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
         return
-    if not page.records:
+    if not page.records and page.cursor is None:
         note("No study matches. `damperlab run figure-11` computes one.")
         return
     print_table(
-        ("id", "name", "state", "points", "done", "failed", "created"),
+        ("id", "name", "state", "tags", "points", "done", "failed", "created"),
         (
             (
                 record.id,
@@ -51,6 +64,7 @@ def studies(
                 record.state
                 + (", outdated" if record.outdated else "")
                 + (f", priority {record.priority}" if record.priority else ""),
+                " ".join(record.tags),
                 str(record.points_total),
                 str(record.points_done),
                 str(record.points_failed),
@@ -74,6 +88,48 @@ def _list_named(as_json: bool) -> None:
         return
     for name, points, description in rows:
         say(f"{name}: {points:,} points. {description}\n")
+
+
+def remark(
+    study: StudyId,
+    data_dir: DataDir = None,
+    tags: Annotated[
+        str | None,
+        typer.Option(help="All its tags from now on, with commas between them; an empty text for none."),
+    ] = None,
+    text: Annotated[
+        str | None, typer.Option("--note", help="Its note from now on; an empty text for none.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tag a study, to find it by with `studies --tag`, or write a note to it."""
+    from damperlab.studies.remarks import read_remarks
+
+    given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
+    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
+    remarks = read_remarks(said)
+    store = open_store(data_dir)
+    record = store.remark(store.find(study).id, remarks)
+    if as_json:
+        print_json(record.document())
+    else:
+        say(summary(record))
+
+
+def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
+    """Read NAME=LO,HI; either end may be left out."""
+    if within is None:
+        return None, None, None
+    name, _, ends = within.partition("=")
+    low, comma, high = ends.partition(",")
+    try:
+        if not comma:
+            raise ValueError
+        return name.strip(), float(low) if low.strip() else None, float(high) if high.strip() else None
+    except ValueError:
+        raise CommandFailed(
+            "bad-range", f"--within {within} is not understood. Write it as in clearance_ratio=2,5."
+        ) from None
 
 
 def show(
@@ -156,6 +212,10 @@ def summary(record: "Record") -> str:
     ]
     if record.priority:
         lines.insert(2, ("priority", str(record.priority)))
+    if record.tags:
+        lines.append(("tags", " ".join(record.tags)))
+    if record.note:
+        lines.append(("note", record.note))
     if record.started is not None and record.finished is not None:
         took = (record.finished - record.started).total_seconds()
         lines.append(

@@ -189,7 +189,13 @@ class Client:
 
         return Study(self._transport, self._transport.ask("GET", f"/studies/{quote(reference, safe='')}"))
 
-    def studies(self, state: State | None = None, name: str | None = None) -> list[Study]:
+    def studies(
+        self,
+        state: State | None = None,
+        name: str | None = None,
+        tag: str | None = None,
+        within: "tuple[str, float | None, float | None] | None" = None,
+    ) -> list[Study]:
         """List the studies that the service keeps, newest first.
 
         Parameters
@@ -198,14 +204,24 @@ class Client:
             Only those in this state.
         name : str, optional
             Only those whose name contains this text.
-        """
-        return list(self._pages(state, name))
+        tag : str, optional
+            Only those with this tag; see `Study.remark`.
+        within : (str, float or None, float or None), optional
+            Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
 
-    def _pages(self, state: State | None, name: str | None) -> Iterator[Study]:
+        Raises
+        ------
+        Refused
+            If there is no such dimension, or the tag is none.
+        """
+        axis, low, high = within or (None, None, None)
+        asked = {"state": state, "name": name, "tag": tag, "axis": axis, "from": low, "to": high}
+        return list(self._pages(asked))
+
+    def _pages(self, asked: Mapping[str, Any]) -> Iterator[Study]:
         cursor = None
         while True:
-            asked = {"limit": PAGE, "state": state, "name": name, "cursor": cursor}
-            page = self._transport.ask("GET", "/studies", params=asked)
+            page = self._transport.ask("GET", "/studies", params={"limit": PAGE, **asked, "cursor": cursor})
             yield from (Study(self._transport, document) for document in page["studies"])
             cursor = page["cursor"]
             if cursor is None:

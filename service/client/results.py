@@ -172,16 +172,19 @@ class Accuracy:
 
 def read_record(document: Mapping[str, Any]) -> Record:
     """Read a study's record; what a newer service says beyond it is passed over."""
-    # a service of before has no phases and no versions
+    # what services of before did not say
     before = {
         "phase": document["state"],
         "phase_done": None,
         "phase_total": None,
         "version": 1,
         "outdated": False,
+        "priority": 0,
+        "tags": (),
+        "note": "",
     }
     document = {**before, **document}
     values = {field.name: document[field.name] for field in fields(Record)}
     for name in ("created", "started", "finished"):
         values[name] = None if values[name] is None else datetime.fromisoformat(values[name])
-    return Record(**values | {name: tuple(values[name]) for name in ("chunk", "shape")})
+    return Record(**values | {name: tuple(values[name]) for name in ("chunk", "shape", "tags")})

@@ -1,7 +1,7 @@
 """One study of a service: followed and steered; what it is asked stands in `questions` and `searches`."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,6 +131,25 @@ class Study(Questions, Searches):
         if state != "done":
             why = f" {now['message']}" if now.get("message") else ""
             raise Stopped(f"{self} is {state}.{why} study.resume() computes what is missing.")
+        return self
+
+    def remark(self, tags: "Iterable[str] | None" = None, note: str | None = None) -> "Study":
+        """Tag the study, or write a note to it; None leaves what is there.
+
+        Parameters
+        ----------
+        tags : iterable of str, optional
+            All its tags from now on: up to 40 lower-case letters, digits and hyphens each.
+        note : str, optional
+            Its note from now on.
+
+        Raises
+        ------
+        Refused
+            If one of them is not allowed, or neither is given.
+        """
+        said = {"tags": None if tags is None else list(tags), "note": note}
+        self._ask("PATCH", json={name: value for name, value in said.items() if value is not None})
         return self
 
     def cancel(self) -> "Study":

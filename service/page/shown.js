@@ -12,8 +12,8 @@ const REMEMBERED = "damperlab.ratios";
 const QUANTITIES = WORDS.in_units;
 
 /** Dimensions and results in SI that are lengths are shown in mm, like those that stand for ratios. */
-const LENGTH_IN_SI = /_m$/;
-const MILLIMETRES = 1000;
+export const LENGTH_IN_SI = /_m$/;
+export const MILLIMETRES = 1000;
 
 /** The last digit that is shown of a value, over the value. */
 const SHOWN_DIGIT = 5e-6;

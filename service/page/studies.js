@@ -1,12 +1,13 @@
 /** The list of studies: live, searchable, and helpful where there is none yet. */
 
 import { ask, follow, refusalBox } from "./api.js";
-import { debounced, el, fill, picker, prose } from "./dom.js";
+import { el, fill, prose } from "./dom.js";
 import { moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
+import { tagList } from "./remarks.js";
+import { studyFilter } from "./study_filter.js";
 import { thumbnail } from "./thumbnail.js";
 import { vocabulary } from "./vocabulary.js";
-import { WORDS } from "./words.js";
 
 /** Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them. */
 const STREAMS = 2;
@@ -16,7 +17,6 @@ const PAGE = 50;
 /** @type {import("./main.js").View} */
 export async function studiesView(root) {
   const list = el("div", { class: "studies" });
-  const found = { name: "", state: "" };
   /** @type {Map<string, () => void>} */
   const streams = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -24,21 +24,11 @@ export async function studiesView(root) {
   let left = false;
   let asked = 0;
 
-  const search = el("input", {
-    type: "search",
-    placeholder: "part of a name",
-    oninput: debounced(250, () => ((found.name = search.value), look())),
-  });
-  const states = /** @type {[string, string][]} */ ([["", "any state"], ...WORDS.states.map((s) => [s, s])]);
+  const filter = studyFilter(() => look());
   fill(
     root,
     el("div", { class: "row spread" }, el("h1", {}, "Studies"), el("a", { class: "button primary", href: "#/new" }, "New study")),
-    el(
-      "form",
-      { class: "row", role: "search", "aria-label": "Studies", onsubmit: (/** @type {Event} */ event) => event.preventDefault() },
-      el("label", { class: "field" }, el("span", {}, "Search"), search),
-      picker("State", states, "", (state) => ((found.state = state), look())),
-    ),
+    filter.element,
     list,
   );
 
@@ -48,13 +38,13 @@ export async function studiesView(root) {
     const mine = ++asked;
     let page;
     try {
-      page = await ask("studies", { ...found, limit: PAGE, cursor });
+      page = await ask("studies", { ...filter.wanted(), limit: PAGE, cursor });
     } catch (error) {
       if (mine === asked) fill(list, refusalBox(error));
       return;
     }
     if (left || mine !== asked) return;
-    if (page.studies.length === 0 && !cursor) fill(list, found.name || found.state ? nothingFound() : await nothingYet());
+    if (page.studies.length === 0 && !cursor && !page.cursor) fill(list, filter.any() ? nothingFound() : await nothingYet());
     else draw(page, Boolean(cursor));
     listen(page.studies);
   }
@@ -89,6 +79,7 @@ export async function studiesView(root) {
         el("a", { class: "title", href: `#/studies/${record.id}` }, name),
         el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id), record.priority ? ` · priority ${record.priority}` : ""),
         record.message && el("div", { class: "quiet" }, record.message),
+        tagList(record.tags, filter.tagged),
         outdatedNote(record),
       ),
       el("div", { class: "state" }, badge(record.state), progressBar(record)),

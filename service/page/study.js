@@ -13,6 +13,7 @@ import { Kept, plainly } from "./kept.js";
 import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
+import { remarksForm } from "./remarks.js";
 import { AMPLITUDE, FREQUENCY, RECORD, Selection } from "./selection.js";
 import { Shown, unitSwitch } from "./shown.js";
 import { vocabulary } from "./vocabulary.js";
@@ -212,6 +213,8 @@ function dataTab(session, place) {
         el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
         el("h2", {}, "The study"),
         facts(record),
+        el("h2", {}, "Tags and note"),
+        remarksForm(record),
       ),
       el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", { tabindex: 0, role: "region", "aria-label": "Definition as JSON" }, JSON.stringify(record.definition, null, 2))),
     ),

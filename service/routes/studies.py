@@ -26,6 +26,7 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.wanted import Wanted
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.cost import seconds_per_point
@@ -72,6 +73,14 @@ class ListQuery(BaseModel):
     cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only studies whose name contains this text.")
+    tag: str | None = Field(None, max_length=200, description="Only studies with this tag.")
+    axis: str | None = Field(None, max_length=200, description="Only studies that have this dimension.")
+    low: float | None = Field(
+        None, alias="from", description="Only studies whose values of `axis` reach this or more."
+    )
+    high: float | None = Field(
+        None, alias="to", description="Only studies whose values of `axis` begin at this or less."
+    )
 
 
 class DifferencesQuery(BaseModel):
@@ -163,11 +172,16 @@ def _submit(
     summary="A page of studies, newest first",
 )
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
-    """List records without their definitions, which may be long; ask for one study to see its own."""
+    """List records without their definitions, which may be long; ask for one study to see its own.
+
+    With a range of an axis a page may be short, or empty, though `cursor` leads to others: of large catalogues not all is
+    looked at for one page.
+    """
     try:
-        page = service.store.page(query.limit, query.cursor, query.state, query.name)
+        wanted = Wanted(query.state, query.name, query.tag, query.axis, query.low, query.high)
+        page = service.store.page(query.limit, query.cursor, wanted)
     except StoreFault as error:
-        if error.fault.field == "cursor":
+        if error.fault.field in ("cursor", "tag", "axis", "from", "to"):
             raise StudyFaults((error.fault,)) from error
         raise
     return Document({"studies": [summary(record) for record in page.records], "cursor": page.cursor})

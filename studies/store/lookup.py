@@ -1,11 +1,12 @@
 """Studies looked up: one by its name, all page by page, the state of one and what happened to it."""
 
+import math
 import time
 from typing import Any
 
 from sqlalchemy import Connection, Row, func, select, update
 
-from damperlab.studies.faults import Fault, describe, listing, printable
+from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.base import StoreBase
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.manifest import keep_marks
@@ -25,10 +26,14 @@ from damperlab.studies.store.rows import (
 from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.submitter import SUBMITTED_BY
 from damperlab.studies.store.tables import events, studies
+from damperlab.studies.store.wanted import ALL, Wanted
 from damperlab.studies.vocabulary import ENDED, STATES
 
 PAGE_LIMIT = 1000
 """Most records on one page."""
+MOST_LOOKED_AT = 5000
+"""Studies whose axes are looked at for one page."""
+_AT_ONCE = 200  # rows that are read to look at their axes
 
 
 class Lookup(StoreBase):
@@ -96,13 +101,7 @@ class Lookup(StoreBase):
             query = select(studies).where(studies.c.digest == digest, ALIVE).order_by(studies.c.version)
             return [record_of(row) for row in connection.execute(query)]
 
-    def page(
-        self,
-        limit: int = 50,
-        cursor: str | None = None,
-        state: str | None = None,
-        name: str | None = None,
-    ) -> Page:
+    def page(self, limit: int = 50, cursor: str | None = None, wanted: Wanted = ALL) -> Page:
         """Give one page of records, newest first.
 
         Parameters
@@ -111,10 +110,9 @@ class Lookup(StoreBase):
             Most records on the page, 1 to `PAGE_LIMIT`.
         cursor : str, optional
             The cursor of the page before. Studies that come meanwhile do not shift the pages.
-        state : str, optional
-            Only studies in this state.
-        name : str, optional
-            Only studies whose name holds this text; ASCII letters fit in either case.
+        wanted : Wanted
+            Which studies. Where a range of an axis is wanted, a page may be short though others follow: no more than
+            `MOST_LOOKED_AT` studies are looked at for one.
 
         Raises
         ------
@@ -125,22 +123,25 @@ class Lookup(StoreBase):
             raise StoreFault(
                 Fault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
             )
-        if state is not None and state not in STATES:
-            raise StoreFault(
-                Fault("state", describe(state), f"one of {listing(STATES)}", "leave it out for every state")
-            )
-        query = select(studies).where(ALIVE)
-        if cursor is not None:
-            query = query.where(studies.c.number < number_before(cursor))
-        if state is not None:
-            query = query.where(studies.c.state == state)
-        if name:
-            query = query.where(studies.c.name.icontains(_sayable(name), autoescape=True))
-        query = query.order_by(studies.c.number.desc()).limit(limit + 1)
+        query = select(studies).where(ALIVE, *wanted.clauses()).order_by(studies.c.number.desc())
+        before = math.inf if cursor is None else number_before(cursor)
+        found: list[Row[Any]] = []
+        looked_at, more = 0, True
         with self.catalogue.reading() as connection:
-            rows = connection.execute(query).all()
-        more = len(rows) > limit
-        return Page(tuple(map(record_of, rows[:limit])), cursor_of(rows[limit - 1].number) if more else None)
+            while more and len(found) < limit and looked_at < MOST_LOOKED_AT:
+                # one row more than is shown, for whether there are others
+                size = _AT_ONCE if wanted.looks_inside else limit
+                behind = query if before == math.inf else query.where(studies.c.number < before)
+                rows = connection.execute(behind.limit(size + 1)).all()
+                more = len(rows) > size
+                for row in rows[:size]:
+                    if len(found) == limit:
+                        more = True
+                        break
+                    looked_at, before = looked_at + 1, row.number
+                    if not wanted.looks_inside or wanted.fits(row):
+                        found.append(row)
+        return Page(tuple(map(record_of, found)), cursor_of(int(before)) if more else None)
 
     def totals(self) -> dict[str, Totals]:
         """Sum up the studies of each state; a state without studies is left out."""

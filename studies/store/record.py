@@ -113,6 +113,10 @@ class Record:
         Whether results are there and another solver than today's computed them; they stay as they are.
     priority : int
         Of the studies that wait the one with the highest begins first; 0 unless somebody asked for another.
+    tags : tuple of str
+        What somebody wants to find it by, sorted.
+    note : str
+        What somebody says of it.
     """
 
     id: str
@@ -145,6 +149,8 @@ class Record:
     version: int
     outdated: bool
     priority: int
+    tags: tuple[str, ...]
+    note: str
 
     def _repr_html_(self) -> str:
         """Show a notebook the state and the progress."""
@@ -176,6 +182,7 @@ class Record:
             "chunk": list(self.chunk),
             "shape": list(self.shape),
             "dimensions": list(self.dimensions),
+            "tags": list(self.tags),
         }
         return document
 

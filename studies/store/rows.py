@@ -150,6 +150,8 @@ def record_of(row: Row[Any]) -> Record:
         version=row.version,
         outdated=row.blocks_done > 0 and is_outdated(json.loads(row.provenance)),
         priority=row.priority,
+        tags=tuple(json.loads(row.tags)),
+        note=row.note,
     )
 
 

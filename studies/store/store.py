@@ -13,6 +13,7 @@ from damperlab.studies.store.handfuls import Handfuls
 from damperlab.studies.store.home import CUBES, fact, require_catalogue, shelf_of
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.quota import Quota
+from damperlab.studies.store.remarking import Remarking
 from damperlab.studies.store.submissions import Submissions
 
 _COPIES = 10
@@ -20,7 +21,7 @@ _COPIES = 10
 _LOG_HEADER_BYTES = 32
 
 
-class Store(Submissions, Handfuls, Cubes):
+class Store(Submissions, Remarking, Handfuls, Cubes):
     """Studies and their cubes under one data directory.
 
     Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one

@@ -57,6 +57,9 @@ studies = Table(
     Column("reuse", Boolean, nullable=False, default=True),
     # of those that wait the highest begins first
     Column("priority", Integer, nullable=False, default=0),
+    # what people say of it: a JSON list of texts, each once, and a text
+    Column("tags", Text, nullable=False, default="[]"),
+    Column("note", Text, nullable=False, default=""),
     Column("created", Float, nullable=False),
     Column("started", Float),
     Column("finished", Float),

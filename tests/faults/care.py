@@ -21,6 +21,7 @@ from damperlab.studies.store.faults import StoreFault, StudyBusy
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
 from damperlab.studies.store.verify import verify
+from damperlab.studies.store.wanted import Wanted
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
@@ -54,7 +55,7 @@ class Care(Process):
 
     def tidy(self) -> None:
         """Delete the passing studies that are left, also those that were being computed when all was ended."""
-        for record in self._store.page(limit=1000, name=PASSING).records:
+        for record in self._store.page(limit=1000, wanted=Wanted(name=PASSING)).records:
             self._store.set_state(record.id, "cancelled")
             self._store.delete(record.id)
 
@@ -97,7 +98,9 @@ def take_care(store: Store, backup: Path) -> None:
     study = passing(int(time.time()) % 6000)
     chunk = (*study.shape[:-2], 2, study.shape[-1])
     store.submit(study, plan_with_chunk(study, chunk, seconds_per_point), provenance())
-    gone = [record.id for record in store.page(limit=1000, name=PASSING).records if record.ended]
+    gone = [
+        record.id for record in store.page(limit=1000, wanted=Wanted(name=PASSING)).records if record.ended
+    ]
     for study_id in gone:
         with suppress(StudyBusy):  # its runner is about to let go
             store.delete(study_id)

@@ -63,7 +63,12 @@ def test_every_example_is_what_its_schema_allows(client: httpx.Client) -> None:
 def test_every_example_works_when_pasted(client: httpx.Client, helpers: Any) -> None:
     tried = 0
     lacking = set()
-    for (method, path), operation in _operations(client).items():
+    axes = {"friction_ratio": 0.1, "frequency_ratio": 1.0}
+    any_study = client.post(
+        "/api/v1/studies", json={"particle": False, "damping_ratio": 0.3, "axes": axes}
+    ).json()["id"]
+    for (method, template), operation in _operations(client).items():
+        path = template.replace("{study_id}", any_study)
         for kind, content in operation.get("requestBody", {}).get("content", {}).items():
             if "examples" not in content:
                 lacking.add(path)

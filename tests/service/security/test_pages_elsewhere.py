@@ -38,6 +38,7 @@ def test_a_change_from_elsewhere_is_refused(
         ("POST", "/api/v1/simulate", {"json": {"frequency_ratio": 1.0, "particle": False}}),
         ("POST", f"{url}/cancel", {}),
         ("POST", f"{url}/refine", {"json": {}}),
+        ("PATCH", url, {"json": {"note": "n"}}),
         ("DELETE", url, {}),
         ("POST", "/api/v1/session", {"json": {"key": "x"}}),
     ):

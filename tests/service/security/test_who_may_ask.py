@@ -112,6 +112,7 @@ def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers
             ("POST", "/resume"),
             ("POST", "/retry"),
             ("POST", "/recompute"),
+            ("PATCH", ""),
             ("DELETE", ""),
         ):
             answer = bob.request(method, url + path)

@@ -10,6 +10,7 @@ import pytest
 
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.store import Store
+from damperlab.studies.store.wanted import Wanted
 
 
 def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, make_plan_of):
@@ -131,9 +132,9 @@ def test_pages_go_from_new_to_old_and_do_not_shift(store, make_study, make_plan_
     third = store.page(limit=2, cursor=second.cursor)
     assert [record.name for record in (*second.records, *third.records)] == ["Sweep 2", "Sweep 1", "Sweep 0"]
     assert third.cursor is None
-    assert [record.name for record in store.page(state="done").records] == ["Sweep 1"]
-    assert len(store.page(name="sweep").records) == 5
-    assert store.page(name="%").records == ()
+    assert [record.name for record in store.page(wanted=Wanted(state="done")).records] == ["Sweep 1"]
+    assert len(store.page(wanted=Wanted(name="sweep")).records) == 5
+    assert store.page(wanted=Wanted(name="%")).records == ()
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,14 @@ from alembic.config import Config
 from sqlalchemy import URL, create_engine, inspect, text
 
 import damperlab.studies.store.migrations
+from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import metadata
+from damperlab.studies.store.wanted import Wanted
 
 SECONDS = 60
 
@@ -125,8 +127,14 @@ def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
             store.mark(record.id, outcome)
     assert store.find("in PostgreSQL").blocks_done == 2
     assert (store.cube(record.id)["status"] == 0).sum() == store.find(record.id[:6]).points_done
-    assert [found.id for found in store.page(name="POSTGRE").records] == [record.id]
-    assert store.page(name="%").records == store.page(name="_").records == ()
+    assert [found.id for found in store.page(wanted=Wanted(name="POSTGRE")).records] == [record.id]
+    assert store.page(wanted=Wanted(name="%")).records == store.page(wanted=Wanted(name="_")).records == ()
+    assert store.remark(record.id, Remarks(("rig-2",), "n")).tags == ("rig-2",)
+    assert [found.id for found in store.page(wanted=Wanted(tag="rig-2")).records] == [record.id]
+    assert not store.page(wanted=Wanted(tag="rig")).records
+    assert [found.id for found in store.page(wanted=Wanted(axis="mass_ratio", low=0.1)).records] == [
+        record.id
+    ]
     with pytest.raises(StudyBusy):
         store.forget(record.id, [0], "by hand")
     store.release(record.id, "one")

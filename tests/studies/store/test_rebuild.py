@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.cube import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.rebuild import rebuild
@@ -40,8 +41,12 @@ def filled(store, make_study, make_plan_of, values_of):
     for number, (state, blocks) in enumerate(states):
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
         study_id = fill(store, study, make_plan_of(study), values_of, range(blocks))
+        if number == 0:  # said before it ends
+            store.remark(study_id, Remarks(("rig-2", "steel"), "first"))
         if state is not None:
             store.set_state(study_id, state, "stopped" if state == "cancelled" else None)
+        if state == "cancelled":  # and after it has ended
+            store.remark(study_id, Remarks(("paused",), "why"))
     return store
 
 

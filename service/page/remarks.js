@@ -1,0 +1,40 @@
+/** Tags and the note of a study: read, and written. */
+
+import { ask, refusalBox, studyPath } from "./api.js";
+import { el, fill, say } from "./dom.js";
+
+/** Tags as they stand in a list: a click on one shows the studies that have it. @param {string[]} tags @param {(tag: string) => void} choose */
+export function tagList(tags, choose) {
+  return tags.length > 0 && el("div", { class: "tags" }, tags.map((tag) => el("button", { type: "button", class: "tag", "aria-label": `Studies with the tag ${tag}`, onclick: () => choose(tag) }, tag)));
+}
+
+/** A form for both. @param {any} record */
+export function remarksForm(record) {
+  const tags = el("input", { class: "wide", value: record.tags.join(", "), placeholder: "rig-2, steel", autocomplete: "off" });
+  const note = el("textarea", { class: "wide", rows: 4, value: record.note, maxlength: 4000 });
+  const trouble = el("div");
+
+  /** @param {Event} event */
+  async function save(event) {
+    event.preventDefault();
+    const said = { tags: tags.value.split(/[\s,]+/).filter(Boolean), note: note.value };
+    try {
+      const now = await ask(studyPath(record.id), {}, { method: "PATCH", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } });
+      Object.assign(record, { tags: now.tags, note: now.note });
+      tags.value = now.tags.join(", ");
+      fill(trouble, el("p", { class: "quiet" }, "Saved."));
+      say("Tags and note are saved.");
+    } catch (error) {
+      fill(trouble, refusalBox(error));
+    }
+  }
+
+  return el(
+    "form",
+    { class: "fields", "aria-label": "Tags and note", onsubmit: save },
+    el("label", { class: "field wide" }, el("span", {}, "Tags, with commas between them"), tags),
+    el("label", { class: "field wide" }, el("span", {}, "Note"), note),
+    trouble,
+    el("div", {}, el("button", { type: "submit" }, "Save tags and note")),
+  );
+}

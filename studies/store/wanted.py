@@ -1,0 +1,115 @@
+"""Which studies of a catalogue are listed."""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import ColumnElement, Row
+
+from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
+from damperlab.studies.remarks import faults_of_tag
+from damperlab.studies.store.box import box_of
+from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.tables import studies
+from damperlab.studies.vocabulary import STATES
+
+_OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a study must be to be listed; None where that does not matter.
+
+    Parameters
+    ----------
+    state : str, optional
+        Its state.
+    name : str, optional
+        A text that its name holds; ASCII letters fit in either case.
+    tag : str, optional
+        One of its tags.
+    axis : str, optional
+        A dimension that it has.
+    low, high : float, optional
+        The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
+
+    Raises
+    ------
+    StoreFault
+        If one of them is not allowed.
+    """
+
+    state: str | None = None
+    name: str | None = None
+    tag: str | None = None
+    axis: str | None = None
+    low: float | None = None
+    high: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no study can be."""
+        for fault in self._faults():
+            raise StoreFault(fault)
+
+    def _faults(self) -> list[Fault]:
+        axes = [name for name in EVERY_DIMENSION if name not in _OF_TEXTS]
+        faults = [] if self.tag is None else faults_of_tag("tag", self.tag)
+        if self.state is not None and self.state not in STATES:
+            advice = "leave it out for every state"
+            faults.append(Fault("state", describe(self.state), f"one of {listing(STATES)}", advice))
+        if self.axis is not None and self.axis not in axes:
+            faults.append(
+                Fault("axis", describe(self.axis), f"one of {listing(axes)}", "leave it out for every study")
+            )
+        ends = {"from": self.low, "to": self.high}
+        for name, end in ends.items():
+            if end is not None and (self.axis is None or math.isnan(end)):
+                allowed = "a number" if self.axis else "nothing where no axis is named"
+                faults.append(Fault(name, describe(end), allowed, "name the `axis` as well, or leave it out"))
+        if None not in ends.values() and self.low > self.high:  # type: ignore[operator]
+            faults.append(
+                Fault(
+                    "to", describe(self.high), f"at least {self.low:g}, the value of `from`", "exchange them"
+                )
+            )
+        return faults
+
+    def clauses(self) -> list[ColumnElement[bool]]:
+        """Give what the database can tell of it."""
+        found: list[ColumnElement[bool]] = []
+        if self.state is not None:
+            found.append(studies.c.state == self.state)
+        if self.name:
+            text = self.name.encode(errors="replace").decode().replace("\0", "?")
+            found.append(studies.c.name.icontains(text, autoescape=True))
+        if self.tag is not None:
+            found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
+        return found
+
+    @property
+    def looks_inside(self) -> bool:
+        """Whether rows must be read to tell more."""
+        return self.axis is not None
+
+    def fits(self, row: Row[Any]) -> bool:
+        """Whether the grid of a study reaches into the range."""
+        names = [
+            name
+            for name in kind_of_definition(json.loads(row.definition)).dimensions
+            if name not in _OF_TEXTS
+        ]
+        # a study of an early version has no box in its row
+        ends = json.loads(row.box) or box_of(parse_stored(json.loads(row.definition), row.digest))
+        box = dict(zip(names, ends, strict=True))
+        if self.axis not in box:
+            return False
+        first, last = box[self.axis]
+        reaches = self.low is None or last >= self.low
+        return bool(reaches and (self.high is None or first <= self.high))
+
+
+ALL = Wanted()
+"""Every study."""

@@ -1,0 +1,128 @@
+"""Tags and notes in the catalogue: they change no digest, and studies are found by them and by what they vary."""
+
+import pytest
+
+from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.catalogue import SQLITE_FILE
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.tables import studies
+from damperlab.studies.store.wanted import Wanted
+
+
+def names(store, **wanted):
+    return [record.name for record in store.page(wanted=Wanted(**wanted)).records]
+
+
+def enter(store, study, make_plan_of):
+    return store.submit(study, make_plan_of(study), {})[0]
+
+
+def test_remarks_stay_with_their_study_and_change_nothing_else(store, make_study, make_plan_of):
+    record = enter(store, make_study(), make_plan_of)
+    assert (record.tags, record.note) == ((), "")
+    now = store.remark(record.id, Remarks(("rig-2", "steel"), "first"))
+    assert store.remark(record.id, Remarks(note="second")).tags == ("rig-2", "steel")
+    now = store.remark(record.id, Remarks(tags=("steel",)))
+    assert (now.tags, now.note) == (("steel",), "second")
+    changed = {"tags": [], "note": ""}
+    assert now.document() | changed == record.document()
+    # the same definition is the same study still
+    again, created = store.submit(make_study("another name"), make_plan_of(make_study()), {})
+    assert (again.id, created, again.tags) == (record.id, False, ("steel",))
+    with pytest.raises(StudyNotFound):
+        store.remark("0" * 12, Remarks(note="n"))
+
+
+def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store, make_study, make_plan_of):
+    record = enter(store, make_study(), make_plan_of)
+    with store.catalogue.reading() as connection:
+        before = connection.execute(studies.select()).one().crc
+    store.remark(record.id, Remarks(("a",), "n"))
+    store.remark(record.id, Remarks((), ""))
+    with store.catalogue.reading() as connection:
+        assert connection.execute(studies.select()).one().crc == before
+    store.remark(record.id, Remarks(("a",), "n"))
+    store.close()
+    import sqlite3
+
+    with sqlite3.connect(store.data_dir / SQLITE_FILE) as connection:
+        connection.execute("UPDATE studies SET note = 'm'")
+    connection.close()
+    again = Store.open(store.data_dir)
+    with pytest.raises(StoreFault, match="damaged"):
+        again.find(record.id)
+    again.close()
+
+
+def test_a_tag_is_found_whole(store, make_study, make_plan_of):
+    for place, tags in enumerate((("rig",), ("rig-2",), ("a", "rig"), ())):
+        study = make_study(f"study {place}", damping_ratio=0.01 * (place + 1))
+        store.remark(enter(store, study, make_plan_of).id, Remarks(tags))
+    assert names(store, tag="rig") == ["study 2", "study 0"]
+    assert names(store, tag="rig-2") == ["study 1"]
+    assert names(store, tag="ri") == []
+    assert names(store, tag="rig", name="study 0") == ["study 0"]
+    for bad in ('rig"', "rig%", "Rig", ""):
+        with pytest.raises(StoreFault):
+            Wanted(tag=bad)
+
+
+def test_studies_are_found_by_what_they_vary(store, make_study, make_plan_of):
+    axes = {"friction_ratio": 0.1, "restitution": 0.47, "mass_ratio": 0.1, "frequency_ratio": [0.9, 1.1]}
+    for low, high in ((1.0, 2.0), (3.0, 5.0), (6.0, 9.0)):
+        study = make_study(f"{low:g} to {high:g}", axes=axes | {"clearance_ratio": [low, high]})
+        store.submit(study, make_plan_of(study, (1,) * 6), {})
+    found = {
+        (None, None): ["6 to 9", "3 to 5", "1 to 2"],
+        (2.5, 4.0): ["3 to 5"],
+        (4.0, 4.5): ["3 to 5"],
+        (5.0, 6.0): ["6 to 9", "3 to 5"],
+        (5.5, 5.9): [],
+        (None, 2.9): ["1 to 2"],
+        (9.0, None): ["6 to 9"],
+    }
+    for (low, high), expected in found.items():
+        assert names(store, axis="clearance_ratio", low=low, high=high) == expected, (low, high)
+    assert names(store, axis="clearance_m") == []
+    # page by page it is the same list
+    seen, cursor = [], None
+    while True:
+        page = store.page(1, cursor, Wanted(axis="clearance_ratio", low=2.0))
+        seen += [record.name for record in page.records]
+        cursor = page.cursor
+        if cursor is None:
+            break
+    assert seen == ["6 to 9", "3 to 5", "1 to 2"]
+
+
+def test_a_page_looks_at_no_more_than_it_may(store, make_study, make_plan_of, monkeypatch):
+    monkeypatch.setattr("damperlab.studies.store.lookup.MOST_LOOKED_AT", 2)
+    monkeypatch.setattr("damperlab.studies.store.lookup._AT_ONCE", 2)
+    for place in range(5):
+        enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)), make_plan_of)
+    seen, cursor, pages = [], None, 0
+    while True:
+        page = store.page(50, cursor, Wanted(axis="damping_ratio", high=0.01))
+        seen += [record.name for record in page.records]
+        cursor, pages = page.cursor, pages + 1
+        if cursor is None:
+            break
+    assert (seen, pages) == (["study 0"], 3)
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"axis": "clearance"},
+        {"axis": "record"},
+        {"low": 1.0},
+        {"axis": "clearance_ratio", "low": 2.0, "high": 1.0},
+        {"axis": "clearance_ratio", "high": float("nan")},
+        {"state": "over"},
+    ],
+)
+def test_what_no_study_can_be_is_refused(wanted):
+    with pytest.raises(StoreFault) as caught:
+        Wanted(**wanted)
+    assert caught.value.fault.advice

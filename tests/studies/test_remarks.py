@@ -1,0 +1,36 @@
+"""What people say of a study is checked, every fault at once."""
+
+from typing import Any
+
+import pytest
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.remarks import MOST_NOTE, MOST_TAGS, Remarks, read_remarks
+
+
+def test_tags_are_sorted_and_each_is_there_once_and_what_is_left_out_stays() -> None:
+    assert read_remarks({"tags": ["steel", "rig-2", "steel"]}) == Remarks(("rig-2", "steel"), None)
+    assert read_remarks({"note": " two\nlines\t"}) == Remarks(None, "two\nlines")
+    assert read_remarks({"tags": [], "note": ""}) == Remarks((), "")
+
+
+@pytest.mark.parametrize(
+    ("document", "fields"),
+    [
+        ([], ["remarks"]),
+        ({}, ["remarks"]),
+        ({"tag": ["a"]}, ["tag"]),
+        ({"tags": "rig"}, ["tags"]),
+        ({"tags": ["Rig 2", "-a", "a" * 41, 3, "ok"]}, ["tags"] * 4),
+        ({"tags": [f"t{i}" for i in range(MOST_TAGS + 1)]}, ["tags"]),
+        ({"note": "n" * (MOST_NOTE + 1), "tags": [""]}, ["tags", "note"]),
+        ({"note": "a\x00b"}, ["note"]),
+        ({"note": 3}, ["note"]),
+    ],
+)
+def test_what_cannot_be_kept_is_refused(document: Any, fields: list[str]) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        read_remarks(document)
+    assert [fault.field for fault in caught.value.faults] == fields
+    for fault in caught.value.faults:
+        assert len(str(fault)) < 400
