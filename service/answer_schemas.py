@@ -45,6 +45,7 @@ _RECORD_WORDS = {
     "outdated": "Another solver than today's computed the results; POST /recompute.",
     "dimensions": "Those of the cube, in its order.",
     "priority": "Of the studies that wait the one with the highest begins first.",
+    "submitted_by": "Owner of the key that it was submitted with; null where no keys are asked for.",
 }
 
 
@@ -96,6 +97,7 @@ def _record() -> Schema:
     properties["state"] = _enum(STATES)
     properties["phase"] = _enum((*PREPARATIONS, *STATES))
     properties["dimensions"] = TEXTS
+    properties["submitted_by"] = _or_null(TEXT)
     for name, words in _RECORD_WORDS.items():
         properties[name] = properties[name] | {"description": words}
     return _object(**properties)

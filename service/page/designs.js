@@ -9,6 +9,8 @@ import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
+import { refinePanel } from "./refine_panel.js";
+import { canBeRobust, robustPanel } from "./robust_panel.js";
 import { FREQUENCY } from "./selection.js";
 
 const TOP = 5;
@@ -36,12 +38,13 @@ export function designs(session, onFound) {
   };
   const table = el("div");
   const front = el("div");
+  const judged = () => ({ objective: asked.objective, exclude_locked: asked.exclude_locked });
   let found = NOTHING_FOUND;
   let number = 0;
 
   async function look() {
     const mine = ++number;
-    const question = { objective: asked.objective, exclude_locked: asked.exclude_locked };
+    const question = judged();
     try {
       const path = studyPath(record.id, "optimal-designs");
       const ranked = await ask(path, { ...question, top: TOP });
@@ -128,6 +131,8 @@ export function designs(session, onFound) {
     ),
     table,
     front,
+    refinePanel(session, judged),
+    canBeRobust(session) && robustPanel(session, judged, go),
   );
 }
 

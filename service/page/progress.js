@@ -2,7 +2,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { confirmed, el, fill, say } from "./dom.js";
-import { counted, count, duration } from "./numbers.js";
+import { counted, count, duration, short } from "./numbers.js";
 import { compiling } from "./patience.js";
 import { WORDS } from "./words.js";
 
@@ -46,7 +46,7 @@ function preparation(record) {
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
-  const left = record.state === "running" && record.seconds_left !== null ? `, ${duration(record.seconds_left)} left` : "";
+  const left = record.state === "running" && record.seconds_left > 0 ? `, ${short((total - done) / record.seconds_left, 2)} points/s, ${duration(record.seconds_left)} left` : "";
   const failed = record.points_failed ? `, ${count(record.points_failed)} failed` : "";
   const before = preparation(record);
   const words = before ? before : done === total ? counted(total, "point") + failed : `${count(done)} of ${counted(total, "point")}${failed}${left}`;

@@ -77,7 +77,7 @@ export async function studiesView(root) {
         "div",
         { class: "grow" },
         el("a", { class: "title", href: `#/studies/${record.id}` }, name),
-        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id), record.priority ? ` · priority ${record.priority}` : ""),
+        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id), record.submitted_by ? ` · by ${record.submitted_by}` : "", record.priority ? ` · priority ${record.priority}` : ""),
         record.message && el("div", { class: "quiet" }, record.message),
         tagList(record.tags, filter.tagged),
         outdatedNote(record),

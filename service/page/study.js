@@ -228,7 +228,7 @@ function facts(record) {
     ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
     ["Reused from earlier studies", count(record.points_reused)],
     .../** @type {[string, string][]} */ (record.priority ? [["Priority", String(record.priority)]] : []),
-    ["Submitted", moment(record.created)],
+    ["Submitted", moment(record.created) + (record.submitted_by ? ` by ${record.submitted_by}` : "")],
     ["Finished", moment(record.finished)],
     ["Time in kernels", duration(record.kernel_seconds)],
     ["Version", record.provenance?.solver_version ?? "–"],

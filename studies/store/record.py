@@ -6,9 +6,11 @@ from typing import Any
 
 from damperlab.studies.html import card
 from damperlab.studies.kinds import kind_of_definition
+from damperlab.studies.store.submitter import SUBMITTED_BY
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "previewing", "waiting")
-"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
+"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, a coarse grid is
+computed, no worker is left."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,7 @@ class Record:
             "shape": list(self.shape),
             "dimensions": list(self.dimensions),
             "tags": list(self.tags),
+            "submitted_by": self.provenance.get(SUBMITTED_BY),
         }
         return document
 

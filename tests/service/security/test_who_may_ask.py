@@ -102,7 +102,9 @@ def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers
         made = ann.post(STUDIES, json=_study("anns", 1.4))
         assert made.status_code == 201, made.text
         record = made.json()
-        assert record["provenance"]["submitted_by"] == "ann"
+        assert record["provenance"]["submitted_by"] == record["submitted_by"] == "ann"
+        listed = bob.get(STUDIES, params={"name": "anns"}).json()["studies"]
+        assert [one["submitted_by"] for one in listed] == ["ann"]
         url = f"{STUDIES}/{record['id']}"
         assert bob.get(url).status_code == 200
         # the same definition is the same study, and stays hers
