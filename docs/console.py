@@ -23,7 +23,7 @@ CHANCE = (
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?: UTC)?"), "…"),
     (re.compile(r"(?<![\w.])\d+(?:\.\d+)? (s|min|h)\b"), r"… \1"),
     (re.compile(r"^(run_time +)\S+ +", re.MULTILINE), r"\1…  "),
-    (re.compile(r"\b\d+ (sets of parameters)\b"), r"… \1"),
+    (re.compile(r"\b\d+ (sets of parameters|histories computed)\b"), r"… \1"),
 )
 """What differs from run to run, or from processor to processor: where a fit ends its search, rounding may decide."""
 

@@ -1,11 +1,15 @@
 """A fit as a document: for programs, and as a page to keep or to print."""
 
 import json
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.service.html import drawing, page, said, table
-from damperlab.studies.fit.fitted import Fitted
+from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.worker.fit.curve import Curve
 
@@ -16,25 +20,10 @@ def fit_document(fitted: Fitted) -> dict[str, Any]:
     """Put a fit into a document of plain data: parameters, correlations, goodness, rows, sentences, and the study."""
     question = fitted.question
     measured = question.measured
-    names = [each.name for each in fitted.estimates]
     return {
         "measured": measured.name,
         "confidence": question.confidence,
-        "parameters": {
-            each.name: {
-                "value": each.value,
-                "low": each.low,
-                "high": each.high,
-                "deviation": each.spread,
-                "range": [each.lowest, each.highest],
-                "determined": each.determined,
-            }
-            for each in fitted.estimates
-        },
-        "correlation": {
-            name: dict(zip(names, row, strict=True))
-            for name, row in zip(names, fitted.correlation.tolist(), strict=True)
-        },
+        **estimates_document(fitted.estimates, fitted.correlation),
         "cannot_tell_apart": [list(pair[:2]) for pair in fitted.alike],
         "chi_square": fitted.chi_square,
         "degrees_of_freedom": fitted.freedom,
@@ -61,11 +50,33 @@ def fit_document(fitted: Fitted) -> dict[str, Any]:
             "amplitude": "m" if measured.in_metres else "1",
         },
         "study": fitted.study(),
-        "words": [*(told(fitted, each) for each in fitted.estimates), *verdict(fitted)],
+        "words": [*(told(question.confidence, each) for each in fitted.estimates), *verdict(fitted)],
     }
 
 
-def parameter_rows(fitted: Fitted) -> list[tuple[str, ...]]:
+def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> dict[str, Any]:
+    """Put the parameters and their correlations into a document."""
+    names = [each.name for each in estimates]
+    return {
+        "parameters": {
+            each.name: {
+                "value": each.value,
+                "low": each.low,
+                "high": each.high,
+                "deviation": each.spread,
+                "range": [each.lowest, each.highest],
+                "determined": each.determined,
+            }
+            for each in estimates
+        },
+        "correlation": {
+            name: dict(zip(names, row, strict=True))
+            for name, row in zip(names, correlation.tolist(), strict=True)
+        },
+    }
+
+
+def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     """Give the parameters as rows of text, under `COLUMNS`."""
     return [
         (
@@ -76,7 +87,7 @@ def parameter_rows(fitted: Fitted) -> list[tuple[str, ...]]:
             f"{each.spread:.2g}",
             f"{each.lowest:.4g} to {each.highest:.4g}",
         )
-        for each in fitted.estimates
+        for each in estimates
     ]
 
 
@@ -116,7 +127,7 @@ def fit_report(fitted: Fitted, curves: list[Curve]) -> str:
         f"<h1>{escape(title)}</h1>",
         *(said(sentence) for sentence in verdict(fitted)),
         "<h2>Parameters</h2>",
-        table("Parameters", COLUMNS, parameter_rows(fitted)),
+        table("Parameters", COLUMNS, parameter_rows(fitted.estimates)),
         said(
             f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} sets of parameters computed.",
             "quiet",

@@ -1,8 +1,8 @@
-"""The command fit: parameters of a prototype from its measured frequency response."""
+"""The command fit: parameters of a prototype from its measured frequency response or time history."""
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -22,6 +22,9 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
+    from damperlab.studies.fit.history.fitted import FittedHistory
+    from damperlab.studies.fit.history.history import History
+    from damperlab.studies.fit.measured import Measurement
 
 FIGURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".htm")
@@ -51,7 +54,8 @@ def fit(
         typer.Argument(
             metavar="MEASURED.csv",
             help="A table with headings: frequency (Hz) or frequency ratio; amplitude (mm) or X/Z; where known "
-            "deviation (mm) or deviation (%); columns for what differs from row to row, as base amplitude (mm).",
+            "deviation (mm) or deviation (%); columns for what differs from row to row, as base amplitude (mm). Or a time "
+            "history: time (s); displacement (mm) or relative displacement (mm); base acceleration (m/s2) where it moves.",
             show_default=False,
         ),
     ],
@@ -86,8 +90,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="SHARE",
-            help="Standard deviation of the amplitudes as a share of each, as in 5%, where the table has none. Without "
-            "either it is estimated from the scatter.",
+            help="Standard deviation of the amplitudes as a share of each, or of a time history as a share of its largest "
+            "displacement, as in 5%, where the table has none. Without either it is estimated from the scatter.",
         ),
     ] = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
@@ -109,7 +113,7 @@ def fit(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate parameters of a prototype from its measured frequency response, with intervals.
+    """Estimate parameters of a prototype from its measured frequency response or time history, with intervals.
 
     Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
     """
@@ -117,12 +121,9 @@ def fit(
     check_file(study, STUDIES)
     ranges = _ranges(free)
     with working("Reading the measurement"):
-        from damperlab.service.fit_report import fit_document
-        from damperlab.studies.fit.asking import make_question
-        from damperlab.studies.fit.measured import read_measurement
+        from damperlab.studies.fit.history.history import History
         from damperlab.studies.fit.structure import read_structure
-        from damperlab.worker.fit.estimate import fit_response
-        from damperlab.worker.fit.model import scenes_of
+        from damperlab.studies.fit.table import read_table
 
         known: dict[str, Any] = {} if structure is None else read_structure(structure)
         known |= contact_document(contact, contact_time)
@@ -131,15 +132,42 @@ def fit(
         if start is not None:
             swept = {"kind": "continuation", "direction": start}
             known["start"] = "rest" if start == "rest" else swept
-        question = make_question(
-            read_measurement(measured),
-            known,
-            ranges,
-            known=design,
-            share=_share(deviation),
-            confidence=confidence,
-            seed=seed,
-        )
+        table = read_table(measured)
+    asked = Asked(known, ranges, design, _share(deviation), confidence, seed)
+    if isinstance(table, History):
+        _fit_history(table, asked, output, study, as_json)
+    else:
+        _fit_response(table, asked, output, study, as_json)
+
+
+class Asked(NamedTuple):
+    """What the options say: what is known, what is sought, and how sure."""
+
+    known: dict[str, Any]
+    ranges: dict[str, tuple[float, float] | None]
+    design: Values
+    share: float | None
+    confidence: float
+    seed: int
+
+
+def _fit_response(
+    table: "Measurement", asked: Asked, output: Path | None, study: Path | None, as_json: bool
+) -> None:
+    from damperlab.service.fit_report import fit_document
+    from damperlab.studies.fit.asking import make_question
+    from damperlab.worker.fit.estimate import fit_response
+    from damperlab.worker.fit.model import scenes_of
+
+    question = make_question(
+        table,
+        asked.known,
+        asked.ranges,
+        known=asked.design,
+        share=asked.share,
+        confidence=asked.confidence,
+        seed=asked.seed,
+    )
     have_ready(scenes_of(question))
     computed = [0]
     with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
@@ -152,6 +180,42 @@ def fit(
         print_json(fit_document(fitted))
     else:
         _print(fitted)
+
+
+def _fit_history(
+    table: "History", asked: Asked, output: Path | None, study: Path | None, as_json: bool
+) -> None:
+    from damperlab.service.fit_report import COLUMNS, parameter_rows
+    from damperlab.service.history_report import history_document
+    from damperlab.studies.fit.history.asking import make_history_question
+    from damperlab.studies.fit.history.verdict import verdict_of_history
+    from damperlab.worker.fit.history.estimate import fit_history
+    from damperlab.worker.fit.history.march import scenes_of
+
+    if study is not None:
+        message = "a time history has no base amplitude to write a study with. Leave --study out."
+        raise typer.BadParameter(message, param_hint="--study")
+    question = make_history_question(
+        table,
+        asked.known,
+        asked.ranges,
+        known=asked.design,
+        share=asked.share,
+        confidence=asked.confidence,
+    )
+    have_ready(scenes_of(question))
+    computed = [0]
+    with working(lambda: f"Fitting, {computed[0]} histories computed"):
+        fitted = fit_history(question, lambda number: computed.__setitem__(0, number))
+    if output is not None:
+        _write_history(fitted, output)
+    if as_json:
+        print_json(history_document(fitted))
+        return
+    print_table(COLUMNS, parameter_rows(fitted.estimates))
+    say(f"Intervals of {100 * asked.confidence:g} %; {fitted.evaluations} histories computed.")
+    for sentence in verdict_of_history(fitted):
+        say(sentence)
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
@@ -190,6 +254,20 @@ def _write(fitted: "Fitted", output: Path) -> None:
     note(f"Wrote {output}.")
 
 
+def _write_history(fitted: "FittedHistory", output: Path) -> None:
+    from damperlab.service.figures.history_fit import draw_history_fit
+    from damperlab.service.figures.style import save
+    from damperlab.service.history_report import history_report
+
+    with working("Drawing"):
+        make_parent(output)
+        if output.suffix in PAGES:
+            output.write_text(history_report(fitted), encoding="utf-8")
+        else:
+            save(draw_history_fit(fitted), output)
+    note(f"Wrote {output}.")
+
+
 def _write_study(document: dict[str, Any], path: Path) -> None:
     import yaml
 
@@ -204,7 +282,7 @@ def _print(fitted: "Fitted") -> None:
     from damperlab.service.fit_report import COLUMNS, parameter_rows
     from damperlab.studies.fit.verdict import verdict
 
-    print_table(COLUMNS, parameter_rows(fitted))
+    print_table(COLUMNS, parameter_rows(fitted.estimates))
     say(
         f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} sets of parameters computed."
     )

@@ -58,11 +58,11 @@ def make_question(
         prototype has, nothing to estimate, more to estimate than was measured.
     """
     faults: list[Fault] = []
-    numbers, ranges, settings = _taken_apart(structure, faults)
+    numbers, ranges, settings = taken_apart(structure, faults)
     for name, value in (known or {}).items():
         for of in (numbers, ranges):
             drop(of, name)
-        numbers |= _read(name, value, faults)
+        numbers |= read_number(name, value, faults)
     usual = numbers | _middles(ranges)
     for name in fit:
         drop(numbers, name)
@@ -78,12 +78,7 @@ def make_question(
         else:
             free.append(found)
     faults += _faults_between(tuple(ranges), measured)
-    if not 0.5 <= confidence <= 0.9999:
-        advice = "write 0.95 for intervals of 95 %"
-        faults.append(Fault("confidence", describe(confidence), "a number from 0.5 to 0.9999", advice))
-    if share is not None and not 0.0 < share <= 1.0:
-        advice = "write 0.05 for a standard deviation of 5 % of each amplitude"
-        faults.append(Fault("deviation", describe(share), "a number above 0 and at most 1", advice))
+    faults += faults_of_confidence(confidence, share)
     if faults:
         raise StudyFaults(faults)
     question = FitQuestion(measured, numbers, tuple(free), settings, share, confidence, seed)
@@ -91,7 +86,19 @@ def make_question(
     return question
 
 
-def _taken_apart(
+def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
+    """Find what is wrong with the confidence of the intervals and the share of the standard deviation."""
+    faults = []
+    if not 0.5 <= confidence <= 0.9999:
+        advice = "write 0.95 for intervals of 95 %"
+        faults.append(Fault("confidence", describe(confidence), "a number from 0.5 to 0.9999", advice))
+    if share is not None and not 0.0 < share <= 1.0:
+        advice = "write 0.05 for a standard deviation of 5 % of each amplitude"
+        faults.append(Fault("deviation", describe(share), "a number above 0 and at most 1", advice))
+    return faults
+
+
+def taken_apart(
     structure: Mapping[str, Any], faults: list[Fault]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float] | None], dict[str, Any]]:
     """Sort a study's entries into numbers, axes, and the rest."""
@@ -120,15 +127,15 @@ def _taken_apart(
             continue  # the frequencies are those that were measured
         ends = _ends(raw)
         if ends is None:
-            known |= _read(name, raw, faults)
+            known |= read_number(name, raw, faults)
         else:
-            low, high = (_read(name, end, faults) for end in ends)
+            low, high = (read_number(name, end, faults) for end in ends)
             if low and high:
                 ranges[name] = (low[name], high[name])
     return known, ranges, settings
 
 
-def _read(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
+def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
     """Read one number of a prototype; none, and a fault, where it is wrong."""
     if name in NAMED:
         try:

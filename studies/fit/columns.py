@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from damperlab.studies.answers.design_question import DESIGN
@@ -63,7 +64,7 @@ CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
 _UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
 
 
-def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
+def read_heading(text: str, field: str, columns: Sequence[Column] = COLUMNS) -> tuple[str, float] | Fault:
     """Read one heading, as in ``amplitude (mm)``, ``X/Z`` or ``amplitude_m``.
 
     Parameters
@@ -72,6 +73,8 @@ def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
         The heading.
     field : str
         Where it stands, for the fault.
+    columns : sequence of Column
+        Those that the table may have.
 
     Returns
     -------
@@ -79,7 +82,7 @@ def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
         What the column is called here, and the factor that turns its numbers into SI units.
     """
     written = text.strip().strip('"').strip()
-    for column in COLUMNS:
+    for column in columns:
         for name, units in column.names.items():
             if written.lower() == name:
                 return name, 0.01 if units is SHARES else 1.0
@@ -87,7 +90,7 @@ def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
     said, unit = (stated[1], stated[2].strip().lower()) if stated else (written, "")
     said = re.sub(r"[\s_]+", " ", said).strip().lower()
     unit = re.sub(r"\s*\*\s*|·", " ", unit.replace("″", "in").replace("μ", "µ"))
-    for column in COLUMNS:
+    for column in columns:
         if said not in column.spellings:
             continue
         for name, units in column.names.items():
@@ -100,9 +103,9 @@ def read_heading(text: str, field: str) -> tuple[str, float] | Fault:
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
         return Fault(field, found, allowed, f"write the heading as {example}", told)
-    known = [spelling for column in COLUMNS for spelling in column.spellings]
+    known = [spelling for column in columns for spelling in column.spellings]
     near = nearest(said, known)
     advice = f"did you mean `{near}`? Otherwise remove the column" if near else "remove the column"
-    allowed = f"one of {listing(column.spellings[0] for column in COLUMNS)}"
+    allowed = f"one of {listing(column.spellings[0] for column in columns)}"
     told = f"The heading {printable(written)} names no known column; allowed are {allowed.removeprefix('one of ')}."
     return Fault(field, printable(written), allowed, advice, told)

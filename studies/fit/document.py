@@ -6,7 +6,8 @@ from typing import Any
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.fit.asking import make_question
-from damperlab.studies.fit.measured import MOST_BYTES, Measurement, parse_measurement
+from damperlab.studies.fit.lines import MOST_BYTES
+from damperlab.studies.fit.measured import Measurement, parse_measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
 from damperlab.studies.quantity import Quantity, read_count
 

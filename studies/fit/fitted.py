@@ -1,7 +1,7 @@
 """What a fit gives: parameters with intervals, what the data cannot tell apart, and how well the model agrees with them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -164,13 +164,7 @@ class Fitted:
     @property
     def alike(self) -> list[tuple[str, str, float]]:
         """Pairs of parameters that the data cannot tell apart, with their correlation."""
-        found = []
-        for j, second in enumerate(self.estimates):
-            for i, first in enumerate(self.estimates[:j]):
-                both = first.determined and second.determined
-                if abs(self.correlation[i, j]) > (ALIKE if both else BARELY):
-                    found.append((first.name, second.name, float(self.correlation[i, j])))
-        return found
+        return pairs_alike(self.estimates, self.correlation)
 
     @property
     def irregular(self) -> int:
@@ -223,6 +217,19 @@ class Fitted:
             return []
         names = (each.name for each in self.estimates)
         return [name for name in names if RATIO_OF.get(name, name) in OF_PARTICLE]
+
+
+def pairs_alike(
+    estimates: Sequence[Estimate], correlation: NDArray[np.float64]
+) -> list[tuple[str, str, float]]:
+    """Find the pairs of parameters that data cannot tell apart, with their correlation."""
+    found = []
+    for j, second in enumerate(estimates):
+        for i, first in enumerate(estimates[:j]):
+            both = first.determined and second.determined
+            if abs(correlation[i, j]) > (ALIKE if both else BARELY):
+                found.append((first.name, second.name, float(correlation[i, j])))
+    return found
 
 
 def outlier_limit(rows: int) -> float:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
+from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading
+from damperlab.studies.fit.lines import lines_of, read_bytes
 from damperlab.studies.quantity import FREQUENCY_RATIO
 
-MOST_BYTES = 4 * 1024 * 1024
 MOST_ROWS = 2_000
 """Each row is a response that is computed some hundred times."""
 LARGEST = 1e12
@@ -68,15 +68,7 @@ class Measurement:
 
 def read_measurement(path: Path) -> Measurement:
     """Read a measured response from a file; raises as `parse_measurement`, and where the file cannot be read."""
-    try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
-        told = f"The file {printable(str(path))} cannot be read: {reason}."
-        found = f"{describe(str(path))} ({reason})"
-        raise StudyFaults([Fault("measured", found, "a readable file", "check the path", told)]) from None
-    return parse_measurement(text, path.stem)
+    return parse_measurement(read_bytes(path), path.stem)
 
 
 def parse_measurement(text: bytes | str, name: str = "measurement") -> Measurement:
@@ -99,39 +91,15 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     StudyFaults
         With every fault of the table.
     """
-    if len(text) > MOST_BYTES:
-        found = f"{len(text):,} bytes"
-        raise StudyFaults(
-            [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
-        )
-    whole = _decoded(text).replace("\r\n", "\n").replace("\r", "\n")
-    lines = [
-        (number, line)
-        for number, line in enumerate(whole.split("\n"), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
-        advice = "write a heading such as `frequency (Hz), amplitude (mm)` and one row for each frequency"
-        raise StudyFaults(
-            [Fault("measured", "nothing", "a table", advice, "The file holds no table of measured values.")]
-        )
-    separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), ",")
-    names, factors = _headings(lines[0], separator)
-    columns = _columns(lines[1:], separator, names, factors)
+    lines = lines_of(text)
+    separator = lines.separator
+    names, factors = _headings(lines.heading, separator)
+    columns = _columns(lines.rows, separator, names, factors)
     deviation = columns.pop("deviation_m", columns.pop("deviation_ratio", None))
     share = columns.pop(PERCENT, None)
     if share is not None:
         deviation = share * columns["amplitude_m" if "amplitude_m" in columns else "amplitude_ratio"]
     return Measurement(name, columns, deviation)
-
-
-def _decoded(text: bytes | str) -> str:
-    if isinstance(text, str):
-        return text
-    try:
-        return text.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return text.decode("latin-1")
 
 
 def _headings(line: tuple[int, str], separator: str) -> tuple[list[str], list[float]]:

@@ -1,6 +1,6 @@
 """What a fit is worth, in sentences."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,9 +19,9 @@ def verdict(fitted: Fitted) -> list[str]:
     """Say what a fit is worth: whether the model agrees, what the data do not determine, which rows lie off, and why."""
     return [
         *_agreement(fitted),
-        *_undetermined(fitted),
-        *_one_sided(fitted),
-        *_alike(fitted),
+        *undetermined(fitted.estimates),
+        *one_sided(fitted.estimates),
+        *not_told_apart(fitted.alike),
         *_regimes(fitted),
         *_irregular(fitted),
         *_others(fitted),
@@ -29,9 +29,9 @@ def verdict(fitted: Fitted) -> list[str]:
     ]
 
 
-def told(fitted: Fitted, each: Estimate) -> str:
+def told(confidence: float, each: Estimate) -> str:
     """Write one estimate as a sentence."""
-    share = f"{100 * fitted.question.confidence:g} %"
+    share = f"{100 * confidence:g} %"
     return f"{each.name} = {each.value:.4g} ({share} interval {each.low:.4g} to {each.high:.4g})."
 
 
@@ -72,8 +72,9 @@ def _agreement(fitted: Fitted) -> Iterator[str]:
         )
 
 
-def _undetermined(fitted: Fitted) -> Iterator[str]:
-    names = [each.name for each in fitted.estimates if not each.determined]
+def undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
+    """Name the parameters that the data say nothing about."""
+    names = [each.name for each in estimates if not each.determined]
     if names:
         one = len(names) == 1
         yield (
@@ -82,8 +83,9 @@ def _undetermined(fitted: Fitted) -> Iterator[str]:
         )
 
 
-def _one_sided(fitted: Fitted) -> Iterator[str]:
-    for each in fitted.estimates:
+def one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
+    """Name the parameters that the data bound on one side only."""
+    for each in estimates:
         if each.determined and not (each.bounded_below and each.bounded_above):
             end, value = ("low", each.lowest) if not each.bounded_below else ("high", each.highest)
             bound = f"at most {each.high:.4g}" if end == "low" else f"at least {each.low:.4g}"
@@ -93,8 +95,9 @@ def _one_sided(fitted: Fitted) -> Iterator[str]:
             )
 
 
-def _alike(fitted: Fitted) -> Iterator[str]:
-    for first, second, correlation in fitted.alike:
+def not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
+    """Name the pairs of parameters that the data cannot tell apart."""
+    for first, second, correlation in pairs:
         way = "rise" if correlation > 0 else "fall"
         yield (
             f"The data cannot tell {first} and {second} apart: when one rises, the other may {way} with it and the response "
@@ -126,7 +129,12 @@ def _irregular(fitted: Fitted) -> Iterator[str]:
 
 
 def _others(fitted: Fitted) -> Iterator[str]:
-    for other in fitted.others:
+    yield from as_good(fitted.others)
+
+
+def as_good(others: Iterable[Mapping[str, float]]) -> Iterator[str]:
+    """Name further sets of parameters that agree about as well."""
+    for other in others:
         values = listing(f"{name} = {value:.4g}" for name, value in other.items())
         yield f"Another set of parameters agrees about as well: {values}. The intervals are those around the best one."
 

@@ -109,3 +109,40 @@ def test_faults_of_a_table_name_their_line(tmp_path: Path) -> None:
     path.write_text("frequency (Hz), amplitude (mm)\n2.5, twelve\n")
     refused = run("fit", path, "--fit", "damping_ratio", *KNOWN, status=2)
     assert '`line 2.amplitude_m` must be a number above 0, not "twelve".' in refused.stderr
+
+
+@pytest.fixture
+def decay(tmp_path: Path) -> Path:
+    """Write a free decay in closed form, friction and all, with 0.1 mm of noise."""
+    path, lost = tmp_path / "decay.csv", 1.0
+    noise = np.random.default_rng(3).standard_normal(300)
+    rows = ["# released by hand", "time (s), displacement (mm)"]
+    for k, off in enumerate(noise):
+        half = int(k / 20)
+        # between two turns it swings about a middle that lies against the motion
+        middle = 0.5 * lost * (-1) ** half
+        swing = 20.0 - 0.5 * lost - lost * half
+        rows.append(f"{0.01 * k:.2f}, {middle + swing * np.cos(np.pi * k / 20) + 0.1 * off:.5f}")
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def test_a_time_history_is_fitted_as_well(decay: Path, tmp_path: Path) -> None:
+    figure, report = tmp_path / "fit.png", tmp_path / "fit.html"
+    known = ("--no-particle", "--natural-frequency-hz", "2.5", "--mass-kg", "1.6", "--damping-ratio", "0")
+    sought = ("--fit", "friction_force_n=0,0.5")
+    ended = run("fit", decay, *sought, *known, "-o", figure)
+    assert figure.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+    assert "All of the history counts, 2.99 s" in ended.stdout
+    document = json.loads(run("fit", decay, *sought, *known, "--json", "-o", report).stdout)
+    found = document["parameters"]["friction_force_n"]
+    # a half period takes 2 F/k from the swing, here 1 mm
+    truth = 0.5e-3 * 1.6 * (2 * np.pi * 2.5) ** 2
+    assert abs(found["value"] - truth) < found["high"] - found["low"] < 0.05 * truth
+    assert document["rows_counted"] == len(document["time_s"]) == len(document["model_m"]) == 300
+    assert "<h1>decay, fitted</h1>" in report.read_text()
+
+    refused = run("fit", decay, *sought, *known, "--study", tmp_path / "fitted.yaml", status=2)
+    assert "a time history has no base amplitude" in refused.stderr
+    refused = run("fit", decay, "--fit", "friction_ratio=0,1", *known, status=2)
+    assert "friction_ratio belongs to a base that moves as a sine" in refused.stderr

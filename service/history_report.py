@@ -1,0 +1,61 @@
+"""A fit of a time history as a document, and as a page to keep or to print."""
+
+from html import escape
+from typing import Any
+
+from damperlab.service.fit_report import COLUMNS, estimates_document, parameter_rows
+from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.fit.history.fitted import FittedHistory
+from damperlab.studies.fit.history.verdict import verdict_of_history
+from damperlab.studies.fit.verdict import told
+
+
+def history_document(fitted: FittedHistory) -> dict[str, Any]:
+    """Put a fit of a time history into a document of plain data."""
+    question = fitted.question
+    measured = question.measured
+    return {
+        "measured": measured.name,
+        "confidence": question.confidence,
+        **estimates_document(fitted.estimates, fitted.correlation),
+        "cannot_tell_apart": [list(pair[:2]) for pair in fitted.alike],
+        "stretch_s": fitted.stretch_s,
+        "rows_counted": fitted.rows,
+        "chi_square": fitted.chi_square,
+        "degrees_of_freedom": fitted.freedom,
+        "probability": fitted.probability,
+        "widening": fitted.widening,
+        "correlated": fitted.correlated,
+        "others": [dict(one) for one in fitted.others],
+        "evaluations": fitted.evaluations,
+        "time_s": measured.time_s.tolist(),
+        "measured_m": measured.displacement_m.tolist(),
+        "model_m": fitted.model_m.tolist(),
+        "deviation_m": fitted.deviation_m.tolist(),
+        "words": [
+            *(told(question.confidence, each) for each in fitted.estimates),
+            *verdict_of_history(fitted),
+        ],
+    }
+
+
+def history_report(fitted: FittedHistory) -> str:
+    """Write a fit of a time history as one page of HTML that loads nothing."""
+    from damperlab.service.figures.history_fit import draw_history_fit
+
+    title = f"{fitted.question.measured.name}, fitted"
+    counted = f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} histories computed."
+    caption = (
+        "The measured displacement, that with the estimated parameters, and what is left in standard deviations; what "
+        "lies in the shaded part does not count."
+    )
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        *(said(sentence) for sentence in verdict_of_history(fitted)),
+        "<h2>Parameters</h2>",
+        table("Parameters", COLUMNS, parameter_rows(fitted.estimates)),
+        said(counted, "quiet"),
+        "<h2>Measured and computed</h2>",
+        drawing(draw_history_fit(fitted), caption),
+    ]
+    return page(title, parts)

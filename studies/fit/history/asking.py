@@ -1,0 +1,233 @@
+"""A question to a time history, put together from what is known and what is wanted; every fault is named."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.choices import Contact
+from damperlab.studies.definition import parse_harmonic
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.fit.asking import MOST_FREE, faults_of_confidence, read_number, taken_apart
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.question import FREE, INSTANT, KNOWN, OVER_BASE, RELEASE, HistoryQuestion
+from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
+from damperlab.studies.vocabulary import OF_PARTICLE
+
+USUAL = {"damping_ratio": (0.0, 0.1), "restitution": (0.0, 1.0), "mass_ratio": (0.0, 0.5)}
+"""Where a parameter is looked for if nothing is said."""
+IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
+"""What moves the structure by its ratio to the structure's mass."""
+OF_SETTINGS = ("name", "particle", "contact")
+SAMPLED = 8.0
+"""Least samples in a period of the structure."""
+NEAR_START, NOISY = 0.1, 6.0
+"""Reach of the range of the release about the first sample: a share of it, and standard deviations."""
+
+
+def make_history_question(
+    measured: History,
+    structure: Mapping[str, Any],
+    fit: Mapping[str, tuple[float, float] | None],
+    *,
+    known: Mapping[str, float] | None = None,
+    share: float | None = None,
+    confidence: float = 0.95,
+) -> HistoryQuestion:
+    """Put a question together and check it.
+
+    Parameters
+    ----------
+    measured : History
+        The displacements.
+    structure : mapping
+        What is known, written as a study is: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. What is an axis
+        there is estimated within it, as if it stood in `fit`.
+    fit : mapping
+        What is estimated, and where it is looked for: (lowest, highest), or None for a range that is usual.
+    known : mapping, optional
+        Numbers that count more than those of `structure`, by the names of `KNOWN`.
+    share : float, optional
+        Standard deviation as a share of the largest displacement, where the measurement has none.
+    confidence : float
+        Of the intervals.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault.
+    """
+    faults: list[Fault] = []
+    numbers, ranges, settings = taken_apart(structure, faults)
+    for name, value in (known or {}).items():
+        for of in (numbers, ranges):
+            drop(of, name)
+        numbers |= read_number(name, value, faults)
+    for name in fit:
+        drop(numbers, name)
+        ranges.pop(name, None)
+    ranges |= fit
+    faults += [_without_base(name) for name in (*numbers, *ranges) if name in OVER_BASE]
+    faults += [_unknown(name) for name in ranges if name not in (*FREE, *OVER_BASE)]
+    settings = {name: value for name, value in settings.items() if value not in (None, "rest")}
+    for name in sorted(set(settings) - set(OF_SETTINGS)):
+        told = f"{name} says nothing about a time history."
+        faults.append(Fault(name, describe(settings[name]), listing(OF_SETTINGS), "leave it out", told))
+    particle = settings.get("particle", True) is not False
+    wanted = {name: span for name, span in ranges.items() if name in FREE}
+    free: list[Free] = []
+    for name, span in wanted.items():
+        found = _range(name, span, numbers, measured)
+        if isinstance(found, Fault):
+            faults.append(found)
+        else:
+            free.append(found)
+    faults += _of_number(wanted, particle)
+    if not faults:
+        faults += _missing(numbers, wanted, particle)
+    faults += faults_of_confidence(confidence, share)
+    contact = INSTANT if faults else _contact(settings, numbers, free, faults)
+    if faults:
+        raise StudyFaults(faults)
+    if share is not None and measured.deviation_m is None:
+        deviation = np.full(measured.rows, share * measured.largest_m)
+        measured = History(
+            measured.name,
+            measured.step_s,
+            measured.displacement_m,
+            measured.relative,
+            measured.base_m_s2,
+            deviation,
+        )
+    if measured.released:
+        free.append(_release(measured))
+    question = HistoryQuestion(measured, numbers, tuple(free), particle, contact, confidence)
+    _check_sampling(question)
+    return question
+
+
+def _without_base(name: str) -> Fault:
+    instead = {"clearance_ratio": "clearance_m", "friction_ratio": "friction_force_n"}.get(name)
+    told = f"{name} belongs to a base that moves as a sine; a time history knows no base amplitude."
+    advice = f"give {instead}" if instead else "leave it out: the table has the motion of the base"
+    return Fault(name, name, f"one of {listing(KNOWN)}", advice, told)
+
+
+def _unknown(name: str) -> Fault:
+    near = nearest(name, FREE)
+    advice = f"did you mean `{near}`?" if near else "name one of these"
+    told = f"{name} cannot be estimated from a time history; what can be are {listing(FREE)}."
+    return Fault(f"fit.{name}", name, f"one of {listing(FREE)}", advice, told)
+
+
+def _range(
+    name: str, span: tuple[float, float] | None, known: Mapping[str, float], measured: History
+) -> Free | Fault:
+    field = f"fit.{name}"
+    if span is None and name == "clearance_m":
+        span = 0.02 * measured.largest_m, 1.5 * measured.largest_m
+    if span is None and name == "natural_frequency_hz" and name in known:
+        span = 0.9 * known[name], 1.1 * known[name]
+    span = span or USUAL.get(name)
+    if span is None:
+        told = f"{{field}} needs a range to look in, since {name} has no usual one."
+        advice = f"write the lowest and the highest value, as in --fit {name}=LOW,HIGH"
+        return Fault(field, NOTHING, "a range", advice, told)
+    for end in span:
+        if not NAMED[name].admits(end):
+            return Fault(field, describe(end), NAMED[name].allowed, NAMED[name].advice)
+    if not span[0] < span[1]:
+        found = f"{span[0]:g} to {span[1]:g}"
+        return Fault(field, found, "a lowest value below the highest", "swap or widen the ends")
+    return Free(name, float(span[0]), float(span[1]))
+
+
+def _of_number(names: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
+    if not names:
+        told = "Nothing is to be estimated."
+        advice = "name what is unknown, as in --fit restitution --fit friction_force_n=0,0.2"
+        yield Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told)
+    if len(names) > MOST_FREE:
+        told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
+        advice = "measure some of them on their own: the mass by weighing, the clearance with a calliper"
+        yield Fault("fit", f"{len(names)} parameters", f"at most {MOST_FREE}", advice, told)
+    for name in names:
+        ratio = RATIO_OF.get(name, name)
+        if ratio != name and ratio in names:
+            told = f"{name} and {ratio} are the same parameter; estimate one of them."
+            yield Fault(f"fit.{name}", "both", "one of the two", "leave one out", told)
+        if not particle and ratio in OF_PARTICLE:
+            told = f"{name} cannot be estimated in a scene without a particle."
+            advice = "leave it out, or give the scene its particle"
+            yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)
+
+
+def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
+    there = {*numbers, *ranges}
+    ratios = {RATIO_OF.get(name, name) for name in there}
+    needed = {"natural_frequency_hz": "natural_frequency_hz", "damping_ratio": "damping_ratio"}
+    needed |= {"friction_ratio": "friction_force_n"}
+    if particle:
+        needed |= {
+            "mass_ratio": "mass_ratio",
+            "clearance_ratio": "clearance_m",
+            "restitution": "restitution",
+        }
+    if there & set(IN_UNITS) - {name for name in there if numbers.get(name) == 0.0}:
+        needed["mass_kg"] = "mass_kg"
+    for ratio, name in needed.items():
+        if ratio not in ratios:
+            quantity = NAMED[name]
+            estimate = f", or estimate it with --fit {name}" if name in FREE else ""
+            told = f"{{field}} is neither given nor estimated: {quantity.meaning}."
+            yield Fault(name, NOTHING, quantity.allowed, f"give it{estimate}", told)
+
+
+def _contact(
+    settings: Mapping[str, Any], numbers: Mapping[str, float], free: list[Free], faults: list[Fault]
+) -> Contact:
+    """Read the contact as a study does, which knows what each model allows of mass ratio and restitution."""
+    for end in ("low", "high"):
+        values = dict(numbers) | {each.name: getattr(each, end) for each in free}
+        mass = values.get("mass_ratio", values.get("particle_mass_kg", 0.0) / values.get("mass_kg", 1.0))
+        axes = {"friction_ratio": 0.0, "frequency_ratio": 1.0}
+        if settings.get("particle", True) is not False:
+            axes |= {"mass_ratio": mass, "restitution": values["restitution"], "clearance_ratio": 1.0}
+        try:
+            study = parse_harmonic({**settings, "damping_ratio": 0.0, "axes": axes})
+        except StudyFaults as error:
+            faults += error.faults
+            return INSTANT
+    return study.contact
+
+
+def _release(measured: History) -> Free:
+    first = float(measured.displacement_m[0])
+    noise = 0.0 if measured.deviation_m is None else NOISY * float(measured.deviation_m[0])
+    reach = max(NEAR_START * abs(first), noise)
+    return Free(RELEASE, first - reach, first + reach)
+
+
+def _check_sampling(question: HistoryQuestion) -> None:
+    samples = 1.0 / (question.frequency_hz * question.measured.step_s)
+    periods = question.measured.duration_s * question.frequency_hz
+    if samples < SAMPLED:
+        found = f"{samples:.3g} samples in a period of the structure"
+        told = f"The history has {found}; it must have at least {SAMPLED:g}."
+        raise StudyFaults(
+            [
+                Fault(
+                    "measured",
+                    found,
+                    f"at least {SAMPLED:g}",
+                    "sample faster, or check the unit of time",
+                    told,
+                )
+            ]
+        )
+    if periods < 2.0:
+        found = f"{periods:.3g} periods of the structure"
+        told = f"The history lasts {found}; it must last at least 2."
+        raise StudyFaults(
+            [Fault("measured", found, "at least 2", "measure longer, or check the unit of time", told)]
+        )

@@ -1,0 +1,67 @@
+"""What is asked of a time history: what is known of the prototype, and which of its parameters are estimated."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.choices import Contact, InstantContact
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.question import NAMED, Free, drop
+
+OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio")
+"""What means nothing without the amplitude of a harmonic base."""
+KNOWN: tuple[str, ...] = tuple(name for name in NAMED if name not in OVER_BASE)
+"""What may be known of a prototype."""
+FREE: tuple[str, ...] = tuple(name for name in KNOWN if name != "mass_kg")
+"""What may be estimated."""
+INSTANT = InstantContact()
+RELEASE = "initial_displacement_m"
+"""Where the structure is released: estimated as well, since the first sample is as noisy as the others."""
+
+
+@dataclass(frozen=True)
+class HistoryQuestion:
+    """A time history, and what is asked of it.
+
+    Parameters
+    ----------
+    measured : History
+        The displacements.
+    known : mapping of float
+        What is known of the prototype, by the names of `KNOWN`.
+    free : tuple of Free
+        What is estimated; with `RELEASE` at the end where the structure is released.
+    particle : bool
+        Whether it has one.
+    contact : Contact
+        What an impact is.
+    confidence : float
+        Of the intervals.
+    """
+
+    measured: History
+    known: Mapping[str, float]
+    free: tuple[Free, ...]
+    particle: bool = True
+    contact: Contact = INSTANT
+    confidence: float = 0.95
+
+    def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
+        """Give the parameters at a place of their ranges, each from 0 to 1."""
+        return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
+
+    def given(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Put together what is known and what is estimated, which counts more."""
+        found = dict(self.known)
+        for name, value in values.items():
+            drop(found, name)
+            found[name] = value
+        return found
+
+    @property
+    def frequency_hz(self) -> float:
+        """The natural frequency, or the middle of where it is looked for [Hz]."""
+        middle = np.full(len(self.free), 0.5)
+        return self.given(self.values(middle))["natural_frequency_hz"]

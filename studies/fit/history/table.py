@@ -1,0 +1,169 @@
+"""A time history read from a table of text; every fault names its line."""
+
+import numpy as np
+
+from damperlab.studies.faults import Fault, StudyFaults, counted, printable
+from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, read_heading
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.lines import Lines, lines_of
+from damperlab.studies.vocabulary import ACCELERATION_UNITS
+
+LEAST_ROWS, MOST_ROWS = 24, 20_000
+LARGEST = 1e12
+"""Bound on every number: beyond it the unit is wrong."""
+UNEVEN = 0.02
+"""Largest difference of a time from equal steps, over a step: times are printed with few digits."""
+RELEASED, RESTING = 0.8, 0.2
+"""Share of the largest displacement that the first one has at least where the structure is released, and at most where it is
+shaken from rest."""
+
+TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
+DEVIATION, SHARE = "deviation_m", "deviation_share"
+COLUMNS = (
+    Column({TIME: {"s": 1.0, "ms": 1e-3}}, ("time", "t")),
+    Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
+    Column({RELATIVE: LENGTHS}, ("relative displacement", "x-z", "x - z")),
+    Column({BASE: dict(ACCELERATION_UNITS)}, ("base acceleration", "ground acceleration")),
+    Column({DEVIATION: LENGTHS, SHARE: SHARES}, ("deviation", "standard deviation")),
+)
+"""Every column of a time history."""
+
+
+def is_history(lines: Lines) -> bool:
+    """Whether a table is one over time: its heading says so."""
+    first = (cell.strip().strip('"').lower() for cell in lines.cells(lines.heading[1]))
+    return any(cell.partition("(")[0].partition("[")[0].strip() in ("time", "t", TIME) for cell in first)
+
+
+def parse_history(text: bytes | str, name: str = "history") -> History:
+    """Read a time history.
+
+    Parameters
+    ----------
+    text : bytes or str
+        A table whose first line names the columns with their units: ``time (s)`` in equal steps, ``displacement (mm)`` of
+        the structure or ``relative displacement (mm)`` against its base, ``base acceleration (m/s2)`` where the base moves,
+        and where it is known one standard deviation, ``deviation (mm)`` or, of the largest displacement, ``deviation (%)``.
+    name : str
+        What to call it.
+
+    Raises
+    ------
+    StudyFaults
+        With every fault of the table.
+    """
+    lines = lines_of(text)
+    names, factors = _headings(lines)
+    columns = _numbers(lines, names, factors)
+    faults: list[Fault] = []
+    step = _step(columns[TIME], faults)
+    moved = columns[RELATIVE if RELATIVE in columns else DISPLACEMENT]
+    faults += _of_start(moved, columns.get(BASE))
+    if faults:
+        raise StudyFaults(faults)
+    deviation = columns.get(DEVIATION)
+    if SHARE in columns:
+        deviation = columns[SHARE] * np.abs(moved).max()
+    return History(
+        name, step, moved, RELATIVE in columns or BASE not in columns, columns.get(BASE), deviation
+    )
+
+
+def _headings(lines: Lines) -> tuple[list[str], list[float]]:
+    number, text = lines.heading
+    field = f"line {number}"
+    read = [read_heading(cell, field, COLUMNS) for cell in lines.cells(text)]
+    faults = [each for each in read if isinstance(each, Fault)]
+    names = [each[0] for each in read if not isinstance(each, Fault)]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        told = f"Line {number} names the column {name} twice."
+        faults.append(Fault(field, f"{name} twice", "each column once", "remove one of them", told))
+    if not faults:
+        moved = {DISPLACEMENT, RELATIVE} & set(names)
+        if len(moved) != 1:
+            found = "both" if moved else "neither"
+            told = "A time history must have one column of displacement, absolute or relative to the base."
+            advice = "remove one of the two" if moved else "add a column such as `displacement (mm)`"
+            faults.append(Fault(field, found, f"one of {DISPLACEMENT} and {RELATIVE}", advice, told))
+        if {DEVIATION, SHARE} <= set(names):
+            told = "The table has two columns of standard deviations; it may have one."
+            faults.append(Fault(field, "two deviations", "one of them", "remove one of the two", told))
+    if faults:
+        raise StudyFaults(faults)
+    return names, [each[1] for each in read if not isinstance(each, Fault)]
+
+
+def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, np.ndarray]:
+    faults: list[Fault] = []
+    if not LEAST_ROWS <= len(lines.rows) <= MOST_ROWS:
+        found = counted(len(lines.rows), "row")
+        allowed = f"from {LEAST_ROWS} to {MOST_ROWS:,} rows"
+        told = f"The time history has {found}; it must have {allowed}."
+        advice = "measure longer" if len(lines.rows) < LEAST_ROWS else "leave samples out, or cut the end"
+        raise StudyFaults([Fault("measured", found, allowed, advice, told)])
+    rows: list[list[float]] = []
+    for number, line in lines.rows:
+        cells = lines.cells(line)
+        if len(cells) != len(names):
+            found = counted(len(cells), "cell")
+            told = f"Line {number} has {found}, but the heading names {counted(len(names), 'column')}."
+            advice = "correct the line, or remove it"
+            faults.append(Fault(f"line {number}", found, f"{len(names)} cells", advice, told))
+            continue
+        row = []
+        for name, factor, cell in zip(names, factors, cells, strict=True):
+            value = _cell(cell)
+            positive = name in (DEVIATION, SHARE)
+            if not abs(value) <= LARGEST or (positive and value <= 0.0):
+                allowed = "a number above 0" if positive else "a number"
+                shown = printable(cell) if cell else "an empty cell"
+                told = f"{{field}} must be {allowed}, not {shown}."
+                fault = Fault(name, shown, allowed, "correct the cell", told)
+                faults.append(fault.under(f"line {number}"))
+            row.append(value * factor)
+        rows.append(row)
+    if faults:
+        raise StudyFaults(faults)
+    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def _cell(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan
+
+
+def _step(time: np.ndarray, faults: list[Fault]) -> float:
+    """Find the time step; a fault where the steps are not equal."""
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    off = np.abs(time - time[0] - step * np.arange(time.size))
+    if step <= 0.0 or off.max() > UNEVEN * step:
+        worst = int(np.argmax(np.diff(time) <= 0.0)) if step <= 0.0 else int(np.argmax(off))
+        found = f"row {worst + 1} at {time[worst]:g} s"
+        told = f"The times must rise in equal steps; {found} does not follow the others."
+        advice = "resample the history, or write the times with more digits"
+        faults.append(Fault(TIME, found, "equal steps", advice, told))
+    return step
+
+
+def _of_start(moved: np.ndarray, base: np.ndarray | None) -> list[Fault]:
+    """Find what is wrong with where the history begins."""
+    largest = float(np.abs(moved).max())
+    first = abs(float(moved[0]))
+    field = DISPLACEMENT
+    if largest == 0.0:
+        return [Fault(field, "0 throughout", "a structure that moves", "check the column and its unit")]
+    share = f"{100 * first / largest:.3g} % of the largest displacement in the first row"
+    if base is None and first < RELEASED * largest:
+        told = f"Without a base acceleration the history must begin at a release from rest; it has {share}."
+        advice = "cut what lies before the release, or add the column `base acceleration (m/s2)`"
+        return [Fault(field, share, f"at least {100 * RELEASED:g} %", advice, told)]
+    if base is not None and not np.abs(base).max() > 0.0:
+        told = "The base acceleration is 0 throughout."
+        return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]
+    if base is not None and first > RESTING * largest:
+        told = f"A history with a base acceleration must begin at rest; it has {share}."
+        advice = "begin the table where the base begins to move"
+        return [Fault(field, share, f"at most {100 * RESTING:g} %", advice, told)]
+    return []

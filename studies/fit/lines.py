@@ -1,0 +1,74 @@
+"""A table of text cut into its heading, its separator and its lines."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from damperlab.studies.faults import Fault, StudyFaults, describe, printable
+
+MOST_BYTES = 4 * 1024 * 1024
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A table not yet understood.
+
+    Parameters
+    ----------
+    separator : str
+        Comma, semicolon or tab.
+    heading : (int, str)
+        Line number, from 1, and text of the heading.
+    rows : list of (int, str)
+        The same of every other line; comments and empty lines are left out.
+    """
+
+    separator: str
+    heading: tuple[int, str]
+    rows: list[tuple[int, str]]
+
+    def cells(self, text: str) -> list[str]:
+        """Cut one line."""
+        return [cell.strip() for cell in text.split(self.separator)]
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file, as far as one byte beyond what is allowed; raises StudyFaults where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
+        told = f"The file {printable(str(path))} cannot be read: {reason}."
+        found = f"{describe(str(path))} ({reason})"
+        raise StudyFaults([Fault("measured", found, "a readable file", "check the path", told)]) from None
+
+
+def lines_of(text: bytes | str) -> Lines:
+    """Cut a table into lines; raises StudyFaults where it is too large or empty."""
+    if len(text) > MOST_BYTES:
+        found = f"{len(text):,} bytes"
+        raise StudyFaults(
+            [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
+        )
+    whole = _decoded(text).replace("\r\n", "\n").replace("\r", "\n")
+    lines = [
+        (number, line)
+        for number, line in enumerate(whole.split("\n"), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
+        advice = "write a heading such as `frequency (Hz), amplitude (mm)` and one row for each frequency"
+        raise StudyFaults(
+            [Fault("measured", "nothing", "a table", advice, "The file holds no table of measured values.")]
+        )
+    separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), ",")
+    return Lines(separator, lines[0], lines[1:])
+
+
+def _decoded(text: bytes | str) -> str:
+    if isinstance(text, str):
+        return text
+    try:
+        return text.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return text.decode("latin-1")

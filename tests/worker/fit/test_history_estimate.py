@@ -1,0 +1,122 @@
+"""Fits of time histories whose truth is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.synthetic_history import NOISE, RANGES, made_history
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.history.fitted import FittedHistory
+from damperlab.studies.fit.history.verdict import verdict_of_history
+from damperlab.worker.fit.history.estimate import fit_history
+from damperlab.worker.fit.history.march import displacement
+
+SETS = 6
+
+
+def hold(fitted: FittedHistory, truth: dict[str, float]) -> list[bool]:
+    return [each.low <= truth[each.name] <= each.high for each in fitted.estimates]
+
+
+@pytest.mark.parametrize(("kind", "shaken"), [("friction", False), ("hybrid", False), ("hybrid", True)])
+def test_intervals_hold_the_truth_about_as_often_as_they_say(kind: str, shaken: bool) -> None:
+    held: list[bool] = []
+    for seed in range(SETS):
+        one = made_history(kind, seed, shaken=shaken)
+        fitted = fit_history(one.question)
+        # an interval of all of the range would hold anything
+        if all(each.determined for each in fitted.estimates):
+            held += hold(fitted, one.truth)
+    assert len(held) >= 15
+    # Of 18 intervals of 95 % more than 4 miss with a probability of 2e-3, were they independent of each other.
+    assert held.count(False) <= 4
+
+
+def test_the_beginning_that_counts_ends_where_impacts_make_the_response_unpredictable() -> None:
+    # with little friction and lively impacts the first seconds alone say where the parameters are
+    one = made_history("particle", 4)
+    fitted = fit_history(one.question)
+    assert not fitted.whole
+    assert all(hold(fitted, one.truth))
+    assert (
+        "Later on impacts make the response depend on the parameters so steeply"
+        in verdict_of_history(fitted)[0]
+    )
+    # the same parameters with one a fifth of its interval aside are far off where the response does not count
+    moved = fitted.values | {"restitution": fitted.estimates[1].value + 0.2 * fitted.estimates[1].spread}
+    off = displacement(one.question, moved) - fitted.model_m
+    assert np.abs(off[: fitted.rows]).max() < np.median(fitted.deviation_m)
+    assert np.abs(off[fitted.rows :]).max() > 2 * np.median(fitted.deviation_m)
+
+
+def test_friction_and_damping_of_a_free_decay_are_told_apart_and_chi_square_agrees() -> None:
+    one = made_history("friction", 1, given=True)
+    fitted = fit_history(one.question)
+    assert fitted.whole
+    assert fitted.alike == []
+    assert fitted.probability is not None
+    assert fitted.probability > 1e-3
+    words = verdict_of_history(fitted)
+    assert words[0].startswith("All of the history counts, 9.99 s")
+    assert words[1].startswith("The model agrees with the measurement: chi-square is")
+
+
+def test_without_a_deviation_the_scatter_is_estimated() -> None:
+    one = made_history("friction", 2)
+    fitted = fit_history(one.question)
+    # the root of chi-square over some 1,000 degrees of freedom is within 1 ± 4/√2000
+    stated = float(np.median(fitted.deviation_m)) / one.question.measured.largest_m
+    assert stated == pytest.approx(NOISE, rel=4 / np.sqrt(2000) + 0.05)
+    assert fitted.probability is None
+
+
+def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
+    one, other = (fit_history(made_history("hybrid", 3).question) for _ in range(2))
+    assert [(each.value, each.low, each.high) for each in one.estimates] == [
+        (each.value, each.low, each.high) for each in other.estimates
+    ]
+
+
+def test_noise_that_is_not_white_makes_intervals_wider() -> None:
+    one = made_history("friction", 1)
+    measured = one.question.measured
+    rng = np.random.default_rng(5)
+    # noise in the band of the structure: a moving mean over a tenth of its period
+    slow = np.convolve(rng.standard_normal(measured.rows + 15), np.ones(16) / 4.0, "valid")
+    deviation = NOISE * measured.largest_m
+    noisy = replace(measured, displacement_m=measured.displacement_m + 2.0 * deviation * slow)
+    fitted = fit_history(replace(one.question, measured=noisy))
+    assert fitted.correlated > 1.5
+    assert any("correlated from sample to sample" in sentence for sentence in verdict_of_history(fitted))
+    assert fit_history(one.question).correlated < 1.3
+
+
+def test_what_no_parameters_describe_is_refused_and_says_what_to_do() -> None:
+    one = made_history("hybrid", 0)
+    rng = np.random.default_rng(0)
+    measured = one.question.measured
+    noise = measured.largest_m * rng.uniform(-1.0, 1.0, measured.rows)
+    noise[0] = measured.largest_m
+    with pytest.raises(StudyFaults) as refused:
+        fit_history(replace(one.question, measured=replace(measured, displacement_m=noise)))
+    (fault,) = refused.value.faults
+    assert "No parameters within their ranges describe even the first 0.79 s" in fault.sentence
+    assert "fit steady amplitudes over frequency" in fault.advice
+
+
+def test_parameters_without_effect_are_said_to_be_undetermined() -> None:
+    # so long a cavity that the particle meets no wall
+    one = made_history("particle", 0)
+    free = tuple(
+        replace(each, low=0.1, high=0.2) if each.name == "clearance_m" else each for each in one.question.free
+    )
+    still = replace(one.question, free=free, known={**one.question.known, "damping_ratio": 0.0038})
+    exact = displacement(still, {"clearance_m": 0.15, "restitution": 0.5, free[-1].name: 0.02})
+    noisy = exact + 2e-4 * np.random.default_rng(1).standard_normal(exact.size)
+    fitted = fit_history(replace(still, measured=replace(still.measured, displacement_m=noisy)))
+    assert [each.determined for each in fitted.estimates] == [False, False, True]
+    assert set(RANGES["particle"]) == {each.name for each in fitted.estimates if not each.determined}
+    assert any(
+        "The data say nothing about clearance_m" in sentence for sentence in verdict_of_history(fitted)
+    )

@@ -1,0 +1,1 @@
+"""Parameters of a prototype estimated from a time history."""

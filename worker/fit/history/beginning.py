@@ -1,0 +1,64 @@
+"""A beginning of a time history that its parameters describe and predict."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from damperlab.studies.fit.chi_square import chi_square_limit
+from damperlab.worker.fit.history.spread import Spread
+from damperlab.worker.fit.history.trials import Place, Trials
+
+SURPRISE = 1e-3
+"""Chance with which a longer beginning is passed over though its parameters are right."""
+DEVIATIONS = 3.0
+"""Standard deviations of the difference of two variances up to which they count as one."""
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """A beginning, and what was found of it.
+
+    Parameters
+    ----------
+    rows : int
+        Samples of it.
+    places : list of Place
+        The best parameters over it, the best first.
+    spread : Spread
+        How far they may be off.
+    tried : tuple of Place
+        Places drawn about the best, over the same samples.
+    """
+
+    rows: int
+    places: list[Place]
+    spread: Spread
+    tried: tuple[Place, ...] = ()
+
+    @property
+    def best(self) -> Place:
+        """The best parameters."""
+        return self.places[0]
+
+    def above(self, place: Place, trials: Trials) -> float:
+        """Chi-square of a place over this beginning, less that of the best."""
+        return (place.squares - self.best.squares) / trials.variance(self.best.squares, self.rows)
+
+    def scatters_like(self, place: Place, rows: int, trials: Trials) -> bool:
+        """Whether residuals over a longer beginning are no larger than over this one, as far as chance allows."""
+        count = place.shares.size
+        here, there = (one.squares / (size - count) for one, size in ((self.best, self.rows), (place, rows)))
+        allowed = 1.0 + DEVIATIONS * np.sqrt(2.0 / (self.rows - count) + 2.0 / (rows - count))
+        return bool(there <= allowed * max(here, trials.variance(0.0, rows)))
+
+    def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
+        """Whether parameters of a longer beginning describe this one about as well as its own do.
+
+        In the rugged landscape of late impacts there are places that fit a longer beginning somehow; they fit its first
+        part worse.
+        """
+        over_this = trials.place(place.shares, self.rows)
+        limit = chi_square_limit(SURPRISE, place.shares.size)
+        # where the model is not quite right its own misfit is a measure of what may be
+        unit = max(1.0, self.best.squares / (self.rows * trials.variance(self.best.squares, self.rows)))
+        return self.above(over_this, trials) <= limit * unit and self.scatters_like(place, rows, trials)

@@ -1,0 +1,118 @@
+"""The displacement of a prototype at the samples of a time history, for any parameters."""
+
+from collections.abc import Mapping
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
+from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
+from damperlab.worker.scenes import Scene, contact_name
+from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.excitation.record import make_record_base, start_on
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.scene import Scene as Acting
+from damperlab.worker.solver.scene import make_loaded
+from damperlab.worker.solver.segments import START, V, empty_log
+from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, RECORD_METERS, Meter
+
+Column = NDArray[np.float64]
+
+EVENTS_PER_PERIOD = 200
+"""Of the structure, beyond which a set of parameters is given up: no displacement shows so many."""
+LEAST = 1e-9
+"""Least friction over the largest force, and least mass ratio: a range that begins at 0 is marched by one kernel."""
+NOMINAL_KG = 1.0
+"""Mass of the structure where nothing is given in units of force or mass: displacements do not depend on it."""
+
+
+def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: int | None = None) -> Column:
+    """Compute the displacement at every sample, or at the first of them.
+
+    Parameters
+    ----------
+    question : HistoryQuestion
+        What is known, and the samples.
+    values : mapping of float
+        The parameters that are estimated.
+    rows : int, optional
+        How many samples; all by default.
+
+    Returns
+    -------
+    ndarray, shape (rows,)
+        In m, against the base or not as measured; NaN throughout where the march failed.
+    """
+    measured = question.measured
+    given = question.given(values)
+    structure, damper = built(question, given)
+    rows = question.measured.rows if rows is None else rows
+    base, scale = _shaken(question, structure, rows)
+    friction, particle = friction_of(damper, scale), particle_of(damper, scale)
+    free = make_medium(base, 1.0, None)
+    loaded = None if particle is None else make_loaded(base, particle, None)
+    counts = np.zeros(COUNTS, np.int64)
+    periods = base.windows * base.window / (2.0 * pi)
+    counts[BUDGET] = base.windows + int(EVENTS_PER_PERIOD * (periods + 10.0))
+    begun = start_on(base, friction, particle, given.get(RELEASE, 0.0) / scale.length_m)
+    log = empty_log(int(counts[BUDGET]) + 1000)
+    acting = Acting(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
+    end, outcome = half_cycle(begun, acting, Meter(np.zeros(RECORD_METERS)), log)
+    filled = int(log.cursor[0])
+    if outcome != ARRIVED or filled > log.rows.shape[0]:
+        return np.full(rows, np.nan)
+    # every window begins a segment, and every sample a window
+    starts, v = log.rows[:filled, START], log.rows[:filled, V]
+    pieces = base.windows // (rows - 1)
+    windows = np.arange(0, base.windows, pieces)
+    at = np.searchsorted(starts, windows * base.window - 1e-9 * base.window)
+    found = np.append(v[at], end.v)
+    if not measured.relative:
+        found += base.position[::pieces]
+    return np.asarray(found * scale.length_m)
+
+
+def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Structure, Damper]:
+    """Turn numbers in a study's names into a structure and its damper."""
+    mass = given.get("mass_kg", NOMINAL_KG)
+    structure = Structure(mass, given["natural_frequency_hz"], given.get("damping_ratio", 0.0))
+    if "damping_n_s_per_m" in given:
+        damping = given["damping_n_s_per_m"] / (2.0 * mass * structure.omega)
+        structure = Structure(mass, structure.natural_frequency_hz, damping)
+    free = {each.name for each in question.free}
+    force = given.get("friction_force_n", 0.0)
+    if "friction_force_n" in free:
+        force = max(force, LEAST * mass * structure.omega**2 * question.measured.largest_m)
+    if not question.particle:
+        return structure, Damper(force)
+    particle = given.get("particle_mass_kg", given.get("mass_ratio", 0.0) * mass)
+    if free & {"particle_mass_kg", "mass_ratio"}:
+        particle = max(particle, LEAST * mass)
+    return structure, Damper(
+        force, particle, given.get("clearance_m", 0.0), given.get("restitution", 0.0), question.contact
+    )
+
+
+def scenes_of(question: HistoryQuestion) -> list[Scene]:
+    """Scenes that a fit of a time history needs: one, whatever the ranges."""
+    given = question.given(question.values(np.full(len(question.free), 0.5)))
+    structure, damper = built(question, given)
+    scale = Scale(1.0, structure.omega, structure.mass_kg)
+    return [Scene("record-history", damper.friction_force_n > 0.0, contact_name(particle_of(damper, scale)))]
+
+
+def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple[RecordBase, Scale]:
+    """Cut the base's motion into windows that begin at samples, on the scale of what moves the structure."""
+    measured = question.measured
+    step = structure.omega * measured.step_s
+    if measured.base_m_s2 is None:
+        base = make_record_base(np.zeros(rows), step, structure.damping_ratio)
+        # no acceleration to measure rounding by: the spring's force at the release is as large as one
+        length = measured.largest_m
+        return base._replace(largest=1.0), Scale(length, structure.omega, structure.mass_kg)
+    peak = float(np.abs(measured.base_m_s2).max())
+    base = make_record_base(measured.base_m_s2[:rows] / peak, step, structure.damping_ratio)
+    return base, Scale(peak / structure.omega**2, structure.omega, structure.mass_kg)

@@ -1,0 +1,105 @@
+"""The outcome of a fit of a time history, stated in the question's names and units."""
+
+from statistics import NormalDist
+
+import numpy as np
+
+from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
+from damperlab.studies.fit.fitted import DOUBTED, Estimate
+from damperlab.studies.fit.history.fitted import FittedHistory
+from damperlab.worker.fit.history.beginning import Beginning
+from damperlab.worker.fit.history.march import displacement
+from damperlab.worker.fit.history.spread import Spread
+from damperlab.worker.fit.history.trials import Matrix, Trials
+
+UNKNOWN = 0.25
+"""Standard deviation, as a share of a range, from which data say nothing: that of an even distribution is 0.29."""
+AS_GOOD = 6.0
+"""Difference of chi-square up to which another set of parameters agrees as well."""
+
+
+def stated(trials: Trials, held: Beginning) -> FittedHistory:
+    """Put the best parameters over a beginning, and what they may be off, into an outcome."""
+    question, spread, place = trials.question, held.spread, held.best
+    measured = question.measured
+    covariance = spread.covariance
+    correlated = _correlated(spread, max(1, round(1.0 / (question.frequency_hz * measured.step_s))))
+    widening = _widening(trials, spread)
+    deviation = np.sqrt(np.diag(covariance)) * correlated * widening
+    reach = NormalDist().inv_cdf(0.5 + 0.5 * question.confidence)
+    low, high = (np.clip(place.shares + side * reach * deviation, 0.0, 1.0) for side in (-1.0, 1.0))
+    # a place near an end of a range, of which nothing is known, says nothing either
+    unknown = np.sqrt(np.diag(covariance)) > UNKNOWN
+    low, high = np.where(unknown, 0.0, low), np.where(unknown, 1.0, high)
+    # impacts may leave places apart from the best one that agree as well
+    limit = chi_square_limit(1.0 - question.confidence, 1.0) * widening**2
+    good = np.stack(
+        [each.shares for each in (*held.places, *held.tried) if held.above(each, trials) <= limit]
+    )
+    low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
+    estimates = []
+    for i, each in enumerate(question.free):
+        ends = [float(each.values(share[i])) for share in (place.shares, low, high)]
+        near = np.clip(place.shares[i] + deviation[i] * np.array([-1.0, 1.0]), 0.0, 1.0)
+        slope = np.ptp(each.values(near)) / max(float(np.ptp(near)), 1e-300)
+        estimates.append(
+            Estimate(
+                name=each.name,
+                value=ends[0],
+                low=ends[1],
+                high=ends[2],
+                spread=float(slope * deviation[i]),
+                lowest=each.low,
+                highest=each.high,
+                share_low=float(low[i]),
+                share_high=float(high[i]),
+            )
+        )
+    sizes = np.sqrt(np.diag(covariance))
+    return FittedHistory(
+        question=question,
+        estimates=tuple(estimates),
+        correlation=covariance / np.outer(sizes, sizes),
+        rows=held.rows,
+        model_m=displacement(question, question.values(place.shares)),
+        deviation_m=np.sqrt(trials.variance(place.squares, held.rows)) * trials.unit,
+        evaluations=trials.evaluations,
+        widening=widening,
+        correlated=float(correlated.max()),
+        others=tuple(
+            question.values(each.shares)
+            for each in held.places[1:]
+            if held.above(each, trials) <= AS_GOOD and not _within(each.shares, low, high)
+        ),
+    )
+
+
+def _within(shares: Matrix, low: Matrix, high: Matrix) -> bool:
+    return bool(((low <= shares) & (shares <= high)).all())
+
+
+def _correlated(spread: Spread, period: int) -> Matrix:
+    """By how much each deviation is larger since residuals are correlated from sample to sample (Newey and West 1987).
+
+    Correlations over up to one period of the structure count, or a tenth of the rows; where they would make an interval
+    narrower it stays as it is.
+    """
+    lags = min(period, spread.residual.size // 10)
+    pulls = spread.slopes * spread.residual[:, None]
+    middle = pulls.T @ pulls
+    for lag in range(1, lags + 1):
+        shifted = pulls[lag:].T @ pulls[:-lag]
+        middle += (1.0 - lag / (lags + 1)) * (shifted + shifted.T)
+    covariance = spread.covariance
+    found = np.diag(covariance @ middle @ covariance) / np.diag(covariance)
+    return np.sqrt(np.maximum(found, 1.0))
+
+
+def _widening(trials: Trials, spread: Spread) -> float:
+    """By how much intervals are wider because the model agrees worse than stated deviations allow (Birge 1932)."""
+    freedom = spread.residual.size - spread.centre.size
+    squares = float((spread.residual**2).sum())
+    given = trials.question.measured.deviation_m is not None
+    if not given or chi_square_probability(squares, freedom) > DOUBTED:
+        return 1.0
+    return float(np.sqrt(squares / freedom))
