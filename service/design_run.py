@@ -26,6 +26,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.store.entering import Submission
 from damperlab.studies.store.faults import QuotaReached, StoreFault, StudyNotFound, TooManyUnfinished
+from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
@@ -39,8 +40,6 @@ ROOM_SECONDS = 5.0
 """Between two attempts to enter studies where as many wait or run as may."""
 TRY_AGAIN = 75
 """Exit status where nothing is wrong with the design: the store could not be used just now."""
-DESIGNS = "designs"
-"""Where a study's provenance says for which specification it was computed."""
 
 _log = logging.getLogger("damperlab.designs")
 

@@ -9,6 +9,7 @@ from damperlab.studies.coarse import coarse
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 PREVIEWED_SECONDS = 60.0
 """A study that is expected to take longer on one core has its sub-grid computed first."""
-COARSE_OF = "coarse_of"
-"""Where the provenance of a sub-grid names its study."""
 
 
 class Preview:
@@ -55,7 +54,8 @@ class Preview:
 
     def compute(self, client: "Client") -> None:
         """Compute it at a cluster where the kernels are compiled already."""
-        first = coarse(self._study) if self._record.reuse else None
+        asked_by_somebody = self._record.provenance.keys().isdisjoint(ASKED_BY_PROGRAMS)
+        first = coarse(self._study) if self._record.reuse and asked_by_somebody else None
         if first is None or self._stopping():
             return
         stop = Event()

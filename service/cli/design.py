@@ -12,6 +12,7 @@ from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, say, working
 from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import data_folder, open_store
+from damperlab.studies.store.provenance import DESIGNS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,7 +90,7 @@ class _Evaluation:
 
     def __init__(self, computer: Computer, asked: "Specification") -> None:
         self._computer = computer
-        self._more = {"designs": asked.digest}
+        self._more = {DESIGNS: asked.digest}
 
     def cube(self, study: "AnyStudy") -> "xr.Dataset":
         """Compute a study, unless it is stored, and read its results.

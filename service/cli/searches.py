@@ -133,8 +133,9 @@ class Pursuit:
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
         """Run a follow-up to its end; what is done of it is kept if it stops."""
         from damperlab.service.cli.run import find_or_submit
+        from damperlab.studies.store.provenance import REFINES
 
-        record = find_or_submit(self.computer.store, asked, True, {"refines": parent.id})
+        record = find_or_submit(self.computer.store, asked, True, {REFINES: parent.id})
         if record.state != "done":
             record = self.computer.compute(record)
         if record.state != "done":

@@ -21,6 +21,7 @@ from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Amplitudes, Boundary, FollowUps, Judging, Race, Search, Step
+from damperlab.studies.store.provenance import REFINES
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -122,7 +123,7 @@ def _follow(service: TheService, study: TheStudy, found: Refinement, dry_run: bo
     if not found.studies or dry_run:
         return answered(study, document)
     submitted = [
-        service.store.submit(each, make_plan(each, seconds_per_point), provenance() | {"refines": study.id})
+        service.store.submit(each, make_plan(each, seconds_per_point), provenance() | {REFINES: study.id})
         for each in found.studies
     ]
     service.dispatcher.wake()

@@ -8,6 +8,15 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+COARSE_OF = "coarse_of"
+"""In the provenance of a study's coarse grid: the id of the study."""
+REFINES = "refines"
+"""In that of a follow-up study: the id of the study whose best design is searched for."""
+DESIGNS = "designs"
+"""In that of a study that a design asks for: the digest of the specification."""
+ASKED_BY_PROGRAMS = (COARSE_OF, REFINES, DESIGNS)
+"""Where one of them is, nobody waits for the study's own map."""
+
 _PACKAGES = (
     "numpy",
     "numba",

@@ -12,13 +12,13 @@ from distributed import Client
 from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import make_plan
+from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
 from damperlab.worker import runner
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.preview import COARSE_OF
 from damperlab.worker.progress import Progress
 from damperlab.worker.provenance import provenance
 from damperlab.worker.runner import run_study
@@ -52,7 +52,7 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
 
 def run(store: Store, client: Client, study: Study, reuse: bool = True, **options: Any) -> Record:
     plan = make_plan(study, seconds_per_point)
-    record, _ = store.submit(study, plan, dict(provenance()), reuse=reuse)
+    record, _ = store.submit(study, plan, provenance() | options.pop("facts", {}), reuse=reuse)
     tell = options.pop("tell", lambda now: None)
     stop = options.pop("stop", threading.Event())
     return run_study(store, record.id, lambda: nullcontext(client), tell, stop, **options)
@@ -133,3 +133,12 @@ def test_a_budget_is_for_the_study_alone(store: Store, client: Client) -> None:
     record = run(store, client, large(0.08), budget_seconds=3600.0)
     assert record.state == "done"
     assert [each.id for each in store.page().records] == [record.id]
+
+
+def test_what_a_program_asks_for_has_no_map_that_somebody_waits_for(store: Store, client: Client) -> None:
+    asked = [
+        run(store, client, large(0.09 + 0.01 * place), facts={name: "something"})
+        for place, name in enumerate(ASKED_BY_PROGRAMS)
+    ]
+    assert {each.state for each in asked} == {"done"}
+    assert {each.id for each in store.page().records} == {each.id for each in asked}
