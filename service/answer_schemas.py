@@ -298,25 +298,38 @@ _WORST = _object(
     },
     scale=NUMBER,
 )
-_FITTED = _object(
-    measured=TEXT,
-    confidence=NUMBER,
-    parameters=_by_name(
+_ESTIMATED: dict[str, Schema] = {
+    "measured": TEXT,
+    "confidence": NUMBER,
+    "parameters": _by_name(
         _object(value=NUMBER, low=NUMBER, high=NUMBER, deviation=NUMBER, range=RANGE, determined=FLAG)
     ),
-    correlation=_by_name(_by_name(NUMBER)),
-    cannot_tell_apart=_list(TEXTS),
-    chi_square=NUMBER,
-    degrees_of_freedom=COUNT,
-    probability=NUMBER,
-    widening=NUMBER,
+    "correlation": _by_name(_by_name(NUMBER)),
+    "cannot_tell_apart": _list(TEXTS),
+    "chi_square": NUMBER,
+    "degrees_of_freedom": COUNT,
+    "probability": NUMBER,
+    "widening": NUMBER,
+    "others": _list(_by_name(NUMBER)),
+    "evaluations": COUNT,
+    "words": TEXTS,
+}
+_FITTED = _object(
+    **_ESTIMATED,
     rows=_list(_by_name(NUMBER)),
     outliers=_list(COUNT),
-    others=_list(_by_name(NUMBER)),
-    evaluations=COUNT,
     units=_by_name(TEXT),
     study={"type": "object", "description": "The prototype with its estimated parameters, as a study."},
-    words=TEXTS,
+)
+_FITTED_HISTORY = _object(
+    **_ESTIMATED,
+    stretch_s=NUMBER,
+    rows_counted=COUNT,
+    correlated=NUMBER,
+    time_s=NUMBERS,
+    measured_m=NUMBERS,
+    model_m=NUMBERS,
+    deviation_m=NUMBERS,
 )
 _DESIGN_ANSWER = _object(
     name=TEXT,
@@ -448,7 +461,9 @@ def answer_schemas() -> dict[str, Schema]:
             seconds={"type": "number", "minimum": 0, "description": "Since it was asked for."},
             answer=TEXT | {"description": "Path of the answer."},
         ),
-        "PromisedAnswer": {"anyOf": [of("Simulated"), of("Readiness"), of("Compared"), of("Fitted")]},
+        "PromisedAnswer": {
+            "anyOf": [of("Simulated"), of("Readiness"), of("Compared"), of("Fitted"), of("FittedHistory")]
+        },
         "SimulatedOrReadiness": {"anyOf": [of("Simulated"), of("Readiness")]},
         "GroundMotion": _object(("submitted_by",), **_GROUND_MOTION, submitted_by=TEXT),
         "GroundMotions": _object(records=_list(of("GroundMotion"))),
@@ -486,7 +501,8 @@ def answer_schemas() -> dict[str, Schema]:
             note=TEXT,
         ),
         "Fitted": _FITTED,
-        "FittedOrReadiness": {"anyOf": [of("Fitted"), of("Readiness")]},
+        "FittedHistory": _FITTED_HISTORY,
+        "FittedOrReadiness": {"anyOf": [of("Fitted"), of("FittedHistory"), of("Readiness")]},
         "ComparedOrReadiness": {"anyOf": [of("Compared"), of("Readiness")]},
         "AccuracyReport": {
             "type": "object",

@@ -1,4 +1,4 @@
-"""Parameters of a prototype from its measured frequency response, estimated now."""
+"""Parameters of a prototype from its measured frequency response or time history, estimated now."""
 
 from typing import Annotated
 
@@ -24,7 +24,7 @@ router = APIRouter(prefix="/api/v1", tags=["fits"])
     response_class=Document,
     responses={200: gives("FittedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": FIT_BODY},
-    summary="Estimate parameters from a measured response",
+    summary="Estimate parameters from a measured response or time history",
 )
 async def ask_fit(request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]) -> Response:
     """Answer what `damperlab fit --json` prints; a fit that takes longer than a request may is for the command line."""

@@ -4,9 +4,11 @@ from damperlab.service.designs import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.fit_report import fit_document
+from damperlab.service.history_report import history_document
 from damperlab.service.simulation import Asked, compute
 from damperlab.studies.design.design import designing
 from damperlab.studies.fit.document import read_fit
+from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
@@ -17,6 +19,8 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.fit.estimate import fit_response
+from damperlab.worker.fit.history.estimate import fit_history
+from damperlab.worker.fit.history.march import scenes_of as scenes_of_history
 from damperlab.worker.fit.model import scenes_of
 from damperlab.worker.scenes import Scene
 
@@ -31,14 +35,16 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
     return bytes(Document(answer_comparison(asked, samples)).body)
 
 
-def fit_asked(body: bytes) -> tuple[FitQuestion, list[Scene]]:
+def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
     """Read what is asked of a measurement, and say what it needs compiled."""
     asked = read_fit(load_text(body, "json"))
-    return asked, scenes_of(asked)
+    return asked, scenes_of_history(asked) if isinstance(asked, HistoryQuestion) else scenes_of(asked)
 
 
-def fit_body(asked: FitQuestion) -> bytes:
+def fit_body(asked: FitQuestion | HistoryQuestion) -> bytes:
     """Estimate the parameters of a prototype; the JSON of the answer."""
+    if isinstance(asked, HistoryQuestion):
+        return bytes(Document(history_document(fit_history(asked))).body)
     return bytes(Document(fit_document(fit_response(asked))).body)
 
 

@@ -6,9 +6,13 @@ from typing import Any
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.fit.asking import make_question
+from damperlab.studies.fit.history.asking import make_history_question
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.lines import MOST_BYTES
-from damperlab.studies.fit.measured import Measurement, parse_measurement
+from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
+from damperlab.studies.fit.table import parse_table
 from damperlab.studies.quantity import Quantity, read_count
 
 KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed")
@@ -19,7 +23,7 @@ DEVIATION = Quantity(
 CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for 95 %")
 
 
-def read_fit(document: object) -> FitQuestion:
+def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     """Read what is asked of a measurement, with every fault at once.
 
     Parameters
@@ -57,6 +61,10 @@ def read_fit(document: object) -> FitQuestion:
             faults += error.faults
     if faults or measured is None:
         raise StudyFaults(faults)
+    if isinstance(measured, History):
+        return make_history_question(
+            measured, structure, ranges, share=numbers["deviation"], confidence=numbers["confidence"]
+        )
     return make_question(
         measured,
         structure,
@@ -67,7 +75,7 @@ def read_fit(document: object) -> FitQuestion:
     )
 
 
-def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement | None:
+def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement | History | None:
     name = document.get("name", "measurement")
     if not (isinstance(name, str) and 0 < len(name) <= MAX_NAME and name.isprintable()):
         allowed = f"a text of 1 to {MAX_NAME} printable characters"
@@ -79,7 +87,7 @@ def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement |
         faults.append(Fault("measured", found, "the text of a table", advice))
         return None
     try:
-        return parse_measurement(text, str(name))
+        return parse_table(text, str(name))
     except StudyFaults as error:
         faults += error.faults
         return None

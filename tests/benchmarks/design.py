@@ -1,5 +1,7 @@
 """Designs beside brute force: ``python -m tests.benchmarks.design [SPECIFICATIONS]`` prints a line for each.
 
+``python -m tests.benchmarks.design builds SEED [LIMIT]`` holds the stated probability alone against 1,000 builds.
+
 Each specification is a seeded draw of a structure, a band and ranges of clearance and friction force. Brute force is a
 grid of 21 × 21 dampers at 121 frequencies, computed by the solver, and 9 × 9 dampers closer together about its best and
 about the recommended one; what may be the least is computed at 961 frequencies, since 121 miss the top of a peak. What
@@ -146,10 +148,10 @@ def _about(document: dict[str, Any], clearance_m: float, force_n: float) -> floa
     return least(document, clearances, forces, peaks(document, clearances, forces, 2 * FREQUENCIES - 1))[0]
 
 
-def _probability(document: dict[str, Any], found: Found, builds: int) -> dict[str, Any]:
-    """Hold the stated interval against the share of many builds that keep a limit."""
+def _probability(document: dict[str, Any], found: Found, builds: int, over: float = LIMIT) -> dict[str, Any]:
+    """Hold the stated interval against the share of many builds that keep a limit, so many times the response found."""
     limited = document | {
-        "limits": {"displacement_m": LIMIT * found.nominal.value},
+        "limits": {"displacement_m": over * found.nominal.value},
         "tolerances": {name: f"{100 * share:g}%" for name, share in TOLERANCES.items()},
     }
     answer, _ = pursued(limited, BUDGET)
@@ -169,6 +171,12 @@ def _probability(document: dict[str, Any], found: Found, builds: int) -> dict[st
 
 def main() -> None:
     """Print the rows."""
+    if sys.argv[1:2] == ["builds"]:
+        document = drawn(int(sys.argv[2]))
+        found, _ = pursued(document, BUDGET)
+        over = float(sys.argv[3]) if len(sys.argv) > 3 else LIMIT
+        print(_probability(document, found, BUILDS, over))
+        return
     for seed in range(int(sys.argv[1]) if len(sys.argv) > 1 else 5):
         row = compare(seed)
         print("; ".join(f"{name} {_spelled(value)}" for name, value in row.items()), flush=True)

@@ -88,3 +88,34 @@ def test_every_fault_is_named(
     answer = client.post(FITS, json=asked(table, **changes))
     assert answer.status_code == 422
     assert fields <= {fault["field"] for fault in answer.json()["errors"]}
+
+
+def test_a_time_history_is_fitted_and_one_without_a_predictable_stretch_is_refused(
+    client: httpx.Client,
+) -> None:
+    noise = np.random.default_rng(1).standard_normal(200)
+    time = 0.02 * np.arange(200)
+    own = 2 * np.pi * 2.5 * np.sqrt(1 - ZETA**2)
+    swing = np.exp(-ZETA * 2 * np.pi * 2.5 * time)
+    moved = 20 * swing * (np.cos(own * time) + ZETA / np.sqrt(1 - ZETA**2) * np.sin(own * time))
+    structure = {
+        "particle": False,
+        "physical": {"natural_frequency_hz": 2.5, "friction_force_n": 0, "mass_kg": 1},
+    }
+
+    def history(values: np.ndarray) -> str:
+        return "\n".join(
+            ["time (s), x (mm)", *(f"{t:.2f}, {x:.5f}" for t, x in zip(time, values, strict=True))]
+        )
+
+    answer = client.post(FITS, json=asked(history(moved + 0.1 * noise), structure=structure, deviation=0.005))
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    damping = found["parameters"]["damping_ratio"]
+    assert abs(damping["value"] - ZETA) < damping["high"] - damping["low"] < 0.1 * ZETA
+    assert found["rows_counted"] == 200
+    wild = noise.copy()
+    wild[0] = 1.2 * np.abs(noise).max()
+    answer = client.post(FITS, json=asked(history(wild), structure=structure, deviation=0.005))
+    assert answer.status_code == 422
+    assert "No parameters within their ranges describe even the first" in answer.text
