@@ -1,14 +1,17 @@
 """How numba compiles a kernel: everything that it calls is linked into it once, optimised once and emitted once.
 
-Left to itself numba optimises and emits every function with all that it calls, again at each level of calls: of a kernel that
-calls two hundred functions most of that work is thrown away, and a function stands in many libraries, each optimised
-differently, of which the loader picks one. Here a function that is called by another kernel stays LLVM IR (`Part`); only what
-Python calls becomes machine code (`Whole`), from one private copy of each of its parts. So its bits depend on the sources
-and the target alone, not on what else a process has compiled or loaded.
+numba alone optimises and emits each function together with all functions that it calls, and does so for each of its callers
+again. A kernel calls some two hundred functions, so most of that work is thrown away. Besides, the same function is then
+in many libraries, optimised differently in each, and the loader picks one of them.
 
-Besides, fields that are None are dropped where a function is handed whole scenes (`_Decided`), and what is rounded once
-is said by the source (`_FromTyped`). Built from numba's documented `pipeline_class`, by subclasses; nothing of numba is
-patched.
+Here a function that other kernels call stays LLVM IR (`Part`). Only what Python calls becomes machine code (`Whole`), from one
+private copy of each part. So the bits of a result depend on the sources and the target alone, not on what else the process
+has compiled or loaded.
+
+Two more things differ from numba. A branch on a field that is None is dropped, so that a function can be handed a whole scene
+(`_FoldTypeTests`). And a product and a sum are rounded once where the source has them in one expression (`_FromTyped`).
+
+All of this is done by subclasses, for numba's documented `pipeline_class`; nothing of numba is patched.
 """
 
 import gc
@@ -223,7 +226,7 @@ class _LowerPart(_Lowering):
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
-class _Decided(FunctionPass):  # type: ignore[misc]
+class _FoldTypeTests(FunctionPass):  # type: ignore[misc]
     """Answer what the types of the arguments decide, so that the branches not taken are dropped before types are inferred.
 
     numba drops a branch on `x is None` where x is an argument. Here the same holds for the fields of its named tuples, at any
@@ -231,7 +234,7 @@ class _Decided(FunctionPass):  # type: ignore[misc]
     scenes, and holds nothing of what its scene lacks.
     """
 
-    _name = "damperlab_decided"
+    _name = "damperlab_fold_type_tests"
 
     def __init__(self) -> None:
         super().__init__()
@@ -337,11 +340,11 @@ class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
             untyped_passes.TranslateByteCode,
             untyped_passes.FixupArgs,
             untyped_passes.IRProcessing,
-            _Decided,
+            _FoldTypeTests,
             untyped_passes.DeadBranchPrune,
             untyped_passes.GenericRewrites,
             untyped_passes.ReconstructSSA,
-            _Decided,
+            _FoldTypeTests,
             untyped_passes.DeadBranchPrune,
             typed_passes.NopythonTypeInference,
             typed_passes.PreLowerStripPhis,

@@ -93,8 +93,8 @@ def _kernel(function: F, **options: Any) -> F:
 def kernel(function: F) -> F:
     """Compile on first call, keep on disk, release the GIL.
 
-    Nothing of fastmath: sums are never re-ordered, and a product and a sum are rounded once where both stand in one
-    expression (`compiler`), so a point has the same bits in whatever block, process and order it is computed. Division by
+    numba's `fastmath` is off: sums are never re-ordered. A product and a sum are rounded once where both stand in one
+    expression (`compiler`). So a point has the same bits in whatever block, process and order it is computed. Division by
     zero gives inf and NaN as in C, because a numerical failure is data, not an exception.
     """
     return _kernel(function)

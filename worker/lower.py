@@ -9,7 +9,7 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS
-from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.state import Particle, Wall
 from damperlab.worker.steady.response import INTEGRATED
 

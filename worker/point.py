@@ -13,7 +13,7 @@ from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.segments import empty_log
+from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,

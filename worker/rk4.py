@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.physics.contact import wall_force
+from damperlab.worker.physics.compliant_wall import wall_force
 from damperlab.worker.physics.impact import rebound
 from damperlab.worker.solver.state import IMPACTS, TURNS
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
-from damperlab.worker.solver.scene import make_scene, point_scene
+from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.scene import make_scene, scene_on_addresses
 from damperlab.worker.solver.state import (
     ARRIVED,
     ATTACHMENTS,
@@ -64,13 +64,13 @@ SCENES = {
 def _march(state, scene, meter, cycles):  # type: ignore[no-untyped-def]
     """Whole cycles; the peaks of each are set back, as the search for the steady response does."""
     total = 0.0
-    at, sums = point_scene(scene), point_meter(meter)
+    at, sums = scene_on_addresses(scene), meter_on_addresses(meter)
     for _ in range(cycles):
         if meter is not None:
             sums.sums[PEAK] = 0.0
             sums.sums[RELATIVE_PEAK] = 0.0
         for _ in range(2):
-            state, outcome = pointed_half_cycle(state, at, sums, None)
+            state, outcome = half_cycle_on_addresses(state, at, sums, None)
             if outcome != ARRIVED:
                 return state, outcome, total
         if meter is not None:

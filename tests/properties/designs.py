@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.point import Design
 from damperlab.worker.solver.state import Particle, Wall
 

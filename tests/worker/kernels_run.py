@@ -9,7 +9,7 @@ import numpy as np
 
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.segments import empty_log
+from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import BUDGET, METERS, Meter, Particle, Wall
 from damperlab.worker.steady.start import at_rest
 

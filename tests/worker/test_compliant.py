@@ -14,7 +14,12 @@ from damperlab.studies.plan import Block
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.physics.contact import calibrate, contact_time_of_stiffness, wall_constants, wall_force
+from damperlab.worker.physics.compliant_wall import (
+    calibrate,
+    contact_time_of_stiffness,
+    wall_constants,
+    wall_force,
+)
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import Particle, Wall

@@ -15,7 +15,7 @@ from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.coordinates import coordinates, state_at
-from damperlab.worker.steady.newton import around
+from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.response import Response
 
 PLAIN_CYCLES = 4000
@@ -149,7 +149,7 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
         assert outcome == ARRIVED
     log = empty_transitions(1000)
     jacobian = np.zeros((4, 4))
-    around(state, 1, scene, log, jacobian)
+    march_with_jacobian(state, 1, scene, log, jacobian)
     rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
     let_go = (rows[:, BEFORE + RIDING] > 0.0) & (rows[:, AFTER + RIDING] == 0.0)
     assert (let_go & (rows[:, EVENT] == TURN)).any()

@@ -9,7 +9,7 @@ from tests.oracles import compliant_wall, dwelling
 from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
 from damperlab.worker.steady.coordinates import coordinates, state_at

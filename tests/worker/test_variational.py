@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from tests.worker.designs_drawn import Point, drawn_points
 
-from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import (

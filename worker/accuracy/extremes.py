@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from damperlab.worker.accuracy.march import march_from_rest
-from damperlab.worker.physics.contact import contact_time_of_stiffness, wall_constants
+from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.state import ATTACHMENTS, Particle, Wall

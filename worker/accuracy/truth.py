@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.physics.contact import wall_constants
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
+from damperlab.worker.steady.recurrence import LONGEST
 from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.section import LONGEST
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.statistics import mean_and_error

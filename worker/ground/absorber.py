@@ -16,7 +16,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record import make_record_base
+from damperlab.worker.solver.excitation.record_base import make_record_base
 from damperlab.worker.solver.motion.propagator import GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.motion.taylor import TERMS
 

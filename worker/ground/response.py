@@ -12,12 +12,12 @@ from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record import make_record_base, start_on
+from damperlab.worker.solver.excitation.record_base import make_record_base, start_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene, make_loaded
-from damperlab.worker.solver.segments import (
+from damperlab.worker.solver.segment_log import (
     APPROACH,
     COLUMNS,
     GAP,

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.solver.excitation.base import expand_base, phase_of_sine
-from damperlab.worker.solver.motion.contact import DEPTH, RELATIVE, Pressed, combine_rows
+from damperlab.worker.solver.motion.contact_motion import DEPTH, RELATIVE, Pressed, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stick, value
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.segments import (
+from damperlab.worker.solver.segment_log import (
     APPROACH,
     DURATION,
     EVENT,

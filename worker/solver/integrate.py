@@ -5,9 +5,11 @@ What a scene lacks is None, and the compiler drops it: without `friction` there 
 history.
 """
 
+from typing import Any
+
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.budget import spend
-from damperlab.worker.solver.contact.compliant.phase import through_wall
+from damperlab.worker.solver.contact.compliant.in_wall import through_wall
 from damperlab.worker.solver.contact.reset import after_event
 from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
@@ -23,10 +25,10 @@ from damperlab.worker.solver.excitation.base import (
 )
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
-from damperlab.worker.solver.observe.observables import measure, measured_at_ends
+from damperlab.worker.solver.observe.measure import measure, try_measure_at_ends
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
-from damperlab.worker.solver.scene import Curves, Scene, curves_of, point_scene
-from damperlab.worker.solver.segments import Log
+from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
+from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import (
     ARRIVED,
     NOTHING,
@@ -35,7 +37,7 @@ from damperlab.worker.solver.state import (
     State,
     advanced,
 )
-from damperlab.worker.solver.transitions import Transitions, point_log, record_segment, record_transition
+from damperlab.worker.solver.transitions import Transitions, log_on_addresses, note_segment, note_transition
 
 
 @kernel
@@ -62,11 +64,13 @@ def half_cycle(
     outcome : int
         Of `state.Outcome`.
     """
-    return pointed_half_cycle(state, point_scene(scene), point_meter(meter), point_log(log))
+    return half_cycle_on_addresses(
+        state, scene_on_addresses(scene), meter_on_addresses(meter), log_on_addresses(log)
+    )
 
 
 @kernel
-def pointed_half_cycle(
+def half_cycle_on_addresses(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
     """`half_cycle` where scene, meter and log hold addresses already: for callers that loop, which take the addresses once."""
@@ -84,14 +88,14 @@ def pointed_half_cycle(
                         break
             segment, is_free = _propagate(state, span, scene)
             if is_free and span.whole and not isinstance(log, Log):  # most windows
-                if measured_at_ends(meter, segment, scene):
+                if try_measure_at_ends(meter, segment, scene):
                     state = segment.end
                     since += segment.time
                     break
             _expand(segment, scene, meter, curves)
             segment, kind = _to_event(segment, is_free, span.whole, scene, meter, curves)
             measure(meter, segment, span.whole and kind == NOTHING, scene, curves)
-            record_segment(log, state, (k + 1) * base.window - span.left, segment.time, kind)
+            note_segment(log, state, (k + 1) * base.window - span.left, segment.time, kind)
             state = segment.end
             since += segment.time
             if kind == NOTHING:
@@ -102,16 +106,16 @@ def pointed_half_cycle(
                 return state, outcome
             span = Span(segment.phase_end, span.end, span.left - segment.time, False)
             state = after_event(segment.end, kind, span.phase, scene, meter)
-            record_transition(log, since, kind, segment.end, state, span.phase)
+            note_transition(log, since, kind, segment.end, state, span.phase)
             since = 0.0
             if span.left <= 0.0:
                 break
-    record_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
+    note_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
     return handed_on(base, state), ARRIVED
 
 
 @inlined
-def point_meter(meter: Meter | None) -> Meter | None:
+def meter_on_addresses(meter: Any) -> Any:
     """The same meter with an address for its sums; the array must outlive it."""
     if meter is None:
         return None

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.excitation.base import drive_of, point_at
+from damperlab.worker.solver.excitation.base import base_on_addresses, drive_of
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.contact import make_contact, point_contact
-from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, point_medium
+from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
+from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, medium_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.state import COUNTS, Particle
 
@@ -109,20 +109,20 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
 
 
 @inlined
-def point_scene(scene: Scene) -> Scene:
+def scene_on_addresses(scene: Scene) -> Scene:
     """The same scene with addresses for arrays; the arrays must outlive it."""
     # all of them: one array left among the addresses would be counted, with locked instructions, at every event
     work, counts = address(scene.work, 0), address(scene.counts, 0)
-    base = point_at(scene.base)
-    free = point_medium(scene.free)
+    base = base_on_addresses(scene.base)
+    free = medium_on_addresses(scene.free)
     if scene.particle is None:
         return Scene(base, free, None, scene.friction, None, work, counts)
-    loaded = _point_loaded(scene.loaded, scene.particle)
+    loaded = _loaded_on_addresses(scene.loaded, scene.particle)
     return Scene(base, free, loaded, scene.friction, scene.particle, work, counts)
 
 
 @inlined
-def _point_loaded(loaded: Any, particle: Particle) -> Any:
+def _loaded_on_addresses(loaded: Any, particle: Particle) -> Any:
     if particle.wall is None:
-        return point_medium(loaded)
-    return point_contact(loaded)
+        return medium_on_addresses(loaded)
+    return contact_on_addresses(loaded)

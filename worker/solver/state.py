@@ -11,7 +11,7 @@ from damperlab.worker.jit import inlined
 
 
 class Wall(NamedTuple):
-    """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.contact`).
+    """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.compliant_wall`).
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import Phase
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.segments import Log, record
+from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.state import State
 
 SPAN, EVENT, PUSH, BASE_RATE, V = range(5)
@@ -53,7 +53,7 @@ def empty_transitions(capacity: int) -> Transitions:
 
 
 @inlined
-def point_log(log: Any) -> Any:
+def log_on_addresses(log: Any) -> Any:
     """The same log with addresses for the arrays of `Transitions`; the arrays must outlive it."""
     if isinstance(log, Transitions):
         return Transitions(address(log.rows, 0), address(log.cursor, 0), log.capacity)
@@ -61,16 +61,16 @@ def point_log(log: Any) -> Any:
 
 
 @inlined
-def record_segment(
+def note_segment(
     log: Log | Transitions | None, state: State, start: float, duration: float, event: int
 ) -> None:
     """Append a segment to a `Log`; nothing where there is none."""
     if isinstance(log, Log):
-        record(log, state, start, duration, event)
+        append_segment(log, state, start, duration, event)
 
 
 @inlined
-def record_transition(
+def note_transition(
     log: Log | Transitions | None, span: float, event: int, before: State, after: State, phase: Phase
 ) -> None:
     """Append a transition to `Transitions`; nothing where there are none."""

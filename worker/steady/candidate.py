@@ -11,30 +11,36 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix
-from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
-from damperlab.worker.solver.scene import point_scene
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter
+from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
-from damperlab.worker.steady.orbit import Orbit, newton_orbit
-from damperlab.worker.steady.run import begin_beside
-from damperlab.worker.steady.section import LONGEST, RING, near_period
+from damperlab.worker.steady.orbit import Look, Orbit, newton_orbit, no_orbit
+from damperlab.worker.steady.recurrence import LONGEST, RING, near_period
+from damperlab.worker.steady.run import Notes, begin_probe
 from damperlab.worker.steady.variational import SIZE
 
 Array = NDArray[np.float64]
 
 _NEWTON_STEPS = 4  # that Newton's method takes at the least
-_ATTRACTS = 1.0 - 1e-9  # largest multiplier of an orbit that attracts
+_ATTRACTS = (
+    1.0 - 1e-9
+)  # largest multiplier of an orbit that attracts: the rest is rounding of a multiplier of one
 _REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
 _FAR_REACH = 0.5  # and over which one may lie beside the run
-# Share of the first distance to an orbit to which the run has to come; and if it has followed the linearisation for long.
+# To confirm a candidate the run has to come to this share of its first distance from it; to that one where it has followed
+# the linearisation for `_LONG` half cycles, in which a run that only passes by would have left.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
-_LONG = 256  # half cycles
-_AT_THE_ORBIT = 1e-8  # relative distance that is as good
-_NEARER = 0.7  # of its first distance: a run that comes so much nearer to an orbit, as predicted, tends to it
-_ARRIVED_SHARE = 1e-4  # so near that no prediction is needed
+_LONG = 256
+_AT_THE_ORBIT = 1e-8  # relative distance from an orbit at which the run has come to it, whatever the share
+# One stretch of the run, against what the linearisation says of it.
+_OFF_PREDICTION = 0.25  # of the distance left: a run that is off by more leaves the orbit
+_NEARER = 0.7  # of the distance before: a run that comes so much nearer approaches the orbit
+_NO_PREDICTION = 1e-4  # of the distance before: so near that no prediction is needed
+_ROUNDING = 1e-10  # relative distance below which a run on the orbit is moved by rounding alone
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
 """What a run does about an orbit."""
@@ -61,23 +67,38 @@ class Candidate(NamedTuple):
 
 
 @kernel
-def no_candidate(state):
+def no_candidate(state: State) -> Candidate:
     """That no orbit waits."""
-    return Candidate(Orbit(state, 0, inf), 0, 0, 1.0)
+    return Candidate(no_orbit(state), 0, 0, 1.0)
 
 
 @kernel
-def stable_orbit_nearby(state, look, spare, scene, probe, particle, notes):
-    """A stable orbit within reach of the run, noted for its confirmation; whether the run can but tend to it; half cycles.
+def stable_orbit_nearby(
+    state: State, look: Look, spare: float, scene: Scene, probe: Scene, notes: Notes
+) -> tuple[Candidate, bool, int]:
+    """A stable orbit within reach of the run.
 
-    Newton is not begun where it would take more half cycles than there are to `spare`.
+    Parameters
+    ----------
+    spare : float
+        Half cycles that it may take: Newton is not begun where it would take more.
+
+    Returns
+    -------
+    candidate : Candidate
+        Noted for its confirmation; of lag 0 where there is none.
+    confirmed : bool
+        Whether it needs no confirmation, since the run can but tend to it.
+    halves : int
+        Half cycles that it took.
     """
+    particle = scene.particle
     nothing = no_candidate(state)
     lag = near_period(notes.apart, min(LONGEST, look.half // 2), look.scale)
     if lag == 0 or _NEWTON_STEPS * lag > spare:
         return nothing, False, 0
     reach = inf if particle is None else 2.0 * _REACH * look.scale
-    orbit, found, halves = newton_orbit(state, lag, reach, look, scene, probe, particle, notes)
+    orbit, found, halves = newton_orbit(state, lag, reach, look, scene, probe, notes)
     if not found or not spectral_radius(notes.monodromy, look.size) < _ATTRACTS:
         return nothing, False, halves
     point = notes.ring[look.half % RING]
@@ -88,47 +109,54 @@ def stable_orbit_nearby(state, look, spare, scene, probe, particle, notes):
             if abs(notes.departure[i]) > _REACH * look.scale:
                 return nothing, False, halves
     copy_matrix(notes.monodromy, notes.jacobian)
-    certain = _attracts_all(orbit, point, scene, probe, particle, notes)
-    return Candidate(orbit, look.half, look.half, 1.0), certain, halves
+    confirmed = _attracts_all(orbit, point, scene, probe, notes)
+    return Candidate(orbit, look.half, look.half, 1.0), confirmed, halves
 
 
 @kernel
-def is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes):
-    """Whether Newton, from where the run is, leads to a stable orbit of this lag; and the half cycles that it took.
+def is_beside_stable_orbit(
+    state: State, lag: int, look: Look, scene: Scene, probe: Scene, notes: Notes
+) -> bool:
+    """Whether Newton, from where the run is, leads to a stable orbit of this lag.
 
     A run that does not repeat while such an orbit exists may be a transient that ends there.
     """
     reach = _FAR_REACH * look.scale
-    _, found, halves = newton_orbit(state, lag, reach, look, scene, probe, particle, notes)
-    return found and spectral_radius(notes.monodromy, look.size) < _ATTRACTS, halves
+    _, found, _ = newton_orbit(state, lag, reach, look, scene, probe, notes)
+    attracts: bool = spectral_radius(notes.monodromy, look.size) < _ATTRACTS
+    return found and attracts
 
 
 @kernel
-def _attracts_all(orbit, point, scene, probe, particle, notes):
+def _attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: Notes) -> bool:
     """Whether the run can but tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never grows. So
     a stable periodic one attracts them all, unless the mass may still come to a wall on its way.
     """
+    particle = scene.particle
     if particle is not None:
         if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
             return False
-        begin_beside(probe, scene, 2)
+        begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
         meter = Meter(np.zeros(METERS), notes.meter.energies)
-        at, sums = point_scene(probe), point_meter(meter)
+        at, sums = scene_on_addresses(probe), meter_on_addresses(meter)
         state = orbit.state
         for _ in range(2):
-            state, outcome = pointed_half_cycle(state, at, sums, None)
+            state, outcome = half_cycle_on_addresses(state, at, sums, None)
             if outcome != ARRIVED:
                 return False
-        return meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio
+        clear: bool = meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio
+        return clear
     return True
 
 
 @kernel
-def closing_in(candidate, look, scene, probe, particle, notes):
-    """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether the run tends to it.
+def closing_in(
+    candidate: Candidate, look: Look, scene: Scene, probe: Scene, notes: Notes
+) -> tuple[Candidate, bool]:
+    """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether it is confirmed.
 
     The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
     to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
@@ -146,8 +174,8 @@ def closing_in(candidate, look, scene, probe, particle, notes):
     if verdict != APPROACHES:
         return candidate, False
     if scene.counts[IMPACTS] == 0:
-        certain = _attracts_all(orbit, point, scene, probe, particle, notes)
-        return (candidate, True) if certain else (nothing, False)
+        confirmed = _attracts_all(orbit, point, scene, probe, notes)
+        return (candidate, True) if confirmed else (nothing, False)
     first = 0.0
     now = 0.0
     for i in range(look.size):
@@ -156,8 +184,8 @@ def closing_in(candidate, look, scene, probe, particle, notes):
         now += notes.departure[i] ** 2
     share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
     enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
-    arrives = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
-    return Candidate(orbit, candidate.met, at, share), arrives
+    confirmed = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
+    return Candidate(orbit, candidate.met, at, share), confirmed
 
 
 @kernel
@@ -207,8 +235,8 @@ def _follows(
         off += (gone - predicted[i]) ** 2
     now = sqrt(now)
     first = norm(departure, size)
-    if now <= _ARRIVED_SHARE * first:
+    if now <= _NO_PREDICTION * first:
         return APPROACHES
-    if sqrt(off) > 0.25 * now + 1e-10 * scale:
+    if sqrt(off) > _OFF_PREDICTION * now + _ROUNDING * scale:
         return LEAVES
-    return APPROACHES if now <= _NEARER * first or now <= 1e-10 * scale else FOLLOWS
+    return APPROACHES if now <= _NEARER * first or now <= _ROUNDING * scale else FOLLOWS

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.motion.contact import (
+from damperlab.worker.solver.motion.contact_motion import (
     DEPTH,
     RELATIVE,
     Contact,
     combine_rows,
-    point_contact,
+    contact_on_addresses,
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import slope, value
@@ -37,7 +37,7 @@ def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z:
     """
     if wall is None:
         return
-    contact = point_contact(arrays)
+    contact = contact_on_addresses(arrays)
     motion = contact.held if held else contact.slipping
     buffers = contact.buffers
     start, relative, depth = buffers.start, buffers.relative, buffers.depth

@@ -120,7 +120,7 @@ def active_size(state: State, particle: Particle | None, counts: NDArray[np.int6
 
 
 @inlined
-def same_regime(one: State, other: State, particle: Particle | None) -> bool:
+def are_comparable(one: State, other: State, particle: Particle | None) -> bool:
     """Whether the coordinates of two states mean the same."""
     same = one.riding == other.riding and one.slip == other.slip
     if particle is not None:

@@ -1,7 +1,7 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.physics.contact import spring_energy
+from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.impact import kept_energy
 from damperlab.worker.solver.state import (
     FRICTION_LOSS,

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.integrate import pointed_half_cycle
-from damperlab.worker.solver.scene import Scene, point_scene
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
+from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, State
-from damperlab.worker.solver.transitions import Transitions, point_log
+from damperlab.worker.solver.transitions import Transitions, log_on_addresses
 from damperlab.worker.steady.variational import SIZE, propagate
 
 _BATCHES = 16
@@ -23,7 +23,7 @@ HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
 @kernel
 def is_chaotic(
     state: State,
-    most: int,
+    longest: int,
     scene: Scene,
     log_: Transitions,
     size: int,
@@ -34,7 +34,7 @@ def is_chaotic(
     ----------
     state : State
         On the attractor.
-    most : int
+    longest : int
         Excitation cycles over which the growth is averaged, at most; one sixteenth more go before, to turn the vector.
 
     Notes
@@ -50,12 +50,12 @@ def is_chaotic(
         tangent[3, 0] = 0.7
     growth = np.empty(HALVES_FOLLOWED)  # in each half cycle
     known = 0
-    at, rows = point_scene(scene), point_log(log_)
+    at, rows = scene_on_addresses(scene), log_on_addresses(log_)
     for cycles, least in _RUNGS:
-        length = max(min(cycles, most) // _BATCHES, 1)
+        length = max(min(cycles, longest) // _BATCHES, 1)
         while known < 2 * length * (_BATCHES + 1):
             rows.cursor[0] = 0
-            state, outcome = pointed_half_cycle(state, at, None, rows)
+            state, outcome = half_cycle_on_addresses(state, at, None, rows)
             if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
                 return False
             propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, tangent)

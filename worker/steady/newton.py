@@ -6,11 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.integrate import pointed_half_cycle
-from damperlab.worker.solver.scene import Scene, point_scene
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
+from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, Particle, State
-from damperlab.worker.solver.transitions import Transitions, point_log
-from damperlab.worker.steady.coordinates import active_size, coordinates, has_contact, same_regime, state_at
+from damperlab.worker.solver.transitions import Transitions, log_on_addresses
+from damperlab.worker.steady.coordinates import (
+    active_size,
+    are_comparable,
+    coordinates,
+    has_contact,
+    state_at,
+)
 from damperlab.worker.steady.variational import SIZE, propagate
 
 Array = NDArray[np.float64]
@@ -21,7 +27,7 @@ _SINGULAR = 1e-11  # pivot below which the orbit is not isolated
 
 
 @kernel
-def around(
+def march_with_jacobian(
     state: State,
     lag: int,
     scene: Scene,
@@ -39,10 +45,10 @@ def around(
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
-    at, rows = point_scene(scene), point_log(log)
+    at, rows = scene_on_addresses(scene), log_on_addresses(log)
     for _ in range(lag):
         rows.cursor[0] = 0
-        state, outcome = pointed_half_cycle(state, at, None, rows)
+        state, outcome = half_cycle_on_addresses(state, at, None, rows)
         if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
             return state, False
         propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, monodromy)
@@ -148,27 +154,28 @@ def find_orbit(
     friction, particle = scene.friction, scene.particle
     size = active_size(state, particle, scene.counts)
     point = np.empty(SIZE)
-    end = np.empty(SIZE)
+    residual = np.empty(SIZE)
     step = np.zeros(SIZE)
     coordinates(state, particle, point)
     here = state
     halves = 0
-    previous = inf
+    previous_length = inf
     for _ in range(_ITERATIONS):
-        there, complete = around(here, lag, scene, log, monodromy)
+        there, complete = march_with_jacobian(here, lag, scene, log, monodromy)
         halves += lag
-        if not complete or not same_regime(there, here, particle):
+        if not complete or not are_comparable(there, here, particle):
             return state, inf, halves
-        coordinates(there, particle, end)
+        coordinates(there, particle, residual)
         for i in range(SIZE):
-            end[i] -= point[i]
-        if not _newton_step(monodromy, end, here, size, friction, particle, step):
+            residual[i] -= point[i]
+        if not _newton_step(monodromy, residual, here, size, friction, particle, step):
             return state, inf, halves
-        distance = norm(step, size)
-        if norm(end, size) <= _CLOSED * scale and (distance <= _CLOSED * scale or distance > 0.5 * previous):
-            return here, distance, halves  # no step makes it better
-        previous = distance
-        if not distance <= reach:
+        step_length = norm(step, size)
+        is_closed = norm(residual, size) <= _CLOSED * scale
+        if is_closed and (step_length <= _CLOSED * scale or step_length > 0.5 * previous_length):
+            return here, step_length, halves  # no step makes it better
+        previous_length = step_length
+        if not step_length <= reach:
             return state, inf, halves
         for i in range(size):
             point[i] += step[i]

@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.eigenvalues import spectral_radius
-from damperlab.worker.steady.newton import around, find_orbit
-from damperlab.worker.steady.run import begin_beside
-from damperlab.worker.steady.section import RING, settled_period, stays_closed
+from damperlab.worker.steady.newton import find_orbit, march_with_jacobian
+from damperlab.worker.steady.recurrence import RING, settled_period, stays_closed
+from damperlab.worker.steady.run import Notes, begin_probe
+from damperlab.worker.steady.stopping import Settings
 from damperlab.worker.steady.variational import SIZE
 
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
@@ -55,21 +57,40 @@ class Look(NamedTuple):
 
 
 @kernel
-def repels(monodromy, size):
+def no_orbit(state: State) -> Orbit:
+    """That there is none."""
+    return Orbit(state, 0, inf)
+
+
+@kernel
+def repels(monodromy: NDArray[np.float64], size: int) -> bool:
     """Whether an orbit with this Jacobian drives away what is near it."""
     return spectral_radius(monodromy, size) > 1.0 + _REPELS
 
 
 @kernel
-def newton_orbit(state, lag, reach, look, scene, probe, particle, notes):
-    """Periodic orbit by Newton from a state of the run, its error infinite where there is none; its Jacobian in the notes."""
-    begin_beside(probe, scene, 12 * lag)
+def newton_orbit(
+    state: State, lag: int, reach: float, look: Look, scene: Scene, probe: Scene, notes: Notes
+) -> tuple[Orbit, bool, int]:
+    """Periodic orbit by Newton from a state of the run, no farther off than `reach`.
+
+    Returns
+    -------
+    orbit : Orbit
+        Its error is infinite where there is none; its Jacobian is in the notes.
+    found : bool
+    halves : int
+        Half cycles that it took.
+    """
+    begin_probe(probe, scene, 12 * lag)
     orbit, error, halves = find_orbit(state, lag, look.scale, reach, probe, notes.log, notes.monodromy)
     return Orbit(orbit, lag, error), error < inf, halves
 
 
 @kernel
-def repeated_orbit(state, look, span, scene, probe, particle, notes, settings):
+def repeated_orbit(
+    state: State, look: Look, stretch: int, scene: Scene, probe: Scene, notes: Notes, settings: Settings
+) -> Orbit:
     """The orbit on which the run all but repeats; of lag 0 where it does not, or where the orbit repels it.
 
     An orbit that repels the run was met by chance: where friction stops the mass, chaos has few dimensions and comes back to
@@ -77,13 +98,15 @@ def repeated_orbit(state, look, span, scene, probe, particle, notes, settings):
     as long as is remembered.
     """
     tolerance = settings.periodic_tolerance
-    lag, error = settled_period(notes.ring, look.half, notes.apart, notes.before, span, look.scale, tolerance)
+    lag, error = settled_period(
+        notes.ring, look.half, notes.apart, notes.before, stretch, look.scale, tolerance
+    )
     if lag == 0:
-        return Orbit(state, 0, inf)
-    orbit, complete, _ = newton_orbit(state, lag, look.scale, look, scene, probe, particle, notes)
+        return no_orbit(state)
+    orbit, complete, _ = newton_orbit(state, lag, look.scale, look, scene, probe, notes)
     if orbit.error < inf:
         point = np.empty(SIZE)
-        coordinates(orbit.state, particle, point)
+        coordinates(orbit.state, scene.particle, point)
         moved = 0.0
         for i in range(look.size):
             moved = max(moved, abs(point[i] - notes.ring[look.half % RING, i]))
@@ -91,12 +114,12 @@ def repeated_orbit(state, look, span, scene, probe, particle, notes, settings):
             orbit = Orbit(state, lag, inf)
     if orbit.error == inf:
         orbit = Orbit(state, lag, error)
-        begin_beside(probe, scene, lag)
-        _, complete = around(state, lag, probe, notes.log, notes.monodromy)
+        begin_probe(probe, scene, lag)
+        _, complete = march_with_jacobian(state, lag, probe, notes.log, notes.monodromy)
         if not stays_closed(notes.ring, look.half, lag, tolerance * look.scale):
-            return Orbit(state, 0, inf)
+            return no_orbit(state)
     if complete and repels(notes.monodromy, look.size):
-        return Orbit(state, 0, inf)
+        return no_orbit(state)
     return orbit
 
 

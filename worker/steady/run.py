@@ -8,21 +8,31 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import unit_matrix
-from damperlab.worker.solver.integrate import point_meter, pointed_half_cycle
+from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.scene import Scene, point_scene
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, METERS, SEGMENTS, Meter
+from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.state import (
+    ARRIVED,
+    BUDGET,
+    COUNTS,
+    IDLE,
+    IMPACTS,
+    METERS,
+    SEGMENTS,
+    Meter,
+    State,
+)
 from damperlab.worker.solver.transitions import Transitions, empty_transitions
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.energy import stored_energy
-from damperlab.worker.steady.section import LONGEST, RING
+from damperlab.worker.steady.recurrence import LONGEST, RING
 from damperlab.worker.steady.trace import COLUMNS, IMPACTS_SO_FAR, STORED, clear_peaks, note_half
 from damperlab.worker.steady.variational import SIZE
 
 EVENTS_PER_CYCLE = 100
 """Events for which a run has room on the average of its longest, `max_cycles`: beyond it ends early, with what it measured."""
 
-# A cycle, and a window of it, over one chunk: beyond it impacts follow each other too fast to resolve.
+# Events for which a cycle, and each window of it, has room: where there are more, impacts follow too fast to resolve.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
 _WINDOWS_PER_EVENT = 128  # event-free windows that take about as long as one event
@@ -71,14 +81,14 @@ class Notes(NamedTuple):
 
 
 @kernel
-def beside(scene):
+def probe_of(scene: Scene) -> Scene:
     """The same scene for what looks for orbits beside the run: counts of its own, so that the run's are never touched."""
     base, free, loaded, friction, particle, _, _ = scene
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), np.zeros(COUNTS, np.int64))
 
 
 @kernel
-def begin_beside(probe, scene, halves):
+def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
     """Begin a search beside the run: as many impacts as the run has seen, and room for the events of some half cycles."""
     probe.counts[:] = 0
     probe.counts[IMPACTS] = scene.counts[IMPACTS]
@@ -86,13 +96,14 @@ def begin_beside(probe, scene, halves):
 
 
 @kernel
-def _room(scene, halves):
+def _room(scene: Scene, halves: int) -> int:
     """Events for which some half cycles have room."""
-    return halves * (_EVENTS_AT_ONCE // 2 + _EVENTS_PER_WINDOW * scene.base.windows)
+    room: int = halves * (_EVENTS_AT_ONCE // 2 + _EVENTS_PER_WINDOW * scene.base.windows)
+    return room
 
 
 @kernel
-def make_notes(max_cycles, energies):
+def make_notes(max_cycles: int, energies: bool | None) -> Notes:
     """Empty notes of a run."""
     cycles = max_cycles + LONGEST
     return Notes(
@@ -112,13 +123,14 @@ def make_notes(max_cycles, energies):
 
 
 @kernel
-def work_done(scene, half):
+def work_done(scene: Scene, half: int) -> int:
     """Work of a run so far, in events: a count, not a clock, so that the same study has the same bits everywhere."""
-    return scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
+    done: int = scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
+    return done
 
 
 @kernel
-def begin_trace(state, scene, notes):
+def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
     """Begin to meter: row 0 of the trace."""
     notes.meter.sums[:] = 0.0
     notes.trace[0, :] = 0.0
@@ -127,13 +139,17 @@ def begin_trace(state, scene, notes):
 
 
 @kernel
-def advance(state, half, span, row, scene, notes):
-    """Integrate `span` half cycles, noting every section point and, where metered, a row of the trace.
+def advance(
+    state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
+) -> tuple[State, int, int]:
+    """Integrate some half cycles, noting every section point and, where metered, a row of the trace.
 
     Parameters
     ----------
     state : State
         After `half` half cycles.
+    halves : int
+        How many.
     row : int
         Last row of the trace that is written; −1: not metered.
 
@@ -146,19 +162,19 @@ def advance(state, half, span, row, scene, notes):
         ARRIVED, or how the run ended early.
     """
     # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
-    at, meter = point_scene(scene), point_meter(notes.meter)
+    at, meter = scene_on_addresses(scene), meter_on_addresses(notes.meter)
     trace, ring, counts = notes.trace, notes.ring, at.counts
-    counts[BUDGET] = counts[SEGMENTS] + _room(scene, span)
+    counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)
     counts[IDLE] = 0
     outcome = ARRIVED
-    for i in range(span):
+    for i in range(halves):
         if row >= 0:
             clear_peaks(meter.sums)
-            state, outcome = pointed_half_cycle(state, at, meter, None)
+            state, outcome = half_cycle_on_addresses(state, at, meter, None)
             stored = stored_energy(state, at.base.frequency_ratio, at.particle)
             note_half(trace[row + 1 + i], meter.sums, counts[IMPACTS], stored)
         else:
-            state, outcome = pointed_half_cycle(state, at, None, None)
+            state, outcome = half_cycle_on_addresses(state, at, None, None)
         half += 1
         if outcome != ARRIVED:
             break

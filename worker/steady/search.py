@@ -1,4 +1,4 @@
-"""The run towards the steady response: on until it repeats, until the orbit it tends to is known, or until its mean is.
+"""The run towards the steady response: until it repeats, or the orbit that it tends to is known, or its mean peak is.
 
 The run itself is a plain integration. What looks for orbits works beside it, on copies of its state and with counts of its
 own, so the run is the same whatever is looked for.
@@ -8,21 +8,18 @@ from math import inf
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
-from damperlab.worker.steady.candidate import (
-    closing_in,
-    is_beside_stable_orbit,
-    no_candidate,
-    stable_orbit_nearby,
-)
 from damperlab.worker.steady.coordinates import active_size, coordinates
-from damperlab.worker.steady.orbit import Look, Orbit, repeated_orbit
-from damperlab.worker.steady.run import EVENTS_PER_CYCLE, advance, begin_trace, work_done
-from damperlab.worker.steady.section import extent, note_recurrences
+from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
+from damperlab.worker.steady.orbit import Look, Orbit, no_orbit, repeated_orbit
+from damperlab.worker.steady.recurrence import extent, note_recurrences
+from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.statistics import Estimate, estimate
 from damperlab.worker.steady.stopping import (
     FEWEST_MEASURED,
     LARGEST_BURN_IN,
+    Settings,
     burn_in_of,
     creep_limit,
     is_known,
@@ -36,11 +33,9 @@ from damperlab.worker.steady.variational import SIZE
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
-_SPARE_EVENTS = 20_000
-# Half cycles spent on looking for orbits nearby, beside those of the run: in its burn-in, and once it is metered.
-_MOST_BESIDE = 0.1
-_MOST_BESIDE_METERED = 0.05
-_FAR_EVERY = 128  # half cycles between tries at a stable orbit farther off, once the run is metered
+_SPARE_EVENTS = 20_000  # beyond those of its cycles, for a run of few
+_NOT_METERED = -1  # half cycles metered, before the burn-in is over
+_LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
 
 
 class Found(NamedTuple):
@@ -72,7 +67,7 @@ class Found(NamedTuple):
 
 
 @kernel
-def search(start, scene, probe, friction, particle, notes, settings):
+def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings) -> Found:
     """Run from a state until the steady response is known, or to the limit on cycles or events.
 
     Parameters
@@ -81,8 +76,6 @@ def search(start, scene, probe, friction, particle, notes, settings):
         At phase 0.
     scene, probe : Scene
         What the run is integrated in, and the same for what looks for orbits beside it.
-    friction, particle
-        Those of the scene, once more by themselves: absent, they are None.
     notes : Notes
         Filled on the way.
     settings : Settings
@@ -92,85 +85,86 @@ def search(start, scene, probe, friction, particle, notes, settings):
     -------
     Found
     """
-    ring = notes.ring
-    state = start
-    coordinates(state, particle, ring[0])
+    coordinates(start, scene.particle, notes.ring[0])
     chunk = _CHUNK if scene.base.windows <= _LONG_HALF else _SHORT_CHUNK
-    most = 2 * settings.max_cycles
-    most_work = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
+    last_half = 2 * settings.max_cycles
+    work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     burn_in = burn_in_of(scene.base, settings) // chunk * chunk
-    outcome = ARRIVED
+    state = start
     half = 0
-    metered = -1  # half cycles
-    look_at = FEWEST_MEASURED
-    next_try = _CHUNK
-    none = Orbit(state, 0, inf)
-    candidate = no_candidate(state)
-    rival = False  # a stable orbit is known that the run has not come to
-    beside = 0  # half cycles spent on looking for orbits
+    metered_halves = _NOT_METERED
+    next_look_cycles = FEWEST_MEASURED  # metered
+    nearby = nothing_nearby(start, _CHUNK)
     look = Look(0, 1.0, SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
-    while half < most and work_done(scene, half) <= most_work:
-        if metered < 0 and (half >= burn_in or work_done(scene, half) >= LARGEST_BURN_IN * most_work):
-            metered = 0
-            begin_trace(state, scene, notes)
-        span = min(chunk if metered < 0 else 2 * chunk, most - half)
-        state, half, outcome = advance(state, half, span, metered, scene, notes)
-        look = Look(half, extent(ring, half), active_size(state, particle, scene.counts))
+    while half < last_half and work_done(scene, half) <= work_allowed:
+        if metered_halves == _NOT_METERED:
+            if half >= burn_in or work_done(scene, half) >= LARGEST_BURN_IN * work_allowed:
+                metered_halves = 0
+                begin_trace(state, scene, notes)
+        stretch = min(chunk if metered_halves == _NOT_METERED else 2 * chunk, last_half - half)
+        state, half, outcome = advance(state, half, stretch, metered_halves, scene, notes)
+        if metered_halves != _NOT_METERED:
+            metered_halves += stretch
+        look = Look(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
         if outcome != ARRIVED:
-            return Found(state, outcome, look, none, mean, False)
-        if metered >= 0:
-            metered += span
-        if friction is not None:
-            if scene.counts[IMPACTS] == 0:
-                limit, crept = creep_limit(state, friction, scene.base.frequency_ratio)
-                if crept or is_locked(state, friction, scene.base.frequency_ratio, ring, half):
-                    return Found(limit, ARRIVED, look, Orbit(limit, 2, 0.0), mean, True)
-        note_recurrences(ring, half, notes.apart, notes.before)
-        orbit = repeated_orbit(state, look, span, scene, probe, particle, notes, settings)
+            return Found(state, outcome, look, no_orbit(state), mean, False)
+        note_recurrences(notes.ring, half, notes.apart, notes.before)
+        orbit = _locked_limit(state, half, scene, notes)
+        if orbit.lag == 0:
+            orbit = repeated_orbit(state, look, stretch, scene, probe, notes, settings)
+        if orbit.lag == 0:
+            nearby, orbit = look_nearby(nearby, state, look, burn_in, scene, probe, notes)
         if orbit.lag > 0:
             return Found(orbit.state, ARRIVED, look, orbit, mean, True)
-        if candidate.orbit.lag > 0:
-            candidate, arrives = closing_in(candidate, look, scene, probe, particle, notes)
-            if arrives:
-                return Found(candidate.orbit.state, ARRIVED, look, candidate.orbit, mean, True)
-            if candidate.orbit.lag == 0:
-                next_try = half + half // 2
-                rival = True
-        elif half >= next_try:
-            next_try = half + _CHUNK
-            spare = _halves_to_spare(half, burn_in) - beside
-            candidate, arrives, halves = stable_orbit_nearby(
-                state, look, spare, scene, probe, particle, notes
-            )
-            beside += halves
-            if arrives:
-                return Found(candidate.orbit.state, ARRIVED, look, candidate.orbit, mean, True)
-        if metered >= 0 and metered % _FAR_EVERY == 0 and not rival:
-            if scene.counts[IMPACTS] > 0:
-                lag = 1 + metered // _FAR_EVERY % 2
-                # bounded by how seldom it is done: taken from the others' share, it would leave them nothing
-                rival, _ = is_beside_stable_orbit(state, lag, look, scene, probe, particle, notes)
-        if metered >= 2 * look_at:
-            cycle_peaks(notes.trace, metered, notes.cycles)
-            mean = estimate(notes.cycles[0], 0, metered // 2)
-            if is_known(mean, settings) and not rival:
-                return Found(state, ARRIVED, look, none, mean, True)
-            look_at = next_look(mean, settings)
-    if metered < 0:  # nothing was left after the burn-in
-        metered = 0
-        begin_trace(state, scene, notes)
-    if metered < 2:
-        state, half, outcome = advance(state, half, 2, metered, scene, notes)
-        metered += 2
-        if outcome != ARRIVED:
-            return Found(state, outcome, look, none, mean, False)
-    cycle_peaks(notes.trace, metered, notes.cycles)
-    mean = estimate(notes.cycles[0], 0, metered // 2)
-    return Found(state, ARRIVED, look, none, mean, is_known(mean, settings) and not rival)
+        nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
+        if metered_halves >= 2 * next_look_cycles:
+            mean = _mean_so_far(metered_halves, notes)
+            if is_known(mean, settings) and not nearby.rival:
+                return Found(state, ARRIVED, look, no_orbit(state), mean, True)
+            next_look_cycles = next_look(mean, settings)
+    return _end_of_search(state, look, metered_halves, nearby.rival, scene, notes, settings)
 
 
 @kernel
-def _halves_to_spare(half, burn_in):
-    """Half cycles that may be spent on looking for orbits beside a run of so many."""
-    return _CHUNK + _MOST_BESIDE * min(half, burn_in) + _MOST_BESIDE_METERED * max(half - burn_in, 0)
+def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
+    """The locked state that the run is in, or creeps towards; of lag 0 where friction does not hold the mass for good."""
+    if scene.friction is not None:
+        if scene.counts[IMPACTS] == 0:
+            limit, creeps = creep_limit(state, scene.friction, scene.base.frequency_ratio)
+            if creeps or is_locked(state, scene.friction, scene.base.frequency_ratio, notes.ring, half):
+                return Orbit(limit, _LOCKED_LAG, 0.0)
+    return no_orbit(state)
+
+
+@kernel
+def _mean_so_far(metered_halves: int, notes: Notes) -> Estimate:
+    """Mean peak of the metered cycles, and how well it is known."""
+    cycle_peaks(notes.trace, metered_halves, notes.cycles)
+    mean: Estimate = estimate(notes.cycles[0], 0, metered_halves // 2)
+    return mean
+
+
+@kernel
+def _end_of_search(
+    state: State,
+    look: Look,
+    metered_halves: int,
+    rival: bool,
+    scene: Scene,
+    notes: Notes,
+    settings: Settings,
+) -> Found:
+    """A run that has reached its limit: the mean of what was metered, of a cycle more where nothing was."""
+    if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
+        metered_halves = 0
+        begin_trace(state, scene, notes)
+    if metered_halves < 2:
+        state, _, outcome = advance(state, look.half, 2, metered_halves, scene, notes)
+        metered_halves += 2
+        if outcome != ARRIVED:
+            mean = Estimate(0, 0, inf, inf, inf, False)
+            return Found(state, outcome, look, no_orbit(state), mean, False)
+    mean = _mean_so_far(metered_halves, notes)
+    known = is_known(mean, settings) and not rival
+    return Found(state, ARRIVED, look, no_orbit(state), mean, known)

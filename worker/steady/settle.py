@@ -10,7 +10,7 @@ from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
-from damperlab.worker.steady.newton import around
+from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.orbit import orbit_multiplier
 from damperlab.worker.steady.response import (
     Kind,
@@ -22,10 +22,10 @@ from damperlab.worker.steady.response import (
 )
 from damperlab.worker.steady.run import (
     advance,
-    begin_beside,
+    begin_probe,
     begin_trace,
-    beside,
     make_notes,
+    probe_of,
 )
 from damperlab.worker.steady.search import search
 from damperlab.worker.steady.start import at_rest
@@ -75,33 +75,33 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     `max_cycles`, or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
-    probe = beside(scene)
+    probe = probe_of(scene)
     notes = make_notes(settings.max_cycles, settings.energies)
-    found = search(start, scene, probe, friction, particle, notes, settings)
+    found = search(start, scene, probe, notes, settings)
     if found.outcome != ARRIVED:
         return failed(found.outcome, found.look.half // 2), found.state
     if found.orbit.lag > 0:
-        return _measured_orbit(found, scene, probe, particle, notes)
-    return _measured_run(found, scene, probe, particle, notes)
+        return _measured_orbit(found, scene, probe, notes)
+    return _measured_run(found, scene, probe, notes)
 
 
 @kernel
-def _measured_orbit(found, scene, probe, particle, notes):
+def _measured_orbit(found, scene, probe, notes):
     """Response over one period, and the state after it."""
     state = found.orbit.state
     cycles = found.look.half // 2
-    lag = _shortest_period(state, found, probe, particle, scene, notes)
+    lag = _shortest_period(state, found, scene, probe, notes)
     # whole cycles: the mirrored map of an odd lag is half a period
     halves = 2 * lag if lag % 2 == 1 else lag
-    begin_beside(probe, scene, halves)
+    begin_probe(probe, scene, halves)
     begin_trace(state, probe, notes)
     state, _, outcome = advance(state, 0, halves, 0, probe, notes)
     if outcome != ARRIVED:
         return failed(outcome, cycles), state
     stretch = stretch_of(notes.trace, 0, halves)
-    begin_beside(probe, scene, lag)
+    begin_probe(probe, scene, lag)
     multiplier = nan
-    _, complete = around(state, lag, probe, notes.log, notes.monodromy)
+    _, complete = march_with_jacobian(state, lag, probe, notes.log, notes.monodromy)
     if complete:
         size = 2 if stretch.impacts == 0.0 else found.look.size
         multiplier = orbit_multiplier(notes.monodromy, size, lag)
@@ -119,11 +119,11 @@ def _measured_orbit(found, scene, probe, particle, notes):
 
 
 @kernel
-def _measured_run(found, scene, probe, particle, notes):
+def _measured_run(found, scene, probe, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    begin_beside(probe, scene, HALVES_FOLLOWED)
+    begin_probe(probe, scene, HALVES_FOLLOWED)
     chaotic = is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size)
     response = measured_response(
         stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
@@ -143,7 +143,7 @@ def _measured_run(found, scene, probe, particle, notes):
 
 
 @kernel
-def _shortest_period(state, found, probe, particle, scene, notes):
+def _shortest_period(state, found, scene, probe, notes):
     """The shortest part of a period after which the state repeats already, to what the orbit is known to.
 
     Just beyond a period doubling the shorter orbit, which repels, lies very near.
@@ -152,12 +152,12 @@ def _shortest_period(state, found, probe, particle, scene, notes):
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
     start = np.empty(SIZE)
     end = np.empty(SIZE)
-    coordinates(state, particle, start)
+    coordinates(state, scene.particle, start)
     for shorter in range(1, lag):
         if lag % shorter == 0:
-            begin_beside(probe, scene, shorter)
-            there, complete = around(state, shorter, probe, notes.log, notes.monodromy)
-            coordinates(there, particle, end)
+            begin_probe(probe, scene, shorter)
+            there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
+            coordinates(there, scene.particle, end)
             if complete and _is_near(end, start, known):
                 return shorter
     return lag

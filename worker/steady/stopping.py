@@ -1,11 +1,15 @@
 """Rules by which a run ends, each by its name."""
 
 from math import log, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.section import recurrence
+from damperlab.worker.steady.recurrence import recurrence
+from damperlab.worker.steady.statistics import Estimate
 
 LARGEST_BURN_IN = 0.2
 """Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""
@@ -33,21 +37,21 @@ class Settings(NamedTuple):
 
 
 @kernel
-def burn_in_of(base, settings):
+def burn_in_of(base: Any, settings: Settings) -> int:
     """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
 
     Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles. What then is still no steady response is found by
     its data (`statistics.estimate`).
     """
-    most = LARGEST_BURN_IN * settings.max_cycles
+    longest = LARGEST_BURN_IN * settings.max_cycles
     if base.two_zeta <= 0.0:
-        return 2 * int(most)
+        return 2 * int(longest)
     needed = -log(_TRANSIENT_LEFT) * base.frequency_ratio / (pi * base.two_zeta)
-    return 2 * int(min(needed, most))
+    return 2 * int(min(needed, longest))
 
 
 @kernel
-def is_known(mean, settings):
+def is_known(mean: Estimate, settings: Settings) -> bool:
     """Whether the mean of a response that does not repeat is known to the tolerance, from enough of it, without a drift."""
     measured = mean.last - mean.first
     return (
@@ -59,7 +63,7 @@ def is_known(mean, settings):
 
 
 @kernel
-def next_look(mean, settings):
+def next_look(mean: Estimate, settings: Settings) -> int:
     """Metered cycles of the next look, planned from this one.
 
     Looks are few, and each at a length fixed before its data are seen: a mean that was looked at again and again, until its
@@ -73,7 +77,7 @@ def next_look(mean, settings):
 
 
 @kernel
-def creep_limit(state, friction, frequency_ratio):
+def creep_limit(state: State, friction: float, frequency_ratio: float) -> tuple[State, bool]:
     """Locked state that a one-sided creep tends to.
 
     For γ_F ≥ r² every rest position |v| ≤ γ_F − r² is locked for good. From just outside, each cycle slips inwards by
@@ -91,7 +95,9 @@ def creep_limit(state, friction, frequency_ratio):
 
 
 @kernel
-def is_locked(state, friction, frequency_ratio, ring, half):
+def is_locked(
+    state: State, friction: float, frequency_ratio: float, ring: NDArray[np.float64], half: int
+) -> bool:
     """Whether friction has held the mass for a cycle and holds it for good: r² + |v| ≤ γ_F, and the particle is at rest."""
     return (
         state.slip == 0.0

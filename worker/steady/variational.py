@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.contact import Contact
+from damperlab.worker.solver.motion.contact_motion import Contact
 from damperlab.worker.solver.motion.propagator import Base, Medium
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall
@@ -28,7 +28,7 @@ from damperlab.worker.solver.transitions import (
     WALL,
     WIDTH,
     Transitions,
-    point_log,
+    log_on_addresses,
 )
 from damperlab.worker.steady.contact_flow import flow_in_wall
 from damperlab.worker.steady.saltation import Field, field, leaving_speed, pass_contact, pass_event
@@ -83,7 +83,7 @@ def _propagate(
     tangents: Array,
 ) -> None:
     """`propagate`, with the wall once more by itself: its type tells the compiler which contact it is."""
-    log = point_log(log_arrays)
+    log = log_on_addresses(log_arrays)
     rows = log.rows
     z = address(tangents, 0)
     n = tangents.shape[1]

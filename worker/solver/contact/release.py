@@ -19,4 +19,12 @@ def release(state: State, phase: Phase, scene: Scene) -> State:
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
     scale = acceleration_scale(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > 1e-9 * scale else 3
-    return in_flight(state, state.w, state.slip, state.wall, state.w + phase.rate, order, state.dwell)
+    return in_flight(
+        state,
+        w=state.w,
+        slip=state.slip,
+        wall=state.wall,
+        p_rate=state.w + phase.rate,
+        gap_order=order,
+        dwell=state.dwell,
+    )

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
-from damperlab.worker.solver.contact.compliant.phase import strike
+from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
 from damperlab.worker.solver.excitation.base import Phase, acceleration_scale
@@ -31,14 +31,16 @@ from damperlab.worker.solver.state import (
     stopped,
 )
 
-# A chatter is ended where what is left of it takes less than this share of a window. The bodies join with their common
-# momentum, and their centre of mass does not feel the impacts left out: what is missed is of the order of (time left)³.
-_CHATTER_LEFT = 5e-6
-# So long before its end only if the wall pushes all the while: its acceleration may change by this share of itself, and
-# the mass may not come to rest. Else, and where contacts take time, what is left must be too short for anything to happen.
-_STEADY_PUSH = 1e-3
-_NOTHING_LEFT = 1e-8
-_FEWEST_LOSS = 1e-3  # of speed an impact
+# A chatter is ended before its last impact: the bodies join with their common momentum, and their centre of mass does not
+# feel the impacts left out. What is missed is of the order of (time left)³. Times are shares of a window.
+_CHATTER_LEFT = (
+    5e-6  # time left at which it is ended, if the wall pushes all the while and nothing else happens:
+)
+_STEADY_PUSH = (
+    1e-3  # the wall's acceleration may change by this share of itself, and the mass may not come to rest
+)
+_NOTHING_LEFT = 1e-8  # time left at which it is ended anyway, too short for anything to happen
+_LEAST_SPEED_LOSS = 1e-3  # share of its speed that an impact is taken to lose at the least
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 
 
@@ -78,8 +80,8 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     A particle that dwells on its wall has no such choice.
     """
-    most = acceleration_scale(scene.base)
-    slip = slip_direction(hold_force(state.v, phase.push, 1.0), breakaway(friction, most, 1.0))
+    base_acceleration = acceleration_scale(scene.base)
+    slip = slip_direction(hold_force(state.v, phase.push, 1.0), breakaway(friction, base_acceleration, 1.0))
     riding = 0.0
     gap_order = 0
     p_rate = state.p_rate
@@ -91,7 +93,7 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
                 riding = 1.0
                 inertia = 1.0 + scene.particle.mass_ratio
                 force = hold_force(state.v, phase.push, inertia)
-                slip = slip_direction(force, breakaway(friction, most, inertia))
+                slip = slip_direction(force, breakaway(friction, base_acceleration, inertia))
             else:
                 gap_order = 2
     return stopped(state, slip, p_rate, riding, gap_order)
@@ -129,7 +131,16 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
         if state.w + jump == 0.0:  # without a push friction judges anew, as for a particle that rides
-            riding = in_contact(state, 0.0, 0.0, 0, state.wall, u_rate, 0, no_dwell(state.dwell))
+            riding = in_contact(
+                state,
+                w=0.0,
+                slip=0.0,
+                slip_order=0,
+                wall=state.wall,
+                p_rate=u_rate,
+                gap_order=0,
+                dwell=no_dwell(state.dwell),
+            )
             return _come_to_rest(riding, phase, scene, scene.friction)
     parting = Parting(state.wall, state.w + jump, u_rate + p_jump, leaving, u_rate)
     return _part(state, parting, phase, scene, particle, meter)
@@ -176,11 +187,10 @@ def _part(
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
-    impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _FEWEST_LOSS)
+    impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_SPEED_LOSS)
     if leaving == 0.0 and closing == 0.0:
         # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
         closing = rounding
-        leaving = 0.0
     short = impulse_left <= _NOTHING_LEFT * base.window * closing
     # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
     short = short and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
@@ -194,7 +204,8 @@ def _part(
             if meter.energies is not None:
                 meter.sums[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
         return _join(state, wall, w + jump, p_rate, dwell, phase, scene)
-    return in_flight(state, w, slip, wall, p_rate, 1 if leaving > 0.0 else 2, dwell)
+    gap_order = 1 if leaving > 0.0 else 2
+    return in_flight(state, w=w, slip=slip, wall=wall, p_rate=p_rate, gap_order=gap_order, dwell=dwell)
 
 
 @inlined
@@ -206,12 +217,12 @@ def _is_steady_end(
     left = _CHATTER_LEFT * base.window
     if impulse_left > left * closing:
         return False
-    most = acceleration_scale(base)
-    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + most))
+    base_acceleration = acceleration_scale(base)
+    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + base_acceleration))
     if change > _STEADY_PUSH * closing:
         return False
     if scene.friction is not None:
-        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + most) * left)
+        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + base_acceleration) * left)
         return slips_on
     return True
 
@@ -230,5 +241,15 @@ def _join(
             limit = breakaway(scene.friction, acceleration_scale(scene.base), inertia)
             force = hold_force(state.v, phase.push, inertia)
             slip = slip_direction(force, limit)
-            return in_contact(state, 0.0, slip, 1 if slip != 0.0 else 0, wall, p_rate, 0, dwell)
-    return in_contact(state, w, slip, 0, wall, p_rate, 0, dwell)
+            slip_order = 1 if slip != 0.0 else 0
+            return in_contact(
+                state,
+                w=0.0,
+                slip=slip,
+                slip_order=slip_order,
+                wall=wall,
+                p_rate=p_rate,
+                gap_order=0,
+                dwell=dwell,
+            )
+    return in_contact(state, w=w, slip=slip, slip_order=0, wall=wall, p_rate=p_rate, gap_order=0, dwell=dwell)

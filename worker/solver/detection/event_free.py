@@ -41,27 +41,27 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             inertia = 1.0 / regime.medium.compliance
             force = abs(hold_force(start.v, segment.phase.push, inertia))
             force_end = abs(hold_force(start.v, segment.phase_end.push, inertia))
-            most = base_derivative_bound(base, segment.phase, 4)
-            if max(force, force_end) + share * inertia * most >= scene.friction:
+            curvature = base_derivative_bound(base, segment.phase, 4)
+            if max(force, force_end) + share * inertia * curvature >= scene.friction:
                 return False
         else:
-            most = share * w_curvature_bound(0, segment, base)
-            if min(start.slip * start.w, start.slip * end.w) <= most:
+            sag = share * w_curvature_bound(0, segment, base)
+            if min(start.slip * start.w, start.slip * end.w) <= sag:
                 return False
     if scene.particle is not None:
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > window
         if start.riding > 0.0:
-            most = share * u_derivative_bound(4, segment, base)
+            sag = share * u_derivative_bound(4, segment, base)
             push = start.wall * wall_acceleration(start, segment.phase, regime, base)
             push_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
-            if min(push, push_end) <= most:
+            if min(push, push_end) <= sag:
                 return False
         else:
-            most = share * segment.bounds.u2
-            if min(start.gap, end.gap) <= most:
+            sag = share * segment.bounds.u2
+            if min(start.gap, end.gap) <= sag:
                 return False
-            if max(start.gap, end.gap) + most >= 2.0 * scene.particle.clearance_ratio:
+            if max(start.gap, end.gap) + sag >= 2.0 * scene.particle.clearance_ratio:
                 return False
     return True
 

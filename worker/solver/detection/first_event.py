@@ -14,8 +14,8 @@ from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 
-# Bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p: 2/(k + 2)!.
-_DROPPED = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
+# By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, where k roots are divided out.
+_CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 
 @inlined
@@ -30,11 +30,7 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
             if time_left(start.dwell) <= t:
                 t, kind = time_left(start.dwell), LET_GO
         elif start.riding > 0.0:
-            acceleration_into(curves.absolute, curves.scratch)
-            most = u_derivative_bound(4, segment, scene.base)
-            found = first_crossing(curves.scratch, start.wall, 0.0, t, most)
-            if found < inf:
-                t, kind = found, RELEASE
+            t, kind = _release_event(segment, scene, curves, t, kind)
         else:
             t, kind = _wall_event(segment, scene, scene.particle.clearance_ratio, curves, t, kind)
     return t, kind
@@ -48,14 +44,14 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
     if segment.regime.sticks:
         inertia = 1.0 / segment.regime.medium.compliance
         expand_push(base, segment.phase, -inertia, scratch)
-        most = inertia * base_derivative_bound(base, segment.phase, 4)
+        curvature = inertia * base_derivative_bound(base, segment.phase, 4)
         limit = breakaway(friction, acceleration_scale(base), inertia)
         scratch[0] += start.v + limit
-        found = first_crossing(scratch, 1.0, 0.0, t, most)
+        found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, SLIP_ONSET
         scratch[0] -= 2.0 * limit
-        found = first_crossing(scratch, -1.0, 0.0, t, most)
+        found = first_crossing(scratch, -1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, SLIP_ONSET
     elif start.slip_order > 0 or abs(start.w) <= segment.time * w_rate_bound(segment, base):
@@ -64,6 +60,17 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
         found = first_crossing(scratch, start.slip, 0.0, t, w_curvature_bound(order, segment, base))
         if found < inf:
             t, kind = found, TURN
+    return t, kind
+
+
+@inlined
+def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kind: int) -> tuple[float, int]:
+    """When the wall stops pushing a riding particle, if that is before the event found so far."""
+    acceleration_into(curves.absolute, curves.scratch)
+    curvature = u_derivative_bound(4, segment, scene.base)
+    found = first_crossing(curves.scratch, segment.start.wall, 0.0, t, curvature)
+    if found < inf:
+        t, kind = found, RELEASE
     return t, kind
 
 
@@ -78,8 +85,8 @@ def _wall_event(
     sag = 0.5 * segment.bounds.u2 * t * t
     if order > 0 or start.gap + min(0.0, rate * t) - sag <= 0.0:
         _expand_gap(start.gap, start.wall, rate, order, curves.absolute, scratch)
-        most = u_derivative_bound(2 + order, segment, scene.base) * _DROPPED[order]
-        found = first_crossing(scratch, 1.0, 0.0, t, most)
+        curvature = u_derivative_bound(2 + order, segment, scene.base) * _CURVATURE_WITHOUT_ROOTS[order]
+        found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, NEAR_WALL
     if start.gap + max(0.0, rate * t) + sag >= 2.0 * clearance:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.contact import Drive
-from damperlab.worker.solver.motion.propagator import Base, point_base
+from damperlab.worker.solver.motion.contact_motion import Drive
+from damperlab.worker.solver.motion.propagator import Base, sine_base_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
@@ -190,7 +190,7 @@ def drive_of(base: Base | RecordBase) -> Drive:
 
 
 @inlined
-def point_at(base: Base | RecordBase) -> Base | RecordBase:
+def base_on_addresses(base: Base | RecordBase) -> Base | RecordBase:
     """The same base with addresses for arrays; the arrays must outlive it."""
     if isinstance(base, RecordBase):
         return RecordBase(
@@ -205,7 +205,7 @@ def point_at(base: Base | RecordBase) -> Base | RecordBase:
             base.largest,
             address(base.rows, 0),
         )
-    return point_base(base)
+    return sine_base_on_addresses(base)
 
 
 @inlined

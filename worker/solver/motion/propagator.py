@@ -156,7 +156,7 @@ def _address_if(array: NDArray[np.float64] | None) -> Any:
 
 
 @inlined
-def point_base(base: Base) -> Base:
+def sine_base_on_addresses(base: Base) -> Base:
     """The same base with addresses for arrays; the arrays must outlive it."""
     return Base(
         base.frequency_ratio,
@@ -171,7 +171,7 @@ def point_base(base: Base) -> Base:
 
 
 @inlined
-def point_medium(medium: Medium) -> Medium:
+def medium_on_addresses(medium: Medium) -> Medium:
     """The same medium with addresses for arrays; the arrays must outlive it."""
     return Medium(
         medium.compliance,

@@ -3,12 +3,17 @@
 from math import sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.observables import TAME, measure_contact, measure_vibration
-from damperlab.worker.solver.contact.compliant.regime import ContactRegime, Vibration, buffers_of, wall_of
+from damperlab.worker.solver.contact.compliant.contact_regime import (
+    ContactRegime,
+    Vibration,
+    buffers_of,
+    wall_of,
+)
+from damperlab.worker.solver.contact.compliant.measure_in_wall import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import Phase, RecordBase, expand_push
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact import Pressed
+from damperlab.worker.solver.motion.contact_motion import Pressed
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import (
     TERMS,

@@ -3,10 +3,10 @@
 from math import inf
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.physics.contact import spring_energy
-from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
-from damperlab.worker.solver.contact.compliant.regime import buffers_of, wall_of
-from damperlab.worker.solver.contact.compliant.segment import friction_event
+from damperlab.worker.physics.compliant_wall import spring_energy
+from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, wall_of
+from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
+from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
 from damperlab.worker.solver.excitation.base import Phase, add_start_of_base, expand_base
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing

@@ -42,7 +42,7 @@ def empty_log(capacity: int) -> Log:
 
 
 @kernel
-def record(log: Log, state: State, start: float, duration: float, event: int) -> None:
+def append_segment(log: Log, state: State, start: float, duration: float, event: int) -> None:
     """Append one segment."""
     i = log.cursor[0]
     log.cursor[0] = i + 1

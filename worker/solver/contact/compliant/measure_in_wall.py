@@ -4,7 +4,7 @@ A record's meter is asked for more: the squares of v and u'', and the largest |u
 """
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.regime import (
+from damperlab.worker.solver.contact.compliant.contact_regime import (
     AnyRegime,
     ContactRegime,
     Vibration,
@@ -13,7 +13,7 @@ from damperlab.worker.solver.contact.compliant.regime import (
 )
 from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact import Buffers
+from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS, Base
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value

@@ -10,9 +10,11 @@ wall: it flies until it is clear of it, or until spring and dashpot would push a
 """
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.physics.contact import spring_energy
+from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.budget import spend
+from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, contact_regime_of, wall_of
+from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
 from damperlab.worker.solver.contact.compliant.long_step import (
     FEWEST_STEPS,
     after_long_step,
@@ -20,8 +22,6 @@ from damperlab.worker.solver.contact.compliant.long_step import (
     longest_step,
     vibration_of,
 )
-from damperlab.worker.solver.contact.compliant.regime import buffers_of, contact_regime_of, wall_of
-from damperlab.worker.solver.contact.compliant.segment import expand, to_event
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
@@ -35,7 +35,7 @@ from damperlab.worker.solver.excitation.base import (
 from damperlab.worker.solver.motion.slow_subspace import DIM
 from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
-from damperlab.worker.solver.segments import Log
+from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import (
     ARRIVED,
     CLEARANCE,
@@ -54,7 +54,7 @@ from damperlab.worker.solver.state import (
     in_contact,
 )
 from damperlab.worker.solver.state import PUSH as PUSHED
-from damperlab.worker.solver.transitions import Transitions, record_segment, record_transition
+from damperlab.worker.solver.transitions import Transitions, note_segment, note_transition
 
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
 
@@ -78,7 +78,16 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
             slip = _slip_from_rest(state.v, side * wall.damping * approach, phase, scene, scene.friction)
             slip_order = 1 if slip != 0.0 else 0
     p_rate = u_rate - side * approach
-    return in_contact(state, state.w, slip, slip_order, side, p_rate, order, Dwell(0.0, approach))
+    return in_contact(
+        state,
+        w=state.w,
+        slip=slip,
+        slip_order=slip_order,
+        wall=side,
+        p_rate=p_rate,
+        gap_order=order,
+        dwell=Dwell(0.0, approach),
+    )
 
 
 @kernel
@@ -119,7 +128,7 @@ def through_wall(
             state, t, kind = _in_contact(state, phase, left, scene, meter)
         else:
             state, t, kind = separate(state, phase, left, scene, meter)
-        record_segment(log, before, (k + 1) * base.window - left, t, kind)
+        note_segment(log, before, (k + 1) * base.window - left, t, kind)
         if kind != NOTHING:
             counts[SEGMENTS] += 1
         outcome = spend(counts, t, scene.loaded.slipping.step)
@@ -132,7 +141,7 @@ def through_wall(
         reached = state
         if kind != NOTHING:
             state = _after_event(state, kind, phase, scene, meter)
-        record_transition(log, t, kind, reached, state, phase)
+        note_transition(log, t, kind, reached, state, phase)
     return state, Span(phase, span.end, left, False), ARRIVED
 
 

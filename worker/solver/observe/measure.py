@@ -2,15 +2,20 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.observe.harmonic import find_peaks, measure_part, measure_window, peaks_at_ends
-from damperlab.worker.solver.observe.record import measure_segment
+from damperlab.worker.solver.observe.measure_record import measure_segment
+from damperlab.worker.solver.observe.measure_sine import (
+    find_peaks,
+    measure_part,
+    measure_window,
+    peaks_at_ends,
+)
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import Meter
 
 
 @inlined
-def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
+def try_measure_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
     """Measure a whole event-free window if that can be done without its polynomials; whether nothing is left to measure."""
     if meter is None:
         return True

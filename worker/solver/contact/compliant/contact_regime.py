@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.contact import Buffers, Pressed
+from damperlab.worker.solver.motion.contact_motion import Buffers, Pressed
 from damperlab.worker.solver.regime import Regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, Wall
@@ -30,7 +30,7 @@ AnyRegime = Regime | ContactRegime
 
 
 class Vibration(NamedTuple):
-    """The fast part f of a motion in contact (`motion.contact`)."""
+    """The fast part f of a motion in contact (`motion.contact_motion`)."""
 
     first: float
     second: float

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.physics.contact import (
+from damperlab.worker.physics.compliant_wall import (
     calibrate,
     contact_time_of_stiffness,
     reduced_mass,

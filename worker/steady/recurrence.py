@@ -1,9 +1,14 @@
-"""The section: the state at the start of every (mirrored) half cycle, on which periodic responses are recognised."""
+"""How nearly a run repeats: distances between its section points, the states at the start of every (mirrored) half cycle."""
 
 from math import inf, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.worker.jit import kernel
 from damperlab.worker.steady.variational import SIZE
+
+Array = NDArray[np.float64]
 
 RING = 128
 """Half cycles remembered, as section coordinates v, w, p, p'."""
@@ -16,13 +21,12 @@ SAME = 1e-6
 
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _NEAR = 0.05  # relative recurrence from which Newton is tried
-_FAR_BETTER = (
-    0.4  # a multiple of a period is taken where the run repeats by it better than by this over the multiple
-)
+# A multiple of a period is taken where the run repeats by it better than by this over the multiple.
+_FAR_BETTER = 0.4
 
 
 @kernel
-def recurrence(ring, now, lag):
+def recurrence(ring: Array, now: int, lag: int) -> float:
     """Distance between the section points `now` and `now − lag`, indices counted from the start of the run."""
     here = now % RING
     there = (now - lag) % RING
@@ -33,7 +37,7 @@ def recurrence(ring, now, lag):
 
 
 @kernel
-def note_recurrences(ring, now, apart, before):
+def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
     """Distances of a section point from those up to `LONGEST` half cycles ago into `apart`, the last ones into `before`."""
     for lag in range(1, min(LONGEST, now // 2) + 1):
         before[lag] = apart[lag]
@@ -41,7 +45,7 @@ def note_recurrences(ring, now, apart, before):
 
 
 @kernel
-def extent(ring, now):
+def extent(ring: Array, now: int) -> float:
     """Size of the section point `now`, at least 1: the scale that distances are judged by."""
     total = 1.0
     for i in range(SIZE):
@@ -50,11 +54,13 @@ def extent(ring, now):
 
 
 @kernel
-def settled_period(ring, now, apart, before, span, scale, tolerance):
+def settled_period(
+    ring: Array, now: int, apart: Array, before: Array, stretch: int, scale: float, tolerance: float
+) -> tuple[int, float]:
     """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
 
     The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrences `apart` now and `before`, `span` half cycles ago.
+    series, d λ/(1 − λ). λ is read from the recurrences `apart` now and `before`, `stretch` half cycles ago.
     """
     found = 0
     left = inf
@@ -65,7 +71,7 @@ def settled_period(ring, now, apart, before, span, scale, tolerance):
             found, left = lag, d
         elif d < earlier and earlier <= 0.01 * scale:
             # of many lags one may come near by chance: a fall faster than by half is not extrapolated
-            rate = max((d / earlier) ** (lag / span), 0.5)
+            rate = max((d / earlier) ** (lag / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, left = lag, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
@@ -81,7 +87,7 @@ def settled_period(ring, now, apart, before, span, scale, tolerance):
 
 
 @kernel
-def stays_closed(ring, now, lag, distance):
+def stays_closed(ring: Array, now: int, lag: int, distance: float) -> bool:
     """Whether the run has repeated within a distance, by the period and all its multiples, for half of what is remembered."""
     if now < RING:
         return False
@@ -93,7 +99,7 @@ def stays_closed(ring, now, lag, distance):
 
 
 @kernel
-def near_period(apart, longest, scale):
+def near_period(apart: Array, longest: int, scale: float) -> int:
     """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
 
     A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then

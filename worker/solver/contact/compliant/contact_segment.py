@@ -4,11 +4,16 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.contact.compliant.observables import measure_contact, raise_peaks
-from damperlab.worker.solver.contact.compliant.regime import AnyRegime, ContactRegime, buffers_of, wall_of
+from damperlab.worker.solver.contact.compliant.contact_regime import (
+    AnyRegime,
+    ContactRegime,
+    buffers_of,
+    wall_of,
+)
+from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
 from damperlab.worker.solver.excitation.base import Phase, acceleration_scale, add_start_of_base, expand_push
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
+from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,

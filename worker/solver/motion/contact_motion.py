@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.physics.contact import reduced_mass
+from damperlab.worker.physics.compliant_wall import reduced_mass
 from damperlab.worker.solver.arrays import unit_matrix
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
@@ -161,7 +161,7 @@ def make_contact(drive: Drive, particle: Particle, wall: Wall) -> Contact:
 
 
 @kernel
-def point_contact(contact: Contact) -> Contact:
+def contact_on_addresses(contact: Contact) -> Contact:
     """The same contact with addresses for arrays; the arrays must outlive it."""
     one = contact.buffers
     buffers = Buffers(

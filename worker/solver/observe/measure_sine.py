@@ -1,4 +1,4 @@
-"""What a meter reads on one segment: true peaks of the closed form, time stuck, and where asked energies and mean square."""
+"""What a meter reads on one segment over a harmonic base: true peaks, time stuck; where asked, energies and mean square."""
 
 from math import sqrt
 
@@ -57,7 +57,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 
 @inlined
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """Add a whole event-free window, by the quadratic forms of `quadratic_forms.py`; its peaks are not looked at."""
+    """Add a whole event-free window, by the quadratic forms of `motion.quadratic_forms`; its peaks are not looked at."""
     sums, base, regime = meter.sums, scene.base, segment.regime
     if regime.sticks:
         sums[STUCK] += base.window
@@ -191,19 +191,23 @@ def find_peaks(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> 
 
 
 @inlined
-def _highest(p: Floats, offset: float, rate_end: float, t: float, most: float, scratch: Floats) -> float:
+def _highest(
+    p: Floats, offset: float, rate_end: float, t: float, third_derivative: float, scratch: Floats
+) -> float:
     """Largest |p − offset| at an extremum inside a span; 0 where there is none.
 
     Parameters
     ----------
     rate_end : float
         Slope at the end of the span.
-    most : float
-        Bound on the third derivative.
+    third_derivative : float
+        Bound on its size.
     """
     rate = p[1]
     curve = 2.0 * p[2]
-    if abs(curve) > most * t:  # the slope is monotone: one extremum where it changes sign, else none
+    if (
+        abs(curve) > third_derivative * t
+    ):  # the slope is monotone: one extremum where it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
         # a parabola through slope and curvature here and the slope there, then Newton: what is left of the error is its
@@ -216,4 +220,4 @@ def _highest(p: Floats, offset: float, rate_end: float, t: float, most: float, s
         at -= slope(p, at) / curvature(p, at)
         return abs(value(p, at) - offset)
     rate_into(p, 0, scratch)
-    return raised(0.0, p, offset, scratch, t, most)
+    return raised(0.0, p, offset, scratch, t, third_derivative)

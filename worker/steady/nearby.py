@@ -1,0 +1,99 @@
+"""When a run looks for stable orbits near it, and what it knows of them."""
+
+from typing import NamedTuple
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import IMPACTS, State
+from damperlab.worker.steady.candidate import (
+    Candidate,
+    closing_in,
+    is_beside_stable_orbit,
+    no_candidate,
+    stable_orbit_nearby,
+)
+from damperlab.worker.steady.orbit import Look, Orbit, no_orbit
+from damperlab.worker.steady.run import Notes
+
+_BETWEEN_TRIES = 32  # half cycles of the run from one try at a stable orbit to the next
+# Half cycles spent on looking for orbits nearby, over those of the run: in its burn-in, and once it is metered.
+_SHARE_IN_BURN_IN = 0.1
+_SHARE_METERED = 0.05
+_FAR_EVERY = 128  # half cycles between tries at a stable orbit farther off, once the run is metered
+
+
+class Nearby(NamedTuple):
+    """What a run knows of the stable orbits near it.
+
+    Attributes
+    ----------
+    candidate : Candidate
+        The one that waits to be confirmed; of lag 0: none.
+    next_try : int
+        Half cycle of the run from which another is looked for.
+    halves_spent : int
+        Half cycles spent on looking.
+    rival : bool
+        Whether a stable orbit is known that the run has not come to.
+    """
+
+    candidate: Candidate
+    next_try: int
+    halves_spent: int
+    rival: bool
+
+
+@kernel
+def nothing_nearby(state: State, first_try: int) -> Nearby:
+    """What a run knows before it has looked."""
+    return Nearby(no_candidate(state), first_try, 0, False)
+
+
+@kernel
+def look_nearby(
+    nearby: Nearby, state: State, look: Look, burn_in: int, scene: Scene, probe: Scene, notes: Notes
+) -> tuple[Nearby, Orbit]:
+    """Follow the candidate, or look for one; with the orbit that the run is found to tend to, of lag 0 where there is none."""
+    candidate, next_try, halves_spent, rival = nearby
+    confirmed = False
+    if candidate.orbit.lag > 0:
+        candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
+        if candidate.orbit.lag == 0:
+            next_try = look.half + look.half // 2
+            rival = True
+    elif look.half >= next_try:
+        next_try = look.half + _BETWEEN_TRIES
+        spare = _halves_to_spare(look.half, burn_in) - halves_spent
+        candidate, confirmed, halves = stable_orbit_nearby(state, look, spare, scene, probe, notes)
+        halves_spent += halves
+    orbit = candidate.orbit if confirmed else no_orbit(state)
+    return Nearby(candidate, next_try, halves_spent, rival), orbit
+
+
+@kernel
+def look_farther(
+    nearby: Nearby,
+    state: State,
+    metered_halves: int,
+    look: Look,
+    scene: Scene,
+    probe: Scene,
+    notes: Notes,
+) -> Nearby:
+    """Try, now and then, a stable orbit farther off, on which a run that does not repeat may end.
+
+    What it costs is bounded by how seldom it is done: taken from the share of the tries nearby, it would leave them nothing.
+    """
+    if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
+        return nearby
+    if scene.counts[IMPACTS] == 0:
+        return nearby
+    lag = 1 + metered_halves // _FAR_EVERY % 2  # now half a cycle, a symmetric orbit, now a whole one
+    rival = is_beside_stable_orbit(state, lag, look, scene, probe, notes)
+    return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
+
+
+@kernel
+def _halves_to_spare(half: int, burn_in: int) -> float:
+    """Half cycles that may be spent on looking for orbits beside a run of so many."""
+    return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)
