@@ -10,13 +10,13 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
 from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record import make_record_base, start_on
+from damperlab.worker.solver.excitation.record_base import make_record_base, start_on
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene as Acting
 from damperlab.worker.solver.scene import make_loaded
-from damperlab.worker.solver.segments import START, V, empty_log
+from damperlab.worker.solver.segment_log import START, V, empty_log
 from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, RECORD_METERS, Meter
 
 Column = NDArray[np.float64]
