@@ -138,6 +138,6 @@ def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, .
 
 def _limits(found: Found) -> Iterable[tuple[str, ...]]:
     for row in answer_document(found)["limits"]:
-        unit = {"s": "m/s", "n": "N", "g": "kg"}.get(row["limit"][-1], "m")
+        unit = {"s": "m/s", "2": "m/s²", "n": "N", "g": "kg"}.get(row["limit"][-1], "m")
         shown = [spelled(row[key], unit) for key in ("allowed", "reached")]
         yield row["limit"], *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))

@@ -14,7 +14,7 @@ from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import LIMITED, OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import LIMIT_CALLED, OF_STRUCTURE, Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -115,9 +115,9 @@ def _worst_record(found: Found) -> Iterator[str]:
 def _limits(found: Found) -> Iterator[str]:
     asked, stated = found.asked, found.stated
     for name, limit in asked.limits.items():
-        unit = "m/s" if "speed" in name else "m"
+        unit = "m/s²" if "acceleration" in name else "m/s" if "speed" in name else "m"
         reached = stated.reached[name]
-        what = LIMITED[name][1]
+        what = LIMIT_CALLED[name]
         if reached <= limit:
             yield (
                 f"The {what} reaches {spelled(reached, unit)} of the {spelled(limit, unit)} allowed "

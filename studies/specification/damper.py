@@ -10,25 +10,28 @@ from damperlab.studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO, MASS_RAT
 from damperlab.studies.specification.scene import SceneFields
 from damperlab.studies.specification.specification import (
     CHOSEN,
-    LIMITED,
+    LIMIT_CALLED,
     OF_STRUCTURE,
     RATIO_OF,
+    UNDER_RECORDS_ALONE,
     Choice,
     Structure,
     Tolerance,
 )
 
-LIMIT_KEYS = (*LIMITED, "cavity_length_m", "friction_force_n", "particle_mass_kg")
+LIMIT_KEYS = (*LIMIT_CALLED, "cavity_length_m", "friction_force_n", "particle_mass_kg")
 MOST_VALUES = 20
 """Values in a list of one quantity."""
 
 LENGTH = Quantity("length", "length [m]", 1e-12, 1e12, "give it in m")
 SPEED = Quantity("speed", "speed [m/s]", 1e-12, 1e12, "give it in m/s")
+ACCELERATION = Quantity("acceleration", "acceleration [m/s²]", 1e-12, 1e12, "give it in m/s²")
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 
 LIMIT_QUANTITIES = {
     "impact_speed_m_per_s": SPEED,
+    **dict.fromkeys(UNDER_RECORDS_ALONE, ACCELERATION),
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
@@ -161,7 +164,20 @@ class DamperFields(SceneFields):
                 limit = self._read(f"limits.{key}", raw[key], LIMIT_QUANTITIES.get(key, LENGTH))
                 if limit is not None:
                     found[key] = limit
+                if key in UNDER_RECORDS_ALONE and not self._shaken_by_records:
+                    self._without_acceleration(key)
         return found
+
+    def _without_acceleration(self, key: str) -> None:
+        """Refuse a limit that a study over a band has no result for."""
+        told = (
+            "{field} holds under ground-motion records alone: an acceleration is not among the results of a study over a band, "
+            "and the displacement times ω² is not it where friction and impacts make a motion that is no sine."
+        )
+        advice = (
+            "limit `displacement_m`, or shake the structure by `records`, one of them a sweep that you upload"
+        )
+        self._fault(f"limits.{key}", "a band of frequencies", "`records` as the excitation", advice, told)
 
     def _limits(self, choices: dict[str, Choice]) -> tuple[dict[str, float], dict[str, str]]:
         values = self._limit_values()
@@ -177,11 +193,11 @@ class DamperFields(SceneFields):
             )
             return {}, bounds
         for key, limit in values.items():
-            if key not in LIMITED:
+            if key not in LIMIT_CALLED:
                 name = "clearance_m" if key == "cavity_length_m" else key
                 most = limit / 2 if key == "cavity_length_m" else limit
                 self._cut(choices, name, most, f"limits.{key}", bounds)
-        return {key: limit for key, limit in values.items() if key in LIMITED}, bounds
+        return {key: limit for key, limit in values.items() if key in LIMIT_CALLED}, bounds
 
     def _cut(
         self, choices: dict[str, Choice], name: str, most: float, field: str, bounds: dict[str, str]

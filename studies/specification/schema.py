@@ -24,10 +24,11 @@ from damperlab.studies.specification.scene import (
     STRUCTURE_KEYS,
 )
 from damperlab.studies.specification.specification import (
-    LIMITED,
+    LIMIT_CALLED,
     MEASURES,
     OF_STRUCTURE,
     RECORD_MEASURES,
+    UNDER_RECORDS_ALONE,
 )
 
 Schema = dict[str, Any]
@@ -39,7 +40,10 @@ OF_SCENE: dict[str, Quantity] = {
     )
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
 """What structure and excitation are made of."""
-LIMIT_WORDS = {name: words for name, (_, words) in LIMITED.items()} | {
+LIMIT_WORDS = {
+    name: words + (", under records" if name in UNDER_RECORDS_ALONE else "")
+    for name, words in LIMIT_CALLED.items()
+} | {
     "cavity_length_m": "free length of the cavity, twice the clearance",
     "friction_force_n": "friction force",
     "particle_mass_kg": "particle mass",

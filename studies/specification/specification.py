@@ -196,13 +196,22 @@ LIMITED = {
     "relative_displacement_m": ("relative_amplitude_ratio", "stroke of the structure against its base"),
     "impact_speed_m_per_s": ("impact_speed_max", "impact speed"),
 }
-"""Limits on results: the variable, and what it is called."""
+"""Limits on results over a band: the variable, and what it is called."""
+UNDER_RECORDS_ALONE = {
+    "acceleration_m_per_s2": "acceleration of the structure",
+    "rms_acceleration_m_per_s2": "rms acceleration of the structure",
+}
+"""Limits on results that only a response to a record has, and what they are called."""
+LIMIT_CALLED = {name: words for name, (_, words) in LIMITED.items()} | UNDER_RECORDS_ALONE
+"""What every limit on a result is called."""
 RECORD_LIMITED = {
     "displacement_m": "peak_absolute_displacement_m",
     "relative_displacement_m": "peak_relative_displacement_m",
     "impact_speed_m_per_s": "impact_speed_max_m_s",
+    "acceleration_m_per_s2": "peak_absolute_acceleration_m_s2",
+    "rms_acceleration_m_per_s2": "rms_absolute_acceleration_m_s2",
 }
-"""The variables of the same limits under records."""
+"""The variables of limits under records."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +229,7 @@ class Specification:
     choices : dict of Choice
         By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
     limits : dict of float
-        Limits on results, by the names of `LIMITED`, in their units.
+        Limits on results, by the names of `LIMIT_CALLED`, in their units.
     bounds : dict of str
         Limits that cut a range short at its end: the limit by the quantity.
     tolerances : dict of Tolerance

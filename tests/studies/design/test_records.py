@@ -185,3 +185,37 @@ def test_an_acceleration_is_measured_in_its_unit() -> None:
         found.book.curve(found.build, each)["peak_relative_displacement_m"][0]
         for each in found.asked.records.cases
     )
+
+
+@pytest.mark.parametrize(
+    ("limit", "measure", "variable", "most_n"),
+    [
+        ("acceleration_m_per_s2", "worst_acceleration", "peak_absolute_acceleration_m_s2", 10.0),
+        ("rms_acceleration_m_per_s2", "worst_rms_acceleration", "rms_absolute_acceleration_m_s2", 5.0),
+    ],
+)
+def test_a_limit_on_accelerations_moves_the_design_to_where_it_is_kept(
+    limit: str, measure: str, variable: str, most_n: float
+) -> None:
+    # with so little friction the damper of the least displacement is not that of the least acceleration
+    choose = SHAKEN["choose"] | {"friction_force_n": {"start": 0.0, "stop": most_n}}
+    asked = SHAKEN | {"tolerances": {}, "limits": {}, "choose": choose}
+
+    def reached(found: Found) -> float:
+        assert found.asked.records is not None
+        every = (found.book.curve(found.build, each)[variable][0] for each in found.asked.records.cases)
+        return float(max(every))
+
+    free, _ = pursued(asked, 6000)
+    quiet, _ = pursued(asked | {"measure": measure}, 6000)
+    allowed = 0.5 * (reached(free) + reached(quiet))
+    kept, _ = pursued(asked | {"limits": {limit: allowed}}, 6000)
+    (row,) = answer_document(kept)["limits"]
+    assert (row["limit"], row["allowed"], row["kept"]) == (limit, allowed, True)
+    assert row["reached"] == reached(kept) <= allowed < reached(free)
+    assert kept.nominal.value > free.nominal.value
+    words = " ".join(answer_document(kept)["words"])
+    assert (
+        f"acceleration of the structure reaches {reached(kept):.4g} m/s² of the {allowed:.4g} m/s² allowed"
+        in words
+    )

@@ -348,3 +348,12 @@ def test_faults_of_records_are_named_where_they_stand(place: str, value: Any, fi
 def test_records_are_no_part_of_a_list_of_excitations() -> None:
     faults = faults_of(PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"]}]})
     assert "no function of a frequency" in faults["excitation[1].records"]
+
+
+@pytest.mark.parametrize("limit", ["acceleration_m_per_s2", "rms_acceleration_m_per_s2"])
+def test_accelerations_are_limited_under_records_and_refused_over_a_band(limit: str) -> None:
+    assert parse_specification(SHAKEN | {"limits": {limit: 3.0}}).limits == {limit: 3.0}
+    faults = faults_of(PROTOTYPE | {"limits": {limit: 3.0}})
+    assert list(faults) == [f"limits.{limit}"]
+    with pytest.raises(StudyFaults, match="holds under ground-motion records alone"):
+        parse_specification(PROTOTYPE | {"limits": {limit: 3.0}})
