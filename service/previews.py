@@ -7,6 +7,7 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import main_metric
 from damperlab.studies.coarse import coarse
+from damperlab.studies.definition import Study
 from damperlab.studies.questions import Plane, Selection
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StudyNotFound
@@ -17,8 +18,13 @@ SHOWN = ("x", "y", "values", "at", "complete", "note")
 """What is told of the coarse map; all else is as in the map of the study."""
 
 
+def coarse_of(record: Record) -> Study | None:
+    """Give the coarse grid that a study has, computed or not; None where it has none."""
+    return coarse(parse_stored(record.definition, record.digest))
+
+
 def map_preview(
-    store: Store, record: Record, x: str, y: str, plane: Plane, selection: Selection
+    store: Store, first: Study, x: str, y: str, plane: Plane, selection: Selection
 ) -> dict[str, Any] | None:
     """Answer a question for a map from the coarse grid of a study.
 
@@ -26,8 +32,8 @@ def map_preview(
     ----------
     store : Store
         Where both are.
-    record : Record
-        The study.
+    first : Study
+        Of `coarse_of`.
     x, y : str
         The dimensions of the map.
     plane, selection : Plane, Selection
@@ -38,8 +44,7 @@ def map_preview(
     dict or None
         `study`, the id of the coarse grid, and of its map what `SHOWN` names; None where there is none, or nothing of it.
     """
-    first = coarse(parse_stored(record.definition, record.digest))
-    found = None if first is None else store.newest(first.digest)
+    found = store.newest(first.digest)
     if found is None or not found.blocks_done:
         return None
     try:

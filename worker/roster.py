@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from damperlab.studies.faults import counted
 from damperlab.worker.attempt import Attempt
 from damperlab.worker.outcomes import RETRIES
 
@@ -178,6 +179,8 @@ class Roster:
             for member in self.members.values()
             if member.standing != "usable"
         ]
+        if all(member.standing == "joining" for member in self.members.values()):
+            return f"{counted(len(self.members), 'worker')} being examined"
         return f"none of the {len(self.members)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:

@@ -52,7 +52,7 @@ export function comparisonTab(session, place) {
     try {
       const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
-      fill(answerBox, verdict(answer, session.shown), judgedOver(record.id, session.shown, answer.next_frequencies));
+      fill(answerBox, verdict(answer, session.shown), el("p", {}, judgedOver(record.id, session.shown, answer.next_frequencies)));
       fill(note, prose(session.shown.words(answer).note));
       meaning.textContent = answer.criterion_means;
       await chart.draw(() => traces(answer, session.shown), () => ({
@@ -120,7 +120,9 @@ function share(label, now, onChange) {
 
 /** Which is better, in a sentence and a number. @param {any} answer @param {import("./shown.js").Shown} shown */
 function verdict(answer, shown) {
-  const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
+  // what to compute next is a button
+  const told = shown.words(answer).verdict.filter((sentence) => !(answer.next_frequencies && sentence.startsWith("Compute ")));
+  const sentences = told.map((sentence) => el("p", {}, prose(sentence)));
   // at one frequency a ratio would say more than is known
   if (answer.ratio === null || answer.frequency_ratio.length < 2) return sentences;
   return [

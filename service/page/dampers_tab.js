@@ -126,7 +126,7 @@ export function dampersTab(session, place) {
       }),
     );
     const best = /** @type {{x: number, y: number, value: number} | null} */ (least);
-    return { best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, acts: false }, idle: null, pareto: [], point: chosen };
+    return { best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, acts: false, name: "least on this map" }, idle: null, pareto: [], point: chosen };
   }
 
   async function rank() {
@@ -134,7 +134,9 @@ export function dampersTab(session, place) {
     if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), { metric: view.metric, ...only(), top: TOP });
-      if (mine === ranks) fill(table, ranking(ranked));
+      if (mine !== ranks) return;
+      fill(table, ranking(ranked));
+      if (ranked.designs.length) selection.rest(ranked.designs[0]);
     } catch (error) {
       if (mine === ranks) fill(table, refusalBox(error));
     }

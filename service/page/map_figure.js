@@ -22,7 +22,7 @@ const ROUNDING = 1e-9;
 /**
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
- * @typedef {{best: (Mark & {acts: boolean}) | null, idle: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} Marks
+ * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, idle: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} Marks
  *   `acts` where the best is the best with impacts and `idle` the best of all
  */
 
@@ -179,7 +179,7 @@ function markers({ best, idle, pareto, point }) {
   if (pareto.length) add(pareto, "Pareto front", { symbol: "diamond", size: 10, color: "white", line: { width: 2, color: "black" } });
   // white within black: seen on light cells and on dark ones, among which it mostly lies
   if (idle) add([idle], "best, no impact", { symbol: "star", size: 14, color: "white", line: { width: 1.5, color: "black" } });
-  if (best) add([best], best.acts ? "best with impacts" : "optimum", { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
+  if (best) add([best], best.name ?? (best.acts ? "best with impacts" : "optimum"), { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
   if (point) {
     traces.push({
       type: "scatter", mode: "markers", x: [point.x], y: [point.y], name: "this point", hoverinfo: "skip", showlegend: true, cliponaxis: false,

@@ -143,10 +143,10 @@ export function mapTab(session, place) {
     map_.plot.on("plotly_relayout", (/** @type {any} */ event) => zoomed(event));
   }
 
-  /** A map that was thinned is asked for again where it is looked at more closely. @param {any} event */
+  /** What is looked at more closely is kept in the address, and asked for again: a map that was thinned shows more there. @param {any} event */
   function zoomed(event) {
     if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
-    else if (event["xaxis.range[0]"] !== undefined && (map.thinned || view.window.x_range)) {
+    else if (event["xaxis.range[0]"] !== undefined || event["yaxis.range[0]"] !== undefined) {
       // kept in ratios, so that an address means the same to who looks at units
       const span = (/** @type {"x" | "y"} */ axis) => {
         const log = map_.plot.layout[`${axis}axis`].type === "log";

@@ -11,6 +11,7 @@ import { FREQUENCY } from "./selection.js";
 import { CLASS_LOOKS, designDimensions } from "./vocabulary.js";
 
 const PATIENCE_MILLISECONDS = 350;
+const NOT_COMPUTED = -1;
 
 /**
  * @param {import("./study.js").Session} session
@@ -53,7 +54,7 @@ export function pointPanel(session, best) {
 
   /** The frequency that is looked at: where the response is largest, or what the slider says. @param {any} response */
   function frequencyPlace(response) {
-    if (!selection.worst) return selection.place[FREQUENCY];
+    if (!selection.worst || empty(response)) return selection.place[FREQUENCY];
     const values = response.values.map((/** @type {any} */ value) => value ?? -1);
     return values.indexOf(values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)));
   }
@@ -87,6 +88,11 @@ function title({ selection, record, shown }) {
   ]);
 }
 
+/** Whether nothing of a curve is computed. @param {any} response */
+function empty(response) {
+  return response.values.every((/** @type {number | null} */ value) => value === null);
+}
+
 /** What the study has stored about the point. @param {import("./study.js").Session} session @param {any} response @param {any} times @param {number} place */
 function stored(session, response, times, place) {
   const { words, selection, shown } = session;
@@ -95,13 +101,16 @@ function stored(session, response, times, place) {
   const at = `${shown.has(FREQUENCY) ? "f" : "r"} = ${shown.value(FREQUENCY, response.frequency_ratio[place])}`;
   const x = shown.has("amplitude_ratio") ? "X" : "X/Z";
   const entries = /** @type {[string, string][]} */ ([
-    [selection.worst ? `Largest ${x}, at ${at}` : `${x} at ${at}`, shown.value("amplitude_ratio", response.values[place], 6)],
+    [selection.worst && !empty(response) ? `Largest ${x}, at ${at}` : `${x} at ${at}`, shown.value("amplitude_ratio", response.values[place], 6)],
     ["Error", error === null || error === undefined ? "–" : `± ${shown.value("amplitude_ratio", error, 2)}`],
     ["Run time", duration(times?.values[place])],
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
   ]);
-  return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value)))));
+  return [
+    response.values.includes(null) && response.status.includes(NOT_COMPUTED) && el("p", { class: "quiet" }, empty(response) ? `The study has computed no frequency of this point yet; the motion below is the one at ${at}.` : "Not every frequency of this point is computed yet."),
+    el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value))))),
+  ];
 }
 
 /** @param {any} response @param {number} place @param {import("./study.js").Session} session */

@@ -2,6 +2,9 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { el, fill, say } from "./dom.js";
+import { WORDS } from "./words.js";
+
+const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
 /** Tags as they stand in a list: a click on one shows the studies that have it. @param {string[]} tags @param {(tag: string) => void} choose */
 export function tagList(tags, choose) {
@@ -18,6 +21,8 @@ export function remarksForm(record) {
   async function save(event) {
     event.preventDefault();
     const said = { tags: tags.value.split(/[\s,]+/).filter(Boolean), note: note.value };
+    const odd = said.tags.filter((/** @type {string} */ tag) => !TAG.test(tag));
+    if (odd.length) return fill(trouble, el("p", { class: "box fault", role: "alert" }, `${odd.join(", ")}: a tag has ${WORDS.tag_words}.`));
     try {
       const now = await ask(studyPath(record.id), {}, { method: "PATCH", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } });
       Object.assign(record, { tags: now.tags, note: now.note });

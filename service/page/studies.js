@@ -2,6 +2,7 @@
 
 import { ask, follow, refusalBox } from "./api.js";
 import { el, fill, prose } from "./dom.js";
+import { Kept } from "./kept.js";
 import { moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { tagList } from "./remarks.js";
@@ -15,7 +16,7 @@ const LOOK_MILLISECONDS = 4000;
 const PAGE = 50;
 
 /** @type {import("./main.js").View} */
-export async function studiesView(root) {
+export async function studiesView(root, { query }) {
   const list = el("div", { class: "studies" });
   /** @type {Map<string, () => void>} */
   const streams = new Map();
@@ -24,7 +25,7 @@ export async function studiesView(root) {
   let left = false;
   let asked = 0;
 
-  const filter = studyFilter(() => look());
+  const filter = studyFilter(new Kept("#/", query), () => look());
   fill(
     root,
     el("div", { class: "row spread" }, el("h1", {}, "Studies"), el("a", { class: "button primary", href: "#/new" }, "New study")),
@@ -36,6 +37,8 @@ export async function studiesView(root) {
   async function look(cursor) {
     clearTimeout(timer);
     const mine = ++asked;
+    const nothing = filter.nothing();
+    if (nothing) return fill(list, el("p", { class: "box" }, nothing));
     let page;
     try {
       page = await ask("studies", { ...filter.wanted(), limit: PAGE, cursor });

@@ -98,7 +98,7 @@ export async function studyView(root, { parts, query }) {
       state,
       el("div", { class: "row" }, badge(now.state), progressBar(now)),
       outdatedNote(now),
-      now.message && el("p", { class: "box fault" }, prose(now.message)),
+      now.message && el("p", { class: isActive(now.state) ? "box" : "box fault" }, prose(now.message)),
     );
   }
 
@@ -120,7 +120,9 @@ export async function studyView(root, { parts, query }) {
 
   /** @param {any} changed */
   function update(changed) {
-    const grown = changed.blocks_done !== session.record.blocks_done || changed.state !== session.record.state;
+    const before = session.record;
+    // a coarse grid that has just been computed is a map, too
+    const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state || (before.phase === "previewing" && changed.phase !== before.phase);
     session.record = { ...session.record, ...changed };
     drawHead();
     if (grown) session.changes.dispatchEvent(new Event("grown"));

@@ -14,6 +14,8 @@ export const WORDS: {
   of_particle: string[];
   /** Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over base amplitudes. */
   axes: string[];
+  tag_pattern: string;
+  tag_words: string;
   suite_axes: string[];
   amplitude_axes: string[];
   /** Dimensions of a suite, and of a study over base amplitudes, that a designer chooses. */

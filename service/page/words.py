@@ -15,6 +15,7 @@ from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
+from damperlab.studies.remarks import TAG, TAG_WORDS
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
@@ -61,6 +62,8 @@ def _words() -> dict[str, Any]:
         "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _names_in_si(),
         "of_particle": OF_PARTICLE,
         "axes": HARMONIC.axes,
+        "tag_pattern": TAG.pattern,
+        "tag_words": TAG_WORDS,
         "suite_axes": SUITE.axes,
         "amplitude_axes": AMPLITUDES_KIND.axes,
         "damper": DAMPER,

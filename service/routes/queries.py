@@ -11,7 +11,7 @@ from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import map_document, ranking_document, response_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
-from damperlab.service.previews import map_preview
+from damperlab.service.previews import coarse_of, map_preview
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.amplitudes import AMPLITUDE
@@ -86,10 +86,14 @@ def ask_map(
     if given(shown):
         answer = window(answer, {x: shown.x_range, y: shown.y_range}, shown.most)
     document = map_document(answer, selection.metric or main_metric(cube))
-    if document["complete"] < 1 and second.minus is None:
-        preview = map_preview(service.store, study, x, y, plane, selection)
-        document |= {} if preview is None else {"preview": preview}
-    return answered(study, document)
+    first = coarse_of(study) if document["complete"] < 1 and second.minus is None else None
+    if first is None:
+        return answered(study, document)
+    preview = map_preview(service.store, first, x, y, plane, selection)
+    found = answered(study, document | ({} if preview is None else {"preview": preview}))
+    # the coarse grid grows, or is deleted, while the study stays as it is
+    found.headers["Cache-Control"] = "no-store"
+    return found
 
 
 @router.get(

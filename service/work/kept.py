@@ -132,7 +132,7 @@ class Kept:
                 await send(message)
                 return
             answer = start["status"], [*start["headers"]], bytes(message.get("body", b""))
-            if len(answer[2]) <= KEPT_BYTES:
+            if len(answer[2]) <= KEPT_BYTES and (b"cache-control", b"no-store") not in answer[1]:
                 self._kept[key] = answer
                 if len(self._kept) > KEPT:
                     self._kept.popitem(last=False)

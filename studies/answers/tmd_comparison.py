@@ -205,14 +205,13 @@ def _words(answer: xr.Dataset, phrases: Phrases) -> str:
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")
     else:
         sentences.append(f"Compared by the worst over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}.")
-    if np.isfinite(found["ratio"]):
+    if np.isfinite(found["ratio"]) and r.size > 1:  # at one frequency it would be read as a verdict
         sentences.append(
             f"Peaks: {phrases.value(METRIC, found['hybrid_peak'])} at {phrases.equal(FREQUENCY, found['hybrid_peak_at'])} "
-            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}"
-            # of one frequency it would be read as a verdict
-            + (f", ratio {found['ratio']:.4g}." if r.size > 1 else ".")
+            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}, "
+            f"ratio {found['ratio']:.4g}."
         )
-    else:
+    elif not np.isfinite(found["ratio"]):
         sentences.append("Nothing of the design's curve is computed yet, so there is no peak to compare.")
     if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
         sentences.append(

@@ -96,19 +96,26 @@ class Wanted:
 
     def fits(self, row: Row[Any]) -> bool:
         """Whether the grid of a study reaches into the range."""
-        names = [
-            name
-            for name in kind_of_definition(json.loads(row.definition)).dimensions
-            if name not in _OF_TEXTS
-        ]
+        definition = json.loads(row.definition)
+        names = [name for name in kind_of_definition(definition).dimensions if name not in _OF_TEXTS]
         # a study of an early version has no box in its row
-        ends = json.loads(row.box) or box_of(parse_stored(json.loads(row.definition), row.digest))
-        box = dict(zip(names, ends, strict=True))
-        if self.axis not in box:
+        grid = json.loads(row.box) or box_of(parse_stored(definition, row.digest))
+        box = dict(zip(names, grid, strict=True))
+        ends = box.get(str(self.axis)) or self._ends_in_units(definition)
+        if ends is None:
             return False
-        first, last = box[self.axis]
+        first, last = ends
         reaches = self.low is None or last >= self.low
         return bool(reaches and (self.high is None or first <= self.high))
+
+    def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
+        """Give the least and the greatest of what a study in ratios says of its axis in units; None where that is nothing."""
+        given = (definition.get("physical") or {}).get(self.axis)
+        if given is None:
+            return None
+        values = [given["start"], given["stop"]] if isinstance(given, dict) else given
+        values = values if isinstance(values, list) else [values]
+        return [float(min(values)), float(max(values))]
 
 
 ALL = Wanted()

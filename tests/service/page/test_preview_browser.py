@@ -56,6 +56,11 @@ def test_a_large_study_has_a_map_before_its_first_tenth_is_computed(
             re.compile(r"paler rest is a preview: a coarse grid of \d+ × \d+")
         )
         assert serious(page, ("light",)) == []
+        # the coarse grid deleted, the study shows what it has itself
+        client.delete(f"/api/v1/studies/{preview['study']}").raise_for_status()
+        again = client.get(f"/api/v1/studies/{study_id}/resonance-map", params=asked).json()
+        assert again["complete"] < 1
+        assert "preview" not in again
     finally:
         client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
         helpers.wait_for(client, study_id, helpers.ended)

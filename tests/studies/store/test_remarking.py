@@ -96,6 +96,22 @@ def test_studies_are_found_by_what_they_vary(store, make_study, make_plan_of):
     assert seen == ["6 to 9", "3 to 5", "1 to 2"]
 
 
+def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study, make_plan_of):
+    physical = {"mass_kg": 1.3, "natural_frequency_hz": 8.0, "base_amplitude_m": 0.001}
+    axes = {"friction_ratio": [0.1, 0.2], "restitution": 0.47, "mass_ratio": 0.1, "frequency_ratio": 1.0}
+    spelled = {"list": [0.003, 0.02], "range": {"start": 0.03, "stop": 0.05, "num": 3}, "number": 0.06}
+    for name, clearance in spelled.items():
+        study = make_study(name, axes=axes, physical=physical | {"clearance_m": clearance})
+        store.submit(study, make_plan_of(study, (1,) * 6), {})
+    assert names(store, axis="clearance_m", high=0.0021) == []
+    assert names(store, axis="clearance_m", low=0.004, high=0.005) == ["list"]
+    assert names(store, axis="clearance_m", low=0.02, high=0.031) == ["range", "list"]
+    assert names(store, axis="clearance_m", low=0.06) == ["number"]
+    assert names(store, axis="natural_frequency_hz", low=7.9, high=8.1) == ["number", "range", "list"]
+    # and by the ratios that these make
+    assert names(store, axis="clearance_ratio", low=55.0) == ["number"]
+
+
 def test_a_page_looks_at_no_more_than_it_may(store, make_study, make_plan_of, monkeypatch):
     monkeypatch.setattr("damperlab.studies.store.lookup.MOST_LOOKED_AT", 2)
     monkeypatch.setattr("damperlab.studies.store.lookup._AT_ONCE", 2)
