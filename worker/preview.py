@@ -41,16 +41,25 @@ class Preview:
         Told how far it is.
     stopping : callable
         Whether the study shall stop.
+    run : callable
+        Runs a study: `damperlab.worker.runner.run_study`, which begins this one.
     """
 
     def __init__(
-        self, store: Store, record: Record, study: AnyStudy, account: Account, stopping: Callable[[], bool]
+        self,
+        store: Store,
+        record: Record,
+        study: AnyStudy,
+        account: Account,
+        stopping: Callable[[], bool],
+        run: Callable[..., Record],
     ) -> None:
         self._store = store
         self._record = record
         self._study = study
         self._account = account
         self._stopping = stopping
+        self._run = run
 
     def compute(self, client: "Client") -> None:
         """Compute it at a cluster where the kernels are compiled already."""
@@ -65,13 +74,11 @@ class Preview:
             if self._stopping():
                 stop.set()
 
-        from damperlab.worker.runner import run_study  # which begins this one
-
         with suppress(StoreFault, ClusterUnusable), _entered_for(self._record):
             plan = make_plan(first, seconds_per_point)
             facts = provenance() | {COARSE_OF: self._record.id}
             record, _ = self._store.submit(first, plan, facts, priority=self._record.priority)
-            run_study(
+            self._run(
                 self._store,
                 record.id,
                 lambda: nullcontext(client),

@@ -220,7 +220,9 @@ class _Run:
 
         first = None
         if not self._record.blocks_done and work_left > PREVIEWED_SECONDS and self._budget == math.inf:
-            first = Preview(self._store, self._record, study, self._account, lambda: self._stopping).compute
+            first = Preview(
+                self._store, self._record, study, self._account, lambda: self._stopping, run_study
+            ).compute
         away = Away(
             self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
         )

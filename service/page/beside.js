@@ -33,7 +33,7 @@ export async function besideTab(session, place) {
 
   const named = (/** @type {string} */ name) => record.name || name;
   const charts = ["this study", "the other study", "this study less the other"].map((label, i) =>
-    figure({ label: `Map of ${label}`, name: `${["this", "other", "difference"][i]}-${record.id}`, height: 340, python: i === 2 ? () => pythonLine(record.id, "resonance_map", question()) : undefined }),
+    figure({ label: `Map of ${label}`, name: `${["this", "other", "difference"][i]}-${record.id}`, height: 340, python: () => pythonLine(i === 1 ? view.minus : record.id, "resonance_map", i === 2 ? question() : { ...question(), minus: null }) }),
   );
   const titles = charts.map(() => el("h3", {}));
   const controls = el("div", { class: "row controls" });

@@ -7,6 +7,7 @@ import { help } from "./help.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
 import { measures, unitOf } from "./measures.js";
 import { short } from "./numbers.js";
+import { pythonLine } from "./python_line.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { surveyMotion } from "./survey_motion.js";
 import { surveyPoint } from "./survey_point.js";
@@ -35,7 +36,9 @@ export function dampersTab(session, place) {
     met: kept.one("case", selection.axes[kind.met].map(String), ""),
   };
   if (view.x === view.y) Object.assign(view, { x, y });
-  const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460 });
+  /** @type {Record<string, any>} what the map was asked for last */
+  let question = {};
+  const chart = figure({ label: `Map of ${record.name || record.id}`, name: `map-${record.id}`, height: 460, python: () => pythonLine(record.id, "resonance_map", question) });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
   const controls = el("div", { class: "row controls" });
@@ -92,8 +95,10 @@ export function dampersTab(session, place) {
       const { met, ...plane } = view;
       const fixed = [view.x, view.y].includes(kind.met) ? {} : { [kind.met]: met };
       const open = [view.x, view.y, kind.met, ...(selection.worst ? [FREQUENCY] : [])];
-      const given = await ask(studyPath(record.id, "resonance-map"), { ...plane, ...fixed, most: MOST, ...selection.at(open) });
+      const whole = Object.fromEntries(Object.entries({ ...plane, ...fixed, ...selection.at(open) }).filter(([, value]) => value !== ""));
+      const given = await ask(studyPath(record.id, "resonance-map"), { ...whole, most: MOST });
       if (mine !== asked) return;
+      question = whole;
       const answer = shown.map({ ...given, long_name: given.long_name + inBrackets(given.units) });
       fill(trouble);
       fill(note, prose(said(answer, shown.words(given).note)));
@@ -129,14 +134,15 @@ export function dampersTab(session, place) {
     return { best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, acts: false, name: "least on this map" }, idle: null, pareto: [], point: chosen };
   }
 
-  async function rank() {
+  /** Rank the dampers; a study that has grown leads to the best of them, unless somebody has chosen one. @param {boolean} [grown] */
+  async function rank(grown) {
     const mine = ++ranks;
     if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), { metric: view.metric, ...only(), top: TOP });
       if (mine !== ranks) return;
       fill(table, ranking(ranked));
-      if (ranked.designs.length) selection.rest(ranked.designs[0]);
+      if (grown && ranked.designs.length) selection.rest(ranked.designs[0]);
     } catch (error) {
       if (mine === ranks) fill(table, refusalBox(error));
     }
@@ -176,7 +182,7 @@ export function dampersTab(session, place) {
   }
 
   selection.addEventListener("chosen", look);
-  session.changes.addEventListener("grown", () => place.isConnected && (look(), rank()));
+  session.changes.addEventListener("grown", () => place.isConnected && (look(), rank(true)));
   drawControls();
   fill(
     place,

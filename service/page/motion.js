@@ -3,6 +3,7 @@
 import { refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
+import { forceTraces } from "./forces.js";
 import { History } from "./history.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -35,9 +36,11 @@ const LOSSES = /** @type {[string, string][]} */ ([
 export function motionPanel(session) {
   const { record } = session;
   const element = el("div");
-  const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: () => pythonLine(null, "simulate", asked) });
-  const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280 });
-  const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240 });
+  const same = () => pythonLine(null, "simulate", asked);
+  const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: same });
+  const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280, python: same });
+  const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240, python: same });
+  const forces = figure({ label: "Forces on the structure at the point", name: `forces-${record.id}`, height: 240, python: same });
   const units = unitsOf(session.shown);
   /** @type {Record<string, any>} what was asked for last */
   let asked = {};
@@ -72,6 +75,8 @@ export function motionPanel(session) {
         time.element,
         phase.element,
         spectrum.element,
+        forces.element,
+        el("p", { class: "quiet" }, "Spring, damping and friction; an impact acts at once, so its force has no place in the figure."),
         measures(answer, session),
       );
       await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));
@@ -81,6 +86,11 @@ export function motionPanel(session) {
       }));
       await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
         xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1, exponentformat: "power" }, showlegend: false, bargap: 0.3,
+      }));
+      const damper = { damping: question.damping_ratio, friction: question.friction_ratio, mass: question.mass_ratio ?? 0, clearance: ratios.clearance };
+      await forces.draw(() => forceTraces(history, damper, session.shown.factor("friction_ratio")), () => ({
+        xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
+        yaxis: { title: { text: session.shown.has("friction_ratio") ? "force on the structure [N]" : "force on the structure, over kZ" } },
       }));
     } catch (error) {
       if (!signal.aborted) fill(element, refusalBox(error));

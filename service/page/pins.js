@@ -3,6 +3,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
+import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 
 const PATIENCE_MILLISECONDS = 200;
@@ -13,7 +14,7 @@ const MOST = 4;
 export function pinsPanel(session) {
   const { selection, record, kept, shown } = session;
   const along = selection.varied.filter((name) => name !== FREQUENCY);
-  const chart = figure({ label: "Frequency responses of the point and of pinned points", name: `pinned-${record.id}`, height: 300 });
+  const chart = figure({ label: "Frequency responses of the point and of pinned points", name: `pinned-${record.id}`, height: 300, python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])) });
   const list = el("ul", { class: "plain" });
   const trouble = el("div");
   let pins = readPins();

@@ -3,6 +3,7 @@
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
 import { el, fill, say } from "./dom.js";
 import { short } from "./numbers.js";
+import { recordFigures } from "./record_figures.js";
 import { WORDS } from "./words.js";
 
 /**
@@ -12,7 +13,12 @@ import { WORDS } from "./words.js";
  * @param {(id: string) => void} onChange
  */
 export function recordPicker(chosen, onChange) {
-  const select = el("select", { onchange: () => onChange(select.value) });
+  const looks = recordFigures();
+  const chose = (/** @type {string} */ id) => {
+    looks.show(id);
+    onChange(id);
+  };
+  const select = el("select", { onchange: () => chose(select.value) });
   const trouble = el("div");
 
   /** @param {string} id */
@@ -31,7 +37,11 @@ export function recordPicker(chosen, onChange) {
   }
 
   list(chosen).then(
-    (id) => id !== undefined && id !== chosen && onChange(id),
+    (id) => {
+      if (id === undefined) return;
+      looks.show(id);
+      if (id !== chosen) onChange(id);
+    },
     (error) => fill(trouble, refusalBox(error)),
   );
   return el(
@@ -40,8 +50,9 @@ export function recordPicker(chosen, onChange) {
     el("label", { class: "field" }, el("span", {}, "Record"), select),
     uploadField(async (kept) => {
       await list(kept.id);
-      onChange(kept.id);
+      chose(kept.id);
     }),
+    looks.element,
     trouble,
   );
 }

@@ -4,6 +4,7 @@ import { axisField } from "./axis_field.js";
 import { checkbox, el, fill } from "./dom.js";
 import { short } from "./numbers.js";
 import { PHYSICAL, RATIOS } from "./quantities.js";
+import { recordFigures } from "./record_figures.js";
 import { uploadField } from "./records.js";
 import { contactField, numberField } from "./settings_fields.js";
 
@@ -84,6 +85,7 @@ export function surveyFields(study, change, redraw, records) {
 export function recordsField(study, change, records, field = "records") {
   const chosen = new Set(ids(study.records).map((id) => whole(id, records)));
   const boxes = el("div", { class: "checks" });
+  const looks = recordFigures();
   function draw() {
     fill(
       boxes,
@@ -94,17 +96,20 @@ export function recordsField(study, change, records, field = "records") {
   }
   /** @param {string} id @param {boolean} on */
   function choose(id, on) {
+    if (on) looks.show(id);
     if (on) chosen.add(id);
     else chosen.delete(id);
     change("records", [...chosen]);
   }
   draw();
+  const [first] = chosen;
+  if (first) looks.show(first);
   const upload = uploadField((kept) => {
     if (!records.some((one) => one.id === kept.id)) records.push(kept);
     choose(kept.id, true);
     draw();
   });
-  return el("fieldset", { class: "axis", "data-field": field }, el("legend", {}, "Records"), boxes, upload, el("div", { class: "faults" }));
+  return el("fieldset", { class: "axis", "data-field": field }, el("legend", {}, "Records"), boxes, upload, looks.element, el("div", { class: "faults" }));
 }
 
 /** Records of a document: texts, or what a study that is stored keeps of them. @param {any} given @returns {string[]} */

@@ -5,6 +5,7 @@ import { debounced, el, fill, picker } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
+import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
 
 export const SAMPLES = 6000;
@@ -22,10 +23,11 @@ const ENERGIES = /** @type {[string, string][]} */ ([
 /** @param {import("./study.js").Session} session */
 export function surveyMotion({ selection, record }) {
   const id = record.id;
-  const drift = figure({ label: "Drift of the structure under the record", name: `drift-${id}`, height: 280 });
-  const both = figure({ label: "Base and structure under the record", name: `base-${id}`, height: 240 });
-  const cavity = figure({ label: "Particle in its cavity under the record", name: `cavity-${id}`, height: 240 });
-  const spectrum = figure({ label: "Spectrum of the drift", name: `spectrum-${id}`, height: 260 });
+  const same = () => pythonLine(null, "earthquake_comparison", question());
+  const drift = figure({ label: "Drift of the structure under the record", name: `drift-${id}`, height: 280, python: same });
+  const both = figure({ label: "Base and structure under the record", name: `base-${id}`, height: 240, python: same });
+  const cavity = figure({ label: "Particle in its cavity under the record", name: `cavity-${id}`, height: 240, python: same });
+  const spectrum = figure({ label: "Spectrum of the drift", name: `spectrum-${id}`, height: 260, python: same });
   const goesOn = el("p", { class: "quiet", role: "status" });
   const shown = el("div");
   const which = el("div", { class: "row controls" });

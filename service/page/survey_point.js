@@ -30,7 +30,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   /** @type {(number | null)[][]} results under each record, over the scales */
   let found = [];
   let number = 0;
-  const rising = figure({ label: "Result over the scale of each record", name: `incremental-${id}`, height: 380 });
+  const rising = figure({ label: "Result over the scale of each record", name: `incremental-${id}`, height: 380, python: () => pythonLine(id, "resonance_map", question(records[0])) });
   const curve = figure({ label: "Probability of exceeding the limit", name: `fragility-${id}`, height: 280, python: () => pythonLine(id, "fragility", asked) });
   const title = el("h2", {}, "The damper");
   const cases = el("div");
@@ -88,10 +88,16 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     });
   }
 
-  /** The results of the damper under one record, in units that are shown. @param {string} one */
-  async function overScales(one) {
+  /** The results of the damper under one record, over the scales. @param {string} one @returns {Record<string, any>} */
+  function question(one) {
     const y = Object.keys(selection.axes).find((name) => name !== SCALE && name !== RECORD && selection.axes[name].length === 1) ?? "clearance_m";
-    const answer = await ask(studyPath(id, "resonance-map"), { x: SCALE, y, metric: view.metric, record: one, ...selection.at([RECORD, SCALE, y]) });
+    return { x: SCALE, y, metric: view.metric, record: one, ...selection.at([RECORD, SCALE, y]) };
+  }
+
+  /** The same, in units that are shown. @param {string} one */
+  async function overScales(one) {
+    const { y, ...asked } = question(one);
+    const answer = await ask(studyPath(id, "resonance-map"), { y, ...asked });
     const row = answer.values[selection.axes[y].length === 1 ? 0 : selection.place[y]];
     return row.map((/** @type {number | null} */ value) => (value === null ? null : value * factor()));
   }

@@ -17,7 +17,7 @@ from damperlab.service.histories import history_scenes
 from damperlab.service.problems import documented
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
-from damperlab.service.work.functions import comparison_body, uploaded
+from damperlab.service.work.functions import comparison_body, looked_at, uploaded
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
@@ -47,6 +47,14 @@ class RecordQuery(BaseModel):
         None, description="Units of the acceleration where the file does not state them."
     )
     name: str = Field("", max_length=200, description="Name of the record.")
+
+
+class ShownQuery(BaseModel):
+    """How much of a record is shown."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    samples: int = Field(2000, ge=2, le=400_000, description="Most samples; thinned ones keep the peaks.")
 
 
 class ComparisonQuery(ComputeQuery):
@@ -145,6 +153,24 @@ def _generated(body: bytes) -> GroundMotion:
             ]
         )
     return read_kanai_tajimi(document["kanai_tajimi"])
+
+
+@router.get(
+    "/records/{record_id}",
+    response_class=Document,
+    responses={200: gives("GroundMotionShown"), **documented(404, 422, 429, 503)},
+    summary="A record: its samples and its response spectrum",
+)
+async def show_record(
+    request: Request,
+    service: TheService,
+    query: Annotated[ShownQuery, Query()],
+    record_id: Annotated[str, Path(max_length=100, description="Id of a record, or an earthquake's name.")],
+) -> Document:
+    """Give a record with its acceleration over time, and the spectrum of structures of 5 % damping."""
+    whole, motion = await run_sync(service.settings.records.get, record_id)
+    shown = await service.work.run(request, looked_at, motion, query.samples)
+    return Document({"id": whole, **motion.summary(), **shown})
 
 
 @router.delete(

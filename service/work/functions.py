@@ -1,5 +1,9 @@
 """What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
 
+from typing import Any
+
+import numpy as np
+
 from damperlab.service.designs import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
@@ -13,6 +17,7 @@ from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.ground.response_spectrum import response_spectrum
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
@@ -51,6 +56,23 @@ def fit_body(asked: FitQuestion | HistoryQuestion) -> bytes:
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:
     """Read a record that was uploaded."""
     return read_record(body, layout, name, units)
+
+
+def looked_at(motion: GroundMotion, most: int) -> dict[str, Any]:
+    """Give what a record looks like: at most `most` samples, its peaks among them, and its response spectrum."""
+    a = motion.acceleration_m_s2
+    rows = np.arange(a.size)
+    if a.size > most:
+        even = np.linspace(0, a.size - 1, max(2, most - 2)).astype(int)
+        rows = np.unique([*even, int(a.argmax()), int(a.argmin())])
+    spectrum = response_spectrum(motion)
+    return {
+        "time_s": (rows * motion.step_s).tolist(),
+        "acceleration_m_s2": a[rows].tolist(),
+        "damping_ratio": spectrum.damping_ratio,
+        "period_s": spectrum.period_s.tolist(),
+        "pseudo_acceleration_m_s2": spectrum.pseudo_acceleration_m_s2.tolist(),
+    }
 
 
 def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int]:

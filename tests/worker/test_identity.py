@@ -29,7 +29,8 @@ NEUTRAL = {
     # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
     "studies": "digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads unit_names "
     "user_error",
-    "studies.ground": "builtin files kanai_tajimi paper question shelf",  # a record's samples are in the digest
+    # the samples of a record are in the digest
+    "studies.ground": "builtin files kanai_tajimi paper question response_spectrum shelf",
     "studies.store": "checksum coding cube chunks decoded definition durable faults kept_quota record reuse sealed shelf "
     "solver submitter",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored

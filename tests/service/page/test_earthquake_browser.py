@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import serious, until
+from tests.service.page.looking import run_the_lines_of_python, serious, until
 
 TRACES = """(label) => [...document.querySelectorAll(".plot")]
   .find((plot) => plot.getAttribute("aria-label") === label)
@@ -35,6 +35,16 @@ def test_the_motion_under_an_earthquake_is_drawn_and_sensitivity_explained_where
     lines = until(page, TRACES, lambda traces: len(traces) == 3, SPECTRUM)
     peak = max(zip(lines[0]["y"], lines[0]["x"], strict=True))
     assert peak[1] == pytest.approx(asked["natural_frequency_hz"], rel=0.02)  # no damper rings at its own
+
+    assert run_the_lines_of_python(page) == 1  # all three figures are of one comparison
+
+    page.get_by_text("What the record looks like").click()
+    record = client.get(f"/api/v1/records/{asked['record']}").raise_for_status().json()
+    (motion,) = until(page, TRACES, bool, "Acceleration of the base over time")
+    assert motion["x"] == record["time_s"]
+    assert max(map(abs, motion["y"])) == pytest.approx(record["peak_acceleration_g"])
+    (shown,) = until(page, TRACES, bool, "Response spectrum of the record")
+    assert shown["y"] == pytest.approx([value / 9.80665 for value in record["pseudo_acceleration_m_s2"]])
 
     rows = page.get_by_role("region", name="Comparison under the record")
     note = page.locator(".left .note")

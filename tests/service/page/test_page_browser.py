@@ -236,7 +236,7 @@ def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     slider = panel.get_by_label("Moment of the motion, in cycles")
     cycles = int(slider.get_attribute("max") or 0)
     plots = "() => [...document.querySelectorAll('.point .plot')].map((plot) => plot.data ?? [])"
-    _, motion, phase, spectrum = until(page, plots, lambda drawn: len(drawn) == 4 and all(drawn))
+    _, motion, phase, spectrum, _ = until(page, plots, lambda drawn: len(drawn) == 5 and all(drawn))
     curves = {one["name"]: one for one in motion}
     assert {"structure x", "base z", "particle in its cavity", "walls"} <= set(curves)
     assert {"structure", "once a cycle"} <= {one["name"] for one in phase}

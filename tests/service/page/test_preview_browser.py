@@ -17,9 +17,9 @@ LARGE = {
     "name": "takes minutes",
     "damping_ratio": 0.0113,
     "axes": {
-        "clearance_ratio": {"start": 0.5, "stop": 20, "num": 60},
-        "friction_ratio": {"start": 0.0, "stop": 0.7, "num": 40},
-        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 40},
+        "clearance_ratio": {"start": 0.5, "stop": 20, "num": 80},
+        "friction_ratio": {"start": 0.0, "stop": 0.7, "num": 50},
+        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 50},
         "restitution": 0.47,
         "mass_ratio": 0.1,
     },

@@ -12,7 +12,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from tests.service.page.looking import serious, until
+from tests.service.page.looking import run_the_lines_of_python, serious, until
 
 from damperlab.studies.ground.builtin import builtin_ids
 
@@ -141,6 +141,9 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     assert spectrum[1]["y"] == pytest.approx(
         spectrum_of(case["histories"]["hybrid"], 10.0), rel=1e-6, abs=1e-9
     )
+
+    # the map, the curves over the scale, the fragility and the motion each have a line of their own
+    assert run_the_lines_of_python(page) == 4
 
     panel.get_by_text("All cases as a table").click()
     expect(panel.get_by_role("row")).to_have_count(3)

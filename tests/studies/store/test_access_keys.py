@@ -54,6 +54,8 @@ def test_keys_of_an_older_catalogue_get_their_checksums(tmp_path):
             "ALTER TABLE access_keys DROP COLUMN crc",
             "DROP INDEX waiting",
             "ALTER TABLE studies DROP COLUMN priority",
+            "ALTER TABLE studies DROP COLUMN tags",
+            "ALTER TABLE studies DROP COLUMN note",
             "CREATE INDEX waiting ON studies (state)",
             "UPDATE alembic_version SET version_num = '0008'",
         ):

@@ -144,7 +144,6 @@ def test_pages_go_from_new_to_old_and_do_not_shift(store, make_study, make_plan_
         ({"cursor": "\ud800"}, "cursor"),
         ({"limit": 0}, "limit"),
         ({"limit": 10**6}, "limit"),
-        ({"state": "paused"}, "state"),
     ],
 )
 def test_a_page_that_cannot_be_is_refused(store, asked, field):

@@ -99,6 +99,8 @@ def test_studies_of_an_older_catalogue_are_counted_by_their_definitions(
                     "box",
                     "version",
                     "priority",
+                    "tags",
+                    "note",
                 )
             ),
             "ALTER TABLE done_blocks DROP COLUMN identity",
