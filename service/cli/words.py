@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
+from damperlab.studies.rounding import ROUNDING_WORD, VALUE_OF_ERROR, is_rounding
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
@@ -102,10 +103,22 @@ def rows_table(answer: "xr.Dataset", phrases: "Phrases", meant: "Mapping[str, st
     names += [str(name) for name in answer.data_vars]
     means = {name: name for name in names} | dict(meant or {})
     columns = [
-        [_spelled(means[name], value, phrases) for value in answer[name].values.tolist()] for name in names
+        _errors(answer, name, means[name], phrases)
+        if VALUE_OF_ERROR.get(name) in answer
+        else [_spelled(means[name], value, phrases) for value in answer[name].values.tolist()]
+        for name in names
     ]
     head = tuple(phrases.column(name, means[name]) for name in names)
     return head, list(zip(*columns, strict=True))
+
+
+def _errors(answer: "xr.Dataset", name: str, means: str, phrases: "Phrases") -> list[str]:
+    """Spell a column of errors: a word for those that are rounding."""
+    values = answer[VALUE_OF_ERROR[name]].values.tolist()
+    return [
+        ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
+        for value, error in zip(values, answer[name].values.tolist(), strict=True)
+    ]
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":

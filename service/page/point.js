@@ -102,7 +102,7 @@ function stored(session, response, times, place) {
   const x = shown.has("amplitude_ratio") ? "X" : "X/Z";
   const entries = /** @type {[string, string][]} */ ([
     [selection.worst && !empty(response) ? `Largest ${x}, at ${at}` : `${x} at ${at}`, shown.value("amplitude_ratio", response.values[place], 6)],
-    ["Error", error === null || error === undefined ? "–" : `± ${shown.value("amplitude_ratio", error, 2)}`],
+    ["Error", shown.error("amplitude_ratio", response.values[place], error)],
     ["Run time", duration(times?.values[place])],
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],

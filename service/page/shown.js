@@ -88,6 +88,13 @@ export class Shown {
     return short(value * by) + doubt;
   }
 
+  /** The error of a value, in a table: a word where it is rounding. @param {string} name @param {number | null | undefined} value @param {number | null | undefined} error */
+  error(name, value, error) {
+    if (error === null || error === undefined) return "–";
+    if (value !== null && value !== undefined && error <= WORDS.rounding.share * Math.abs(value)) return WORDS.rounding.word;
+    return `± ${this.value(name, error, 2)}`;
+  }
+
   /** What a variable is called. @param {string} name @param {string} otherwise */
   variable(name, otherwise) {
     return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : otherwise;

@@ -33,6 +33,8 @@ export const WORDS: {
   /** What stands in units for a ratio: symbol, name, unit, and that unit in units of SI. */
   in_units: Record<string, [string, string, string, number]>;
   /** The name by which a ratio is asked for in SI units. */
+  /** Errors below this share of their value are rounding, and what a table says of them. */
+  rounding: { share: number; word: string };
   names_in_si: Record<string, string>;
   /** States of a study, and those at which nothing more happens by itself. */
   states: string[];

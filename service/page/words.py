@@ -16,6 +16,7 @@ from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.remarks import TAG, TAG_WORDS
+from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
@@ -83,6 +84,7 @@ def _words() -> dict[str, Any]:
         },
         "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
         "in_units": _in_units(),
+        "rounding": {"share": ROUNDING, "word": ROUNDING_WORD},
         "names_in_si": _names_in_si_of_ratios(),
         "states": STATES,
         "ended": ENDED,

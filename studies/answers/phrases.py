@@ -9,6 +9,7 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
 from damperlab.studies.amplitudes import RATIOS_OF
+from damperlab.studies.rounding import is_rounding
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, SPEED
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
 from damperlab.studies.variables import SYMBOLS
@@ -120,7 +121,9 @@ class Phrases:
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
     def measured(self, value: float, error: float) -> str:
-        """Spell an amplitude with its error."""
+        """Spell an amplitude with its error, and without where that is rounding."""
+        if is_rounding(value, error):
+            return self.value(AMPLITUDE, value)
         if math.isnan(error):
             return f"{self.value(AMPLITUDE, value)} (error not known)"
         return f"{self.number(AMPLITUDE, value)} ± {self.value(AMPLITUDE, error, '.2g')}"

@@ -99,7 +99,7 @@ def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_i
     assert answer.attrs["best_with_impacts"]["value"] == 1.4
     assert "2 more designs have exactly this response." in said(answer)
     assert "friction locks the mass to its base: it does not act as a particle damper" in said(answer)
-    assert "Best design with impacts: 1.4 ± 1e-09" in said(answer)
+    assert "Best design with impacts: 1.4 at" in said(answer)
     # two chaotic responses of one value are two responses
     assert optimal_designs(made([1.0, 1.0, 2.0])).sizes["rank"] == 3
     none = optimal_designs(made([1.0, 2.0], kinds=locked))
