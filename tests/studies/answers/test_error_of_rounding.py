@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
-from damperlab.service.cli.words import rows_table
 
+from damperlab.service.cli.words import rows_table
 from damperlab.studies.answers.phrases import RATIOS
 from damperlab.studies.rounding import is_rounding
 
