@@ -63,10 +63,7 @@ class Kind:
     instead: str
 
 
-_WORST_FREQUENCY = (
-    "The largest value over the study's {count} frequencies from {band}; frequency_ratio_at gives the frequency at "
-    "which it occurs."
-)
+_WORST_FREQUENCY = "The largest value over the study's {count} frequencies from {band}."
 HARMONIC = Kind(
     words="a harmonic study",
     dimensions=DIMENSIONS,
@@ -97,7 +94,7 @@ SUITE = Kind(
     metric="peak_relative_displacement_m",
     designs=SUITE_DAMPER,
     uncontrolled=RECORD,
-    worst="The largest value over the {count} records of the suite; record_at gives the record under which it occurs.",
+    worst="The largest value over the {count} records of the suite.",
     also=(),
     axes=(
         "clearance_m",

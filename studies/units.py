@@ -11,6 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.physical import Physical
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
@@ -147,7 +149,11 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
 
 
 def in_si(cube: xr.Dataset) -> list[InUnits]:
-    """Give the dimensions and results that a cube over base amplitudes has in SI units itself; none of another one."""
+    """Give the dimensions and results that a cube has in SI units itself: of a ground-motion suite, or over base amplitudes."""
+    if "natural_frequency_hz" in cube.sizes:
+        every = [name for name in (*SUITE_DIMENSIONS, *SUITE_VARIABLES) if name in cube.variables]
+        units = {name: str(cube[name].attrs.get("units", "1")) for name in every}
+        return [InUnits(name, name, 1.0, unit, name) for name, unit in units.items() if unit != "1"]
     if AMPLITUDE not in cube.sizes:
         return []
     names = [*RATIOS_OF, AMPLITUDE, *RESULT_NAMES]

@@ -15,6 +15,7 @@ from damperlab.service.figures.style import (
     STYLE,
     SYMBOLS,
     VERMILION,
+    drawn,
     fixed_title,
     norm_of,
     scale,
@@ -37,6 +38,7 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
     metric : str
         Which of its variables.
     """
+    answer = drawn(answer)
     values = answer[metric]
     x = answer[values.dims[0]]
     failed = answer["status"].values > Status.MAX_CYCLES
@@ -86,6 +88,7 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     names : (str, str)
         What to call the studies.
     """
+    answer = drawn(answer)
     x = answer["frequency_ratio"]
     r = x.values
     edges = np.concatenate(([r[0]], (r[1:] + r[:-1]) / 2, [r[-1]]))

@@ -3,7 +3,8 @@
 import xarray as xr
 from matplotlib.figure import Figure
 
-from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
+from damperlab.service.figures.style import BLUE, GREY, MILLIMETRES, VERMILION, drawn, styled
+from damperlab.studies.answers.phrases import TERMS
 
 
 def draw_fragility(answer: xr.Dataset) -> Figure:
@@ -15,7 +16,11 @@ def draw_fragility(answer: xr.Dataset) -> Figure:
         Of `damperlab.studies.answers.fragility`.
     """
     scale = answer["scale"].values
-    found = answer.attrs
+    found = dict(answer.attrs)
+    if answer["median"].attrs["units"] == "m":
+        answer = drawn(answer)
+        found["threshold"] *= MILLIMETRES
+    metric = TERMS.get(found["metric"], found["metric"])
     units = answer["median"].attrs["units"]
     unit = "" if units == "1" else f" {units}"
     with styled():
@@ -30,7 +35,7 @@ def draw_fragility(answer: xr.Dataset) -> Figure:
         above.axhline(
             found["threshold"], color=VERMILION, lw=1, ls="--", label=f"limit {found['threshold']:g}{unit}"
         )
-        above.set(ylabel=f"{found['metric']}{f' [{units}]' if unit else ''}", ylim=(0, None))
+        above.set(ylabel=f"{metric}{f' [{units}]' if unit else ''}", ylim=(0, None))
         above.legend()
         below.plot(
             scale,

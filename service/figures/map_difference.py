@@ -10,6 +10,7 @@ from damperlab.service.figures.style import (
     COLOURS,
     EMPTY,
     STYLE,
+    drawn,
     fixed_title,
     norm_of,
     scale,
@@ -36,16 +37,17 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
     names : (str, str)
         What to call the studies.
     """
+    elsewhere = answer.attrs.get("other_at", {})
+    units = {name: str(answer[name].attrs.get("units", "1")) for name in elsewhere}
+    own_place = ", ".join(told(name, answer[name].item(), units[name]) for name in elsewhere)
+    its_place = ", ".join(told(name, value, units[name]) for name, value in elsewhere.items())
+    answer = drawn(answer)
     y, x = (answer[name] for name in answer[metric].dims)
     panels = [np.ma.masked_invalid(answer[name].values.astype(float)) for name in (metric, "other")]
     apart = np.ma.masked_invalid(answer[DIFFERENCE].values)
     both = np.ma.masked_invalid(np.concatenate([panel.compressed() for panel in panels]))
     largest = float(np.abs(apart).max()) if apart.count() else 0.0
     norm = norm_of(both) if both.count() else Normalize(0.0, 1.0)
-    elsewhere = answer.attrs.get("other_at", {})
-    units = {name: str(answer[name].attrs.get("units", "1")) for name in elsewhere}
-    own_place = ", ".join(told(name, answer[name].item(), units[name]) for name in elsewhere)
-    its_place = ", ".join(told(name, value, units[name]) for name, value in elsewhere.items())
     titled = (
         (panels[0], "; ".join(filter(None, (names[0], own_place))), norm, COLOURS),
         (panels[1], "; ".join(filter(None, (names[1], its_place))), norm, COLOURS),

@@ -18,6 +18,7 @@ from damperlab.service.figures.style import (
     EMPTY,
     SYMBOLS,
     VERMILION,
+    drawn,
     fixed_title,
     is_logarithmic,
     norm_of,
@@ -61,6 +62,7 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
     metric : str
         Which of its variables; one of codes is drawn with a colour for each code.
     """
+    answer = drawn(answer)
     values = answer[metric]
     y, x = (answer[name] for name in values.dims)
     status = answer["status"].values

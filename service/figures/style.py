@@ -47,6 +47,7 @@ COLOURS = "viridis"
 BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 """Of the Okabe-Ito palette, which all kinds of colour vision can tell apart; vermilion stands out from viridis."""
 
+MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
 """Behind the hatch of locked points in the legend; where a map has no value."""
 
@@ -116,6 +117,8 @@ def told(name: str, value: float | str, units: str = "1") -> str:
     """Write one coordinate as a title has it."""
     if isinstance(value, str):
         return value
+    if units == "m":
+        value, units = value * MILLIMETRES, "mm"
     return f"{SYMBOLS.get(name, name)} = {value:.4g}" + ("" if units == "1" else f" {units}")
 
 
@@ -139,6 +142,17 @@ def fixed_title(answer: xr.Dataset) -> str:
         worst = answer.attrs["worst_over"]
         fixed += f" of the max over {SYMBOLS.get(worst) or worst}"
     return fixed
+
+
+def drawn(answer: xr.Dataset) -> xr.Dataset:
+    """Give an answer with its lengths in mm, as a drawing has them; all else is as it is."""
+    lengths = [str(name) for name, array in answer.variables.items() if array.attrs.get("units") == "m"]
+    found = {name: answer[name] * MILLIMETRES for name in lengths}
+    scaled = {name: array.variable for name, array in found.items()}
+    for name, variable in scaled.items():
+        variable.attrs = dict(answer[name].attrs) | {"units": "mm"}
+    result = answer.assign_coords({name: one for name, one in scaled.items() if name in answer.coords})
+    return result.assign({name: one for name, one in scaled.items() if name in answer.data_vars})
 
 
 def norm_of(values: np.ma.MaskedArray[Any, Any]) -> Normalize:

@@ -47,7 +47,7 @@ def say_frequency(cube: xr.Dataset, r: float, phrases: Phrases = RATIOS) -> str:
     """Say that an answer holds at one frequency, and what can be done about it."""
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube):
-        return f"Judged at {at} alone; leave frequency_ratio out for the worst over the band."
+        return f"Judged at {at} alone; leave the frequency out for the worst over the band."
     return f"Only one frequency was computed, {at}: the judgement holds at that frequency only. {WHY}"
 
 
@@ -57,8 +57,7 @@ def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:
     values = sorted(cube[kind.uncontrolled].values.tolist())
     band = phrases.span(FREQUENCY, values[0], values[-1], ".10g") if kind.uncontrolled == FREQUENCY else ""
     words = kind.worst.format(count=len(values), band=band)
-    # where it occurs is told by a ratio, which does not belong among units
-    return f"{words.partition(';')[0]}." if phrases.unit(FREQUENCY) else words
+    return words
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:

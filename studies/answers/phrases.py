@@ -1,6 +1,7 @@
 """How quantities stand in the sentences of answers: as ratios, or in units where the study is given in them."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -9,10 +10,13 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
 from damperlab.studies.amplitudes import RATIOS_OF
+from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
+from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.rounding import is_rounding
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, SPEED
+from damperlab.studies.unit_names import AMPLITUDES, ENERGY, RESULTS, SPEED
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
-from damperlab.studies.variables import SYMBOLS
+from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -39,6 +43,14 @@ PRINTED: dict[str, Printed] = {
 }
 """What is written for a ratio in a study in units."""
 
+_PRINTED_UNITS = {
+    "m": ("mm", 1e3),
+    "m s-1": ("m/s", 1.0),
+    "m s-2": ("m/s²", 1.0),
+    "J": ("J", 1.0),
+    "s": ("s", 1.0),
+}
+
 PRINTED_OF_SI: dict[str, Printed] = {
     **{name: PRINTED[ratio] for name, ratio in RATIOS_OF.items()},
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
@@ -47,10 +59,25 @@ PRINTED_OF_SI: dict[str, Printed] = {
     **{name: PRINTED[source] for source, name in AMPLITUDES.items()},
     SPEED: PRINTED["impact_speed_max"],
     ENERGY: PRINTED["dissipation_per_cycle"],
+    "natural_frequency_hz": Printed("f_n", "natural frequency f_n", "Hz", 1.0),
+    **{
+        name: Printed(
+            SUITE_SYMBOLS.get(name, variable.long_name), variable.long_name, *_PRINTED_UNITS[variable.units]
+        )
+        for name, variable in SUITE_VARIABLES.items()
+        if variable.units != "1"
+    },
 }
 """What is written for the dimensions and results that a cube, or an answer, has in SI units."""
 
 _PRINTED = PRINTED | PRINTED_OF_SI
+
+TERMS: dict[str, str] = {
+    **{name: words for name, (_, words) in SUITE_DIMENSIONS.items()},
+    **{name: f"{words} {SYMBOLS[name]}" for name, words in DIMENSION_NAMES.items()},
+    **{name: printed.label for name, printed in PRINTED_OF_SI.items()},
+}
+"""What a dimension or a quantity is called in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +99,11 @@ class Phrases:
         found = {each.source: each for each in (*beside, *in_si(cube))}
         return cls(found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside})
 
+    @classmethod
+    def of_ratios(cls, cube: xr.Dataset) -> "Phrases":
+        """Give those of ratios; what the cube has in SI units itself stands in units all the same."""
+        return cls({each.source: each for each in in_si(cube)})
+
     def _has(self, name: str) -> bool:
         return name in self.quantities
 
@@ -82,8 +114,8 @@ class Phrases:
         return "X/Z" if name == AMPLITUDE else SYMBOLS.get(name, name)
 
     def label(self, name: str) -> str:
-        """Give the name of a dimension: that of the cube, or its quantity with its symbol."""
-        return _PRINTED[name].label if self._has(name) else name
+        """Give the name of a dimension: its term, or that of its quantity, with its symbol."""
+        return _PRINTED[name].label if self._has(name) else TERMS.get(name, name)
 
     def unit(self, name: str) -> str:
         """Give the unit with the space before it; nothing for a ratio."""
@@ -94,8 +126,8 @@ class Phrases:
         quantity = quantity or name
         if not self._has(quantity):
             return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
-        of_a_dimension = name in SYMBOLS or name in COORDINATE_NAMES or name == BASE_AMPLITUDE
-        named = AMPLITUDES.get(name, name).removesuffix("_m_per_s").removesuffix("_m")
+        of_a_dimension = name in TERMS and name not in RESULTS
+        named = _SI_SUFFIX.sub("", AMPLITUDES.get(name, name))
         return f"{_PRINTED[name].label if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
 
     def printed(self, name: str, value: float) -> float:
@@ -136,6 +168,7 @@ class Phrases:
 
 
 RATIOS = Phrases()
+_SI_SUFFIX = re.compile(r"_(m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
@@ -149,7 +182,7 @@ def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str
         Makes the words by name.
     """
     units = Phrases.of(cube)
-    words = say(RATIOS)
+    words = say(Phrases.of_ratios(cube))
     return words | {"in_units": say(units)} if units.quantities else words
 
 

@@ -20,6 +20,7 @@ from damperlab.studies.answers.follow_up import (
 )
 from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.phrases import RATIOS
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault, counted
@@ -140,7 +141,9 @@ def _say_search(
 ) -> str:
     where = f"{counted(promising, 'cell')} of the grid may hold a design better by more than {value_tolerance:.2g} of its value"
     coarse = ", ".join(
-        f"{name} to {step:.3g}" for name, step in steps.items() if step > tolerance * (1 + ROUNDING)
+        f"{RATIOS.label(name)} to {step:.3g}"
+        for name, step in steps.items()
+        if step > tolerance * (1 + ROUNDING)
     )
     if promising:
         return f"{where}."

@@ -159,9 +159,8 @@ def resonance_map(
             count_of, ends = cube.sizes[over], cube[over].values[[0, -1]]
             low, high = phrases.number(over, ends[0], "g"), phrases.value(over, ends[-1], "g")
             high += "" if phrases.unit(over) else " m"
-            where = "" if reduce == "mean" else f"; {over}_at gives the one at which it occurs"
             sentences.append(
-                f"The {reduce} over the study's {count_of} base amplitudes from {low} to {high}{where}."
+                f"The {reduce} over the study's {count_of} base amplitudes from {low} to {high}."
             )
         if worst:
             sentences.append(say_worst(cube, phrases))

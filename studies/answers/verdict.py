@@ -97,8 +97,8 @@ def verdict(
 def say_next(phrases: Phrases) -> str:
     """Say which frequencies to compute where a study has one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
-    name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
-    return f"Compute {name} from {start} to {stop} in {NEXT_BAND['num']} steps next"
+    band = f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}"
+    return f"Compute {band} in {NEXT_BAND['num']} steps next"
 
 
 def _say_idle(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside
+from damperlab.studies.answers.phrases import RATIOS
 
 FEWEST = 2
 """Values along an axis that stay in any case: its ends."""
@@ -52,7 +53,9 @@ def window(
         whole = index[name]
         if most is not None and whole.size > most:
             index[name] = _spread(whole, most, [place[axis] for place in extremes])
-            sentences.append(f"{index[name].size:,} of {whole.size:,} values of {name} are shown.")
+            sentences.append(
+                f"{index[name].size:,} of {whole.size:,} values of {RATIOS.label(name)} are shown."
+            )
     part = answer.isel({name: kept for name, kept in index.items() if kept.size < answer.sizes[name]})
     if sentences:
         if extremes and most is not None and most >= FEWEST + len(extremes):

@@ -70,14 +70,14 @@ def test_a_suite_is_run_asked_and_written_like_any_study(tmp_path: Path) -> None
     best = json.loads(run("optimum", "dampers", "--json", *data).stdout)["designs"]
     assert [one["value"] for one in best] == sorted(one["value"] for one in best)
     told = run("optimum", "dampers", *data).stdout
-    assert f"clearance_m = {best[0]['clearance_m']:g}" in told
+    assert f"clearance d = {best[0]['clearance_m'] * 1e3:g} mm" in told
     assert "under northridge-090" in told
     assert (
         json.loads(run("optimum", "dampers", "--record", "northridge", "--json", *data).stdout)["designs"]
         == best
     )
     run("optimum", "dampers", "-o", tmp_path / "best.png", *data)
-    assert "clearance_m" in run("map", "dampers", "--at", "record=northridge", *data).stdout
+    assert "d [mm]" in run("map", "dampers", "--at", "record=northridge", *data).stdout
     run("map", "dampers", "-o", tmp_path / "map.png", *data)
     for figure in ("best.png", "map.png"):
         assert (tmp_path / figure).read_bytes().startswith(b"\x89PNG")

@@ -111,7 +111,7 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
     at = {"clearance_ratio": best["clearance_ratio"], "friction_ratio": best["friction_ratio"]}
     compared = client.get(f"/api/v1/studies/{study_id}/tmd-comparison", params=at).json()
     # at one frequency no ratio is shown, but what to compute next
-    assert any("Compute frequency_ratio from" in sentence for sentence in compared["verdict"])
+    assert any("Compute frequency ratio r from" in sentence for sentence in compared["verdict"])
     for sentence in compared["verdict"]:
         if not sentence.startswith("Compute "):  # which is a button
             expect(page.get_by_text(sentence)).to_be_visible()

@@ -183,7 +183,7 @@ def test_a_map_of_dampers_shows_the_worst_base_amplitude_and_frequency(cube: xr.
     np.testing.assert_array_equal(answer["amplitude_ratio"], values.max(axis=(2, 3)).T)
     where = values.max(axis=3).argmax(axis=2).T
     np.testing.assert_array_equal(answer["base_amplitude_m_at"], Z[where])
-    assert "3 base amplitudes from 0.001 to 0.004 m" in answer.attrs["note"]
+    assert "3 base amplitudes from 1 to 4 mm" in answer.attrs["note"]
     assert "3 base amplitudes from 1 to 4 mm" in answer.attrs["in_units"]["note"]
     lengths = resonance_map(cube, "clearance_m", "friction_force_n")
     np.testing.assert_array_equal(lengths["amplitude_m"], (values * Z[:, None]).max(axis=(2, 3)).T)
@@ -199,7 +199,7 @@ def test_the_backbone_of_a_damper_is_a_map_over_amplitude_and_frequency(cube: xr
     np.testing.assert_array_equal(answer["amplitude_m"], cube["amplitude_m"].values[0, 0, 0, 1, 2])
     curve = frequency_response(cube, Selection("amplitude_m", at | {"base_amplitude_m": 0.0021}))
     np.testing.assert_array_equal(curve["amplitude_m"], cube["amplitude_m"].values[0, 0, 0, 1, 2, 1])
-    assert "base_amplitude_m = 0.002 (the grid point nearest to the 0.0021 asked for)" in curve.attrs["note"]
+    assert "base amplitude Z = 2 mm (the grid point nearest to the 2.1 mm asked for)" in curve.attrs["note"]
 
 
 def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Dataset) -> None:

@@ -142,7 +142,7 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ):
         assert f"{symbol} = {float(best[name]) * factor:.6g} {unit}" in said
     assert f" {float(best['value']) * BASE * 1e3:.6g} ± " in said
-    assert "Compute excitation_frequency_hz from 3.2 to 5 in 19 steps next" in " ".join(
+    assert "Compute excitation frequency f from 3.2 to 5 Hz in 19 steps next" in " ".join(
         answers[1].attrs["in_units"]["verdict"]
     )
     ratios = cube.copy()
@@ -166,7 +166,7 @@ def test_a_figure_of_what_was_asked_in_units_tells_its_place_in_them(cube: xr.Da
     assert "$m$ = 0.1 kg" in title
     assert title.endswith("; max over $f$")
     curve = fixed_title(frequency_response(cube, Selection("amplitude_m")))
-    assert "$d$ = 0.006 m" in curve
+    assert "$d$ = 6 mm" in curve
     for symbol in ("β", "d/Z", "γ_F"):
         assert symbol not in title + curve
     # what is asked as ratios is told as ratios

@@ -57,7 +57,7 @@ def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Datase
     place = (mine - its).where(mine - its == lowest, drop=True)
     note = answer.attrs["note"]
     assert f"by at most {-lowest:.4g} at d/Z = {place['clearance_ratio'].item():.6g}" in note
-    assert "mass_ratio (0.1 and 0.2)" in note
+    assert "mass ratio β (0.1 and 0.2)" in note
     assert answer.attrs["other_at"] == {"mass_ratio": 0.2}
 
 

@@ -39,8 +39,8 @@ def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
 def test_dimensions_that_were_not_asked_for_are_chosen_and_said(cube):
     answer = resonance_map(cube, "friction_ratio", "restitution")
     assert answer["clearance_ratio"].item() == 1.0
-    assert "clearance_ratio = 1 (not asked for; one of 5 on the grid)" in answer.attrs["note"]
-    assert "mass_ratio = 0.1," in answer.attrs["note"] + ","  # there was nothing to choose
+    assert "clearance ratio d/Z = 1 (not asked for; one of 5 on the grid)" in answer.attrs["note"]
+    assert "mass ratio β = 0.1," in answer.attrs["note"] + ","  # there was nothing to choose
 
 
 def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_says_so(cube):
@@ -50,7 +50,7 @@ def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_sa
         np.testing.assert_array_equal(answer[name], worst[name])
     assert "largest value over the study's 6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
     alone = resonance_map(cube, "friction_ratio", "restitution", Selection(at={"frequency_ratio": 1.0}))
-    assert "r = 1 alone; leave frequency_ratio out" in alone.attrs["note"]
+    assert "r = 1 alone; leave the frequency out" in alone.attrs["note"]
     single = resonance_map(cube.isel(frequency_ratio=[3]), "friction_ratio", "restitution")
     assert "Only one frequency was computed, r = 1" in single.attrs["note"]
     codes = resonance_map(cube, "friction_ratio", "restitution", Selection("response_class"))
@@ -256,13 +256,13 @@ def test_what_was_asked_for_is_said_as_people_write_it(whole):
         "note"
     ]
     assert "nearest" not in note
-    assert "friction_ratio = 0.6" in note
+    assert "friction ratio γ_F = 0.6" in note
     at = {"friction_ratio": 0.4, "clearance_ratio": 3.0}
     note = frequency_response(asked, Selection(at=at, interpolate=True)).attrs["note"]
-    assert "friction_ratio = 0.4" in note
+    assert "friction ratio γ_F = 0.4" in note
     assert "0.4 (not asked for" not in note
-    assert "to clearance_ratio = 3 between 2 and 5" in note
-    assert "restitution = 0.2 (not asked for; one of 3 on the grid)" in note
+    assert "to clearance ratio d/Z = 3 between 2 and 5" in note
+    assert "coefficient of restitution e = 0.2 (not asked for; one of 3 on the grid)" in note
     # a value a rounding off the grid is on it
     on_it = frequency_response(asked, Selection(at={"friction_ratio": 0.6}, interpolate=True))
     assert not on_it["interpolated"].values.any()
@@ -272,5 +272,5 @@ def test_what_was_asked_for_is_said_as_people_write_it(whole):
         "clearance_ratio",
         Selection(at={"friction_ratio": 0.3, "frequency_ratio": 1.0}, interpolate=True),
     )
-    assert "frequency_ratio = 1." in by_map.attrs["note"]
-    assert "to friction_ratio = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]
+    assert "frequency ratio r = 1." in by_map.attrs["note"]
+    assert "to friction ratio γ_F = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]

@@ -121,7 +121,7 @@ def test_at_one_frequency_nothing_is_said_to_be_better(cube):
     assert "Peaks" not in alone["note"]
     assert alone["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
     assert "nothing is said about which damper is better" in said
-    assert "Compute frequency_ratio from 0.8 to 1.25" in said
+    assert "Compute frequency ratio r from 0.8 to 1.25" in said
     band = tmd_comparison(cube).attrs
     assert "next_frequencies" not in band
     assert f"ratio {band['ratio']:.4g}" in band["note"]

@@ -122,7 +122,7 @@ def test_one_frequency_recommends_nothing_but_what_to_compute_next():
     alone = optimal_designs(made([1.0, 2.0], frequencies=(1.0,)))
     assert alone.attrs["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
     assert "no design is recommended for use" in said(alone)
-    assert "Compute frequency_ratio from 0.8 to 1.25 in 19 steps next" in said(alone)
+    assert "Compute frequency ratio r from 0.8 to 1.25 in 19 steps next" in said(alone)
     band = optimal_designs(made([1.0, 2.0]))
     assert "next_frequencies" not in band.attrs
     near = optimal_designs(made([1.0, 2.0]), Judging("resonance"))

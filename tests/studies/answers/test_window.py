@@ -46,7 +46,7 @@ def test_a_part_is_whole_where_it_is_small_and_says_nothing() -> None:
 
 def test_thinning_is_said() -> None:
     note = window(_map(11, 3), most=4).attrs["note"]
-    assert note.startswith("At r = 1. 4 of 11 values of friction_ratio are shown.")
+    assert note.startswith("At r = 1. 4 of 11 values of friction ratio γ_F are shown.")
     assert "clearance_ratio" not in note
 
 
