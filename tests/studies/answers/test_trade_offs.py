@@ -117,7 +117,10 @@ def test_flatness_ends_where_the_loss_is_exceeded(whole):
     assert "does not resolve the optimum in clearance ratio d/Z, friction ratio γ_F" in answer.attrs["note"]
     assert (flat["restitution"]["low"], flat["restitution"]["below"]) == (0.2, None)
     assert "mass_ratio" not in flat
-    assert "coefficient of restitution e from 0.2 (end of the axis) to 0.8 (end of the axis)" in answer.attrs["note"]
+    assert (
+        "coefficient of restitution e from 0.2 (end of the axis) to 0.8 (end of the axis)"
+        in answer.attrs["note"]
+    )
 
 
 def _logarithmic():
