@@ -8,6 +8,7 @@ from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
+from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.vocabulary import STATES
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ def studies(
             help="Only studies whose values of this dimension reach into the range, as in clearance_ratio=2,5.",
         ),
     ] = None,
+    coarse: Annotated[
+        bool, typer.Option("--coarse", help="List the coarse grids too that large studies computed first.")
+    ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
@@ -47,7 +51,7 @@ def studies(
         return
     from damperlab.studies.store.wanted import Wanted
 
-    wanted = Wanted(state, name, tag, *_read_range(within))
+    wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse)
     page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
@@ -212,6 +216,8 @@ def summary(record: "Record") -> str:
     ]
     if record.priority:
         lines.insert(2, ("priority", str(record.priority)))
+    if COARSE_OF in record.provenance:
+        lines.append(("coarse grid", f"of {record.provenance[COARSE_OF]}"))
     if record.tags:
         lines.append(("tags", " ".join(record.tags)))
     if record.note:

@@ -195,6 +195,7 @@ class Client:
         name: str | None = None,
         tag: str | None = None,
         within: "tuple[str, float | None, float | None] | None" = None,
+        coarse: bool = False,
     ) -> list[Study]:
         """List the studies that the service keeps, newest first.
 
@@ -208,6 +209,8 @@ class Client:
             Only those with this tag; see `Study.remark`.
         within : (str, float or None, float or None), optional
             Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
+        coarse : bool
+            List the coarse grids too that large studies computed first.
 
         Raises
         ------
@@ -216,6 +219,8 @@ class Client:
         """
         axis, low, high = within or (None, None, None)
         asked = {"state": state, "name": name, "tag": tag, "axis": axis, "from": low, "to": high}
+        if coarse:
+            asked["coarse"] = True
         return list(self._pages(asked))
 
     def _pages(self, asked: Mapping[str, Any]) -> Iterator[Study]:

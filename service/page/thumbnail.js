@@ -40,11 +40,11 @@ const seen = new IntersectionObserver((entries) => {
  * The picture of a study, empty until it has been seen and drawn.
  *
  * @param {any} record as the list has it
- * @returns {HTMLElement} a place of the picture's size where there is nothing to draw
+ * @returns {HTMLElement} a place of the picture's size that says why where there is nothing to draw
  */
 export function thumbnail(record) {
   const plane = planeOf(record);
-  if (!plane) return el("span", { class: "thumbnail", "aria-hidden": "true" });
+  if (!plane) return el("span", { class: "thumbnail" }, whyNone(record));
   const key = `${record.id} ${Math.floor((STEPS * record.points_done) / record.points_total)}`;
   const known = begun.get(key);
   if (known) return known;
@@ -66,6 +66,14 @@ function planeOf(record) {
   const order = record.dimensions.includes(RECORD) ? WORDS.suite_axes : record.dimensions.includes(AMPLITUDE) ? WORDS.amplitude_axes : WORDS.axes;
   const [x, y] = order.filter((name) => record.shape[record.dimensions.indexOf(name)] > 1);
   return y ? { x, y } : null;
+}
+
+/** Why a study has no picture, in a few words. @param {any} record */
+function whyNone(record) {
+  if (record.points_done === 0) return "nothing computed yet";
+  if (record.points_total > LARGEST) return "too large for a picture";
+  if (record.points_done < record.points_total && record.state !== "running") return "partly computed, no picture";
+  return "one axis, no map";
 }
 
 async function work() {

@@ -81,6 +81,10 @@ class ListQuery(BaseModel):
     high: float | None = Field(
         None, alias="to", description="Only studies whose values of `axis` begin at this or less."
     )
+    coarse: bool = Field(
+        False,
+        description="List the coarse grids too that large studies computed first; their ids find them anyway.",
+    )
 
 
 class DifferencesQuery(BaseModel):
@@ -178,7 +182,7 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     looked at for one page.
     """
     try:
-        wanted = Wanted(query.state, query.name, query.tag, query.axis, query.low, query.high)
+        wanted = Wanted(query.state, query.name, query.tag, query.axis, query.low, query.high, query.coarse)
         page = service.store.page(query.limit, query.cursor, wanted)
     except StoreFault as error:
         if error.fault.field in ("cursor", "tag", "axis", "from", "to"):

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Row
+from sqlalchemy import ColumnElement, Row, and_, exists, literal, not_
 
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
@@ -13,6 +13,7 @@ from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.box import box_of
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.store.tables import studies
 from damperlab.studies.vocabulary import STATES
 
@@ -35,6 +36,9 @@ class Wanted:
         A dimension that it has.
     low, high : float, optional
         The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
+    coarse : bool
+        Whether coarse grids count too, which large studies compute first; where not, those do all the same that have the tag
+        asked for, and those whose study is gone.
 
     Raises
     ------
@@ -48,6 +52,7 @@ class Wanted:
     axis: str | None = None
     low: float | None = None
     high: float | None = None
+    coarse: bool = True
 
     def __post_init__(self) -> None:
         """Refuse what no study can be."""
@@ -87,6 +92,8 @@ class Wanted:
             found.append(studies.c.name.icontains(text, autoescape=True))
         if self.tag is not None:
             found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
+        elif not self.coarse:
+            found.append(not_(_is_coarse_grid()))
         return found
 
     @property
@@ -116,6 +123,18 @@ class Wanted:
         values = [given["start"], given["stop"]] if isinstance(given, dict) else given
         values = values if isinstance(values, list) else [values]
         return [float(min(values)), float(max(values))]
+
+
+def _is_coarse_grid() -> ColumnElement[bool]:
+    """Tell of a row whether it is the coarse grid of a study that is there."""
+    whole = studies.alias()
+    key = f'"{COARSE_OF}": "'
+    its_study = studies.c.provenance.like(literal(f"%{key}") + whole.c.id + '"%')
+    # the study is looked for where one is named alone
+    return and_(
+        studies.c.provenance.contains(key, autoescape=True),
+        exists().where(whole.c.deleted.is_(None), its_study).correlate(studies),
+    )
 
 
 ALL = Wanted()

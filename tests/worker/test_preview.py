@@ -12,10 +12,12 @@ from distributed import Client
 from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import make_plan
+from damperlab.studies.remarks import read_remarks
 from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
+from damperlab.studies.store.wanted import Wanted
 from damperlab.worker import runner
 from damperlab.worker.cluster import connect
 from damperlab.worker.cost import seconds_per_point
@@ -142,3 +144,26 @@ def test_what_a_program_asks_for_has_no_map_that_somebody_waits_for(store: Store
     ]
     assert {each.state for each in asked} == {"done"}
     assert {each.id for each in store.page().records} == {each.id for each in asked}
+
+
+def test_a_coarse_grid_is_listed_where_it_is_asked_for_and_once_its_study_is_gone(
+    store: Store, client: Client
+) -> None:
+    study = large(0.12)
+    record = run(store, client, study)
+    first = coarse(study)
+    assert first is not None
+    grid = store.newest(first.digest)
+    assert grid is not None
+
+    def listed(**wanted: Any) -> set[str]:
+        return {each.id for each in store.page(wanted=Wanted(**wanted)).records}
+
+    assert listed() == {record.id, grid.id}
+    assert listed(coarse=False) == {record.id}
+    assert listed(coarse=False, name="large") == {record.id}
+    assert store.find(grid.id).id == grid.id
+    store.remark(grid.id, read_remarks({"tags": ["kept"]}))
+    assert listed(coarse=False, tag="kept") == {grid.id}
+    store.delete(record.id)
+    assert listed(coarse=False) == {grid.id}

@@ -56,6 +56,13 @@ def test_a_large_study_has_a_map_before_its_first_tenth_is_computed(
             re.compile(r"paler rest is a preview: a coarse grid of \d+ × \d+")
         )
         assert serious(page, ("light",)) == []
+        # its own record, and no card beside that of its study
+        assert client.get(f"/api/v1/studies/{preview['study']}").raise_for_status().json()["state"] == "done"
+        named = {"name": LARGE["name"]}
+        listed = client.get("/api/v1/studies", params=named).json()["studies"]
+        assert [one["id"] for one in listed] == [study_id]
+        listed = client.get("/api/v1/studies", params=named | {"coarse": True}).json()["studies"]
+        assert {one["id"] for one in listed} == {study_id, preview["study"]}
         # the coarse grid deleted, the study shows what it has itself
         client.delete(f"/api/v1/studies/{preview['study']}").raise_for_status()
         again = client.get(f"/api/v1/studies/{study_id}/resonance-map", params=asked).json()
@@ -64,5 +71,3 @@ def test_a_large_study_has_a_map_before_its_first_tenth_is_computed(
     finally:
         client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
         helpers.wait_for(client, study_id, helpers.ended)
-    page.set_viewport_size({"width": 1440, "height": 1000})
-    page.screenshot(path="/tmp/z/preview.png")
