@@ -120,6 +120,29 @@ def test_a_study_that_is_stopped_meanwhile_stops_and_its_coarse_grid_too(
     assert record.state == "done"
 
 
+def test_a_coarse_grid_that_was_deleted_is_computed_again_before_the_first_block(
+    store: Store, client: Client
+) -> None:
+    stop = threading.Event()
+
+    def tell(progress: Progress) -> None:
+        if progress.phase == "previewing":
+            stop.set()
+
+    study = large(0.13)
+    first = coarse(study)
+    assert first is not None
+    record = run(store, client, study, tell=tell, stop=stop)
+    grid = store.newest(first.digest)
+    assert grid is not None
+    assert (record.state, record.blocks_done) == ("cancelled", 0)
+    store.delete(grid.id)
+    record = run(store, client, study)
+    again = store.newest(first.digest)
+    assert again is not None
+    assert (record.state, again.state) == ("done", "done")
+
+
 def test_a_coarse_grid_that_cannot_be_had_costs_the_study_nothing(store: Store, client: Client) -> None:
     study = large(0.07)
     first = coarse(study)
