@@ -129,6 +129,7 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
     answer : Dataset
         Of `damperlab.studies.answers.optimal_designs`, or of `worst_case_designs`.
     """
+    answer = drawn(answer)
     count = answer.sizes["rank"]
     columns = {name: answer[name].values for name in EVERY_DIMENSION if name in answer.coords}
     units = {name: str(answer[name].attrs.get("units", "1")) for name in columns}

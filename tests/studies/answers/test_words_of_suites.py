@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.service.cli.words import map_table, rows_table, worst_sentence
+from damperlab.service.figures.curves import draw_ranking
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -66,6 +67,9 @@ def test_figures_are_in_mm_and_the_answer_stays_as_it_is() -> None:
     assert bar.get_ylabel() == "Peak relative displacement [mm]"
     assert axes.get_xlim()[1] > 20
     assert answer["clearance_m"].values.max() == 0.02
+    (ranking,) = draw_ranking(worst_case_designs(made())).axes
+    assert ranking.get_xlabel().endswith("[mm]")
+    assert ranking.get_xlim()[1] > 17
 
 
 def test_every_dimension_of_every_kind_has_a_term() -> None:
