@@ -3,7 +3,7 @@
 import logging
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from subprocess import Popen
 
@@ -38,7 +38,7 @@ class Kernels:
             return self._compiled, self._seconds
 
     def start(self) -> None:
-        """Begin to compile what studies, points and earthquakes need by default, one scene after the other."""
+        """Begin to compile what studies, points and earthquakes need by default, in one process."""
         self._thread.start()
 
     def require(self, wanted: Iterable[Scene]) -> None:
@@ -66,28 +66,35 @@ class Kernels:
         with self._lock:
             if scene in self._coming:
                 return self._coming[scene]
-            future = self._coming[scene] = self._pool.submit(self._compile, scene)
+            future = self._coming[scene] = self._pool.submit(self._compile_one, scene)
         return future
 
-    def _compile(self, scene: Scene) -> None:
+    def _compile_one(self, scene: Scene) -> None:
+        try:
+            self._compile([scene])
+        finally:
+            with self._lock:
+                del self._coming[scene]
+
+    def _compile(self, wanted: Sequence[Scene]) -> None:
         with self._lock:
             if self._closed:
                 return
-            process = start_apart(scene)
+            process = start_apart(wanted)
             self._processes.add(process)
         began = time.monotonic()
         try:
-            require_done(scene, process)
-            _log.info("the kernels of %s are ready", scene.name)
+            require_done(process)
+            _log.info("the kernels of %s are ready", ", ".join(scene.name for scene in wanted))
         finally:
             with self._lock:
-                self._compiled += 1
+                self._compiled += len(wanted) - len(missing(wanted))
                 self._seconds += time.monotonic() - began
                 self._processes.discard(process)
-                del self._coming[scene]
 
     def _warm(self) -> None:
-        for scene in usual_scenes():
-            if self._closed:
-                return
-            self.require([scene])
+        if lacking := missing(usual_scenes()):
+            try:
+                self._compile(lacking)
+            except (OSError, RuntimeError) as error:
+                _log.warning("%s", error)

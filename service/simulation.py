@@ -56,6 +56,8 @@ class Asked:
         The solver.
     starts, seed : int
         Start states whose responses are compared, rest the first; 0 for none. And the seed of their draw.
+    followed : bool
+        Whether the events of a cycle of the steady response are counted: see `damperlab.worker.simulate.simulate`.
     """
 
     design: Design
@@ -65,6 +67,7 @@ class Asked:
     method: Method
     starts: int = 0
     seed: int = 0
+    followed: bool = True
 
 
 def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> Asked:
@@ -199,7 +202,9 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
         ``stiffness`` over k and the ``damping`` over k/ω_n of a compliant one.
     """
     settings = _settings(asked, cycles_limit)
-    answer = simulate(asked.design, asked.cycles, asked.history, asked.method, settings=settings)
+    answer = simulate(
+        asked.design, asked.cycles, asked.history, asked.method, settings=settings, followed=asked.followed
+    )
     found = simulation_document(answer, asked.samples)
     if asked.cycles is not None and answer.metrics["status"] == Status.MAX_CYCLES:
         found["status"] = (
@@ -217,7 +222,8 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
 
 def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
     """Scenes whose kernels `compute` needs for the same arguments."""
-    return scenes_of(asked.design, asked.cycles, asked.method, _settings(asked, cycles_limit))
+    followed = asked.followed or asked.history > 0
+    return scenes_of(asked.design, asked.cycles, asked.method, _settings(asked, cycles_limit), followed)
 
 
 def _settings(asked: Asked, cycles_limit: int) -> Steadiness:

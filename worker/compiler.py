@@ -20,6 +20,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 from llvmlite import binding
@@ -159,7 +160,17 @@ class _FromTyped(lowering.Lower):  # type: ignore[misc]
                 self._singly_assigned_vars.add(name)
 
     def _counts_references(self, name: str) -> bool:
-        return bool(self.context.data_model_manager[self.typeof(name)].contains_nrt_meminfo())
+        return _holds_references(self.context, self.typeof(name))
+
+    def incref(self, typ: Any, value: Any) -> None:
+        """Count one reference more; a value that holds none, as a scene's, is not taken apart to find that out."""
+        if _holds_references(self.context, typ):
+            super().incref(typ, value)
+
+    def decref(self, typ: Any, value: Any) -> None:
+        """Count one reference less."""
+        if _holds_references(self.context, typ):
+            super().decref(typ, value)
 
     def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
         both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
@@ -182,6 +193,12 @@ class _FromTyped(lowering.Lower):  # type: ignore[misc]
         form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
         function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
         return self.builder.call(function, [one, other, added])
+
+
+@cache
+def _holds_references(context: Any, typ: Any) -> bool:
+    """Whether values of a type hold anything whose references are counted."""
+    return bool(context.data_model_manager[typ].contains_nrt_meminfo())
 
 
 def _is_product(name: Any, value: Any) -> bool:

@@ -84,7 +84,7 @@ class Simulation:
     state : dict
         u, u_rate, p, p_rate at the end: absolute, over Z and Z ω_n; p is None without a particle.
     events : dict
-        Impacts, turns (v' = 0, stops included) and attachments on the way.
+        Impacts, turns (v' = 0, stops included) and attachments on the way; empty where the steady response was not followed.
     cycles : int
         Excitation cycles on the way to that end: from rest where a number was asked for, else along the steady response.
     history : dict of ndarray
@@ -105,6 +105,7 @@ def simulate_ready(
     method: Literal["event", "rk4"] = "event",
     steps_per_cycle: int = 400,
     settings: Settings | None = None,
+    followed: bool = True,
 ) -> Simulation:
     """Compute what `simulate` does with kernels that are there; else they are compiled on the way, and timed."""
     began = thread_time()
@@ -125,7 +126,16 @@ def simulate_ready(
     response, steady = _steady(design, friction, acting, settings)
     measured = {name: _plain(number) for name, number in response.items()}
     found = measured["status"] <= Status.MAX_CYCLES
+    if not is_followed(design, history, followed):
+        measured["run_time"] = thread_time() - began
+        return Simulation(measured, _absolute(steady, design, found), {}, 0, {})
     return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
+
+
+def is_followed(design: Design, history: int, followed: bool) -> bool:
+    """Whether a steady response is marched on, so as to show it: where that is asked for, or a massless particle moves."""
+    massless = design.particle is not None and not design.particle.mass_ratio > 0.0
+    return followed or history > 0 or massless
 
 
 def show_orbit(design: Design) -> Simulation:
@@ -198,20 +208,10 @@ def _march(
         measured["run_time"] = thread_time() - began
     else:
         measured["run_time"] = thread_time() - began
-    good = outcome == ARRIVED and cycles > 0
-    end: dict[str, float | None] = {
-        "u": state.v if good else nan,
-        "u_rate": state.w + r if good else nan,
-        "p": None,
-        "p_rate": None,
-    }
-    if particle is not None:
-        end["p"] = state.v - state.wall * (particle.clearance_ratio - state.gap) if good else nan
-        end["p_rate"] = state.p_rate if good else nan
     columns = np.concatenate(samples, axis=1) if samples else np.empty((len(HISTORY_COLUMNS), 0))
     return Simulation(
         metrics=measured,
-        state=end,
+        state=_absolute(state, design, outcome == ARRIVED and cycles > 0),
         events={
             "impacts": int(counts[IMPACTS]),
             "turns": int(counts[TURNS]),
@@ -220,6 +220,21 @@ def _march(
         cycles=done,
         history=dict(zip(HISTORY_COLUMNS, columns, strict=True)) if samples else {},
     )
+
+
+def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None]:
+    """A state at phase 0 as it is shown; NaN where it is not known."""
+    end: dict[str, float | None] = {
+        "u": state.v if known else nan,
+        "u_rate": state.w + design.frequency_ratio if known else nan,
+        "p": None,
+        "p_rate": None,
+    }
+    if (particle := design.particle) is not None:
+        behind = state.wall * (particle.clearance_ratio - state.gap)
+        end["p"] = state.v - behind if known else nan
+        end["p_rate"] = state.p_rate if known else nan
+    return end
 
 
 def _measures(

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from damperlab.worker.point import Design, Simulation, simulate_ready
+from damperlab.worker.point import Design, Simulation, is_followed, simulate_ready
 from damperlab.worker.scenes import Purpose, Scene, contact_name
 from damperlab.worker.steady.settle import Settings
 from damperlab.worker.warm import warm
@@ -15,6 +15,7 @@ def simulate(
     method: Literal["event", "rk4"] = "event",
     steps_per_cycle: int = 400,
     settings: Settings | None = None,
+    followed: bool = True,
 ) -> Simulation:
     """Compute one design point from rest.
 
@@ -33,6 +34,9 @@ def simulate(
         Of rk4.
     settings : Settings, optional
         When the steady response is found; the defaults of a study.
+    followed : bool
+        Whether a steady response without a time history is followed for a cycle, whose events are counted. If not, its state
+        is that at phase 0, and the kernels for that are left out.
 
     Returns
     -------
@@ -44,9 +48,9 @@ def simulate(
     ValueError
         For rk4 without `cycles`, or with a contact time.
     """
-    for scene in scenes_of(design, cycles, method, settings):
+    for scene in scenes_of(design, cycles, method, settings, followed or history > 0):
         warm(scene)
-    return simulate_ready(design, cycles, history, method, steps_per_cycle, settings)
+    return simulate_ready(design, cycles, history, method, steps_per_cycle, settings, followed)
 
 
 def scenes_of(
@@ -54,8 +58,9 @@ def scenes_of(
     cycles: int | None = None,
     method: Literal["event", "rk4"] = "event",
     settings: Settings | None = None,
+    followed: bool = True,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments, whatever time history is wanted."""
+    """Scenes that `simulate` needs for the same arguments; a steady response that has a time history is followed."""
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":
         return [Scene("rk4", friction, contact)]
@@ -65,7 +70,8 @@ def scenes_of(
         if friction or acting:
             purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
             found.append(Scene(purpose, friction, acting))
-        found.append(Scene("orbit", friction, contact))
+        if is_followed(design, 0, followed):
+            found.append(Scene("orbit", friction, contact))
     else:
         found.append(Scene("transient", friction, contact))
     return found

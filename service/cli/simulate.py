@@ -1,5 +1,6 @@
 """The command simulate: one design point from rest."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -65,6 +66,7 @@ def simulate(
         from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
 
         checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
+        checked = replace(checked, followed=as_json)  # a table tells the state alone
     have_ready(scenes_asked(checked, CYCLES_LIMIT))
     with working("Computing"):
         answer = compute(checked, CYCLES_LIMIT)
@@ -121,10 +123,13 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
-    events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
-    cycles = counted(answer["cycles"], "cycle")
-    cycles += " more along the steady response" if steady else " from rest"
-    say(f"After {cycles}: {state}; {events}.")
+    if answer["cycles"] or not steady:
+        events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
+        cycles = counted(answer["cycles"], "cycle")
+        cycles += " more along the steady response" if steady else " from rest"
+        say(f"After {cycles}: {state}; {events}.")
+    elif answer["state"]["u"] == answer["state"]["u"]:
+        say(f"Steady response where a cycle of the base begins: {state}.")
     say(answer["status"])
     if "attractors" in answer:
         _print_attractors(answer["attractors"])

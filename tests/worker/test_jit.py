@@ -57,6 +57,23 @@ def test_kernels_give_the_same_bits_whoever_compiled_them(tmp_path: Path) -> Non
 
 
 @kernel
+def _plain(x: float) -> float:
+    return x + 1.0
+
+
+@inlined
+def _asking(x: float) -> float:
+    return 2.0 * _plain(x)
+
+
+def test_what_is_made_part_of_its_caller_does_not_depend_on_who_asks_first() -> None:
+    _asking._part.compile((numba.float64,))  # type: ignore[attr-defined]
+    for function, always in ((_asking, True), (_plain, False)):
+        (compiled,) = function._part.overloads.values()  # type: ignore[attr-defined]
+        assert ("alwaysinline" in compiled.library.get_llvm_str()) is always
+
+
+@kernel
 def _beyond(array: NDArray[np.float64], i: int) -> float:
     return float(array[i])
 

@@ -12,9 +12,37 @@ Array = NDArray[np.float64]
 
 
 @kernel
+def filled(size: int, value: float) -> Array:
+    """An array of one value, (size,)."""
+    array = np.empty(size)
+    for i in range(size):
+        array[i] = value
+    return array
+
+
+@kernel
+def zero_matrix(rows: int, columns: int) -> Array:
+    """A matrix of zeros, (rows, columns)."""
+    matrix = np.empty((rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            matrix[i, j] = 0.0
+    return matrix
+
+
+@kernel
+def zero_counts(size: int) -> NDArray[np.int64]:
+    """Counters at 0, (size,)."""
+    counts = np.empty(size, np.int64)
+    for i in range(size):
+        counts[i] = 0
+    return counts
+
+
+@kernel
 def unit_matrix(size: int) -> Array:
     """Ones on the diagonal of a square matrix of zeros."""
-    matrix = np.zeros((size, size))
+    matrix = zero_matrix(size, size)
     for i in range(size):
         matrix[i, i] = 1.0
     return matrix

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.excitation.base import base_on_addresses, drive_of
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
@@ -94,7 +95,7 @@ def scene_on(base: Any, friction: float | None, particle: Particle | None, energ
     """Scene on a given base; counts are 0."""
     free = make_medium(base, 1.0, energies)
     work = np.empty((4, TERMS))
-    counts = np.zeros(COUNTS, np.int64)
+    counts = zero_counts(COUNTS)
     if particle is None:
         return Scene(base, free, None, friction, None, work, counts)
     return Scene(base, free, make_loaded(base, particle, energies), friction, particle, work, counts)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.state import State
 
@@ -38,7 +39,7 @@ class Log(NamedTuple):
 @kernel
 def empty_log(capacity: int) -> Log:
     """Log with room for a number of segments."""
-    return Log(np.empty((capacity, _WIDTH)), np.zeros(1, np.int64))
+    return Log(np.empty((capacity, _WIDTH)), zero_counts(1))
 
 
 @kernel

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import Phase
 from damperlab.worker.solver.memory import Floats, address
@@ -49,7 +50,7 @@ class Transitions(NamedTuple):
 @kernel
 def empty_transitions(capacity: int) -> Transitions:
     """Log with room for a number of transitions."""
-    return Transitions(np.empty(capacity * WIDTH), np.zeros(1, np.int64), capacity)
+    return Transitions(np.empty(capacity * WIDTH), zero_counts(1), capacity)
 
 
 @inlined
@@ -78,7 +79,7 @@ def note_transition(
         _append(log, span, event, before, after, phase)
 
 
-@kernel
+@inlined
 def _append(log: Transitions, span: float, event: int, before: State, after: State, phase: Phase) -> None:
     i = log.cursor[0]
     log.cursor[0] = i + 1

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import copy_matrix
+from damperlab.worker.solver.arrays import copy_matrix, filled
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
@@ -140,7 +140,7 @@ def _attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes:
             return False
         begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
-        meter = Meter(np.zeros(METERS), notes.meter.energies)
+        meter = Meter(filled(METERS, 0.0), notes.meter.energies)
         at, sums = scene_on_addresses(probe), meter_on_addresses(meter)
         state = orbit.state
         for _ in range(2):
@@ -222,7 +222,7 @@ def _follows(
     """
     predicted = departure.copy()
     for _ in range(periods):
-        moved = np.zeros(SIZE)
+        moved = filled(SIZE, 0.0)
         for i in range(size):
             for j in range(size):
                 moved[i] += monodromy[i, j] * predicted[j]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import zero_matrix
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, State
@@ -43,7 +44,7 @@ def is_chaotic(
     0: its mean then lies within its error, or below 0.01, which tells slow beats from chaos over 320 cycles. The vector is
     followed only for as long as it takes to tell.
     """
-    tangent = np.zeros((SIZE, 1))
+    tangent = zero_matrix(SIZE, 1)
     tangent[0, 0] = 1.0
     if size > 2:
         tangent[2, 0] = 0.3

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import filled, zero_counts
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, Particle, State
@@ -69,19 +70,19 @@ def _newton_step(
 
     A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
     """
-    free = np.ones(SIZE, np.bool_)
+    held = zero_counts(SIZE)
     if friction is not None:
         if state.slip == 0.0:
-            free[1] = False
+            held[1] = 1
     if particle is not None:
         if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
-            free[2] = False
-            free[3] = False
+            held[2] = 1
+            held[3] = 1
     index = np.empty(SIZE, np.int64)
     n = 0
     for i in range(size):
         step[i] = 0.0
-        if free[i]:
+        if held[i] == 0:
             index[n] = i
             n += 1
     a = np.empty((n, n + 1))
@@ -155,7 +156,7 @@ def find_orbit(
     size = active_size(state, particle, scene.counts)
     point = np.empty(SIZE)
     residual = np.empty(SIZE)
-    step = np.zeros(SIZE)
+    step = filled(SIZE, 0.0)
     coordinates(state, particle, point)
     here = state
     halves = 0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import unit_matrix
+from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
@@ -84,7 +84,7 @@ class Notes(NamedTuple):
 def probe_of(scene: Scene) -> Scene:
     """The same scene for what looks for orbits beside the run: counts of its own, so that the run's are never touched."""
     base, free, loaded, friction, particle, _, _ = scene
-    return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), np.zeros(COUNTS, np.int64))
+    return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
 
 
 @kernel
@@ -107,17 +107,17 @@ def make_notes(max_cycles: int, energies: bool | None) -> Notes:
     """Empty notes of a run."""
     cycles = max_cycles + LONGEST
     return Notes(
-        np.zeros((RING, SIZE)),
-        np.full(LONGEST + 1, inf),
-        np.full(LONGEST + 1, inf),
+        zero_matrix(RING, SIZE),
+        filled(LONGEST + 1, inf),
+        filled(LONGEST + 1, inf),
         np.empty((2 * cycles + 1, COLUMNS)),
         np.empty((2, cycles)),
         np.empty(cycles),
-        Meter(np.zeros(METERS), energies),
+        Meter(filled(METERS, 0.0), energies),
         empty_transitions(_LOG_ROWS),
         unit_matrix(SIZE),
-        np.zeros(SIZE),
-        np.zeros(SIZE),
+        filled(SIZE, 0.0),
+        filled(SIZE, 0.0),
         unit_matrix(SIZE),
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
+from damperlab.worker.solver.arrays import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
@@ -45,7 +46,7 @@ def make_record_base(
     end = start + jerk * window
     rate = np.concatenate(([0.0], np.cumsum(window * (start + end) / 2.0)))
     way = window * (rate[:-1] + window * (2.0 * start + end) / 6.0)
-    rows = np.zeros(2 * TERMS)
+    rows = filled(2 * TERMS, 0.0)
     rows[2] = 1.0 / 2.0
     rows[TERMS + 3] = 1.0 / 6.0
     return RecordBase(

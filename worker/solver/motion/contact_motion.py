@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import reduced_mass
-from damperlab.worker.solver.arrays import unit_matrix
+from damperlab.worker.solver.arrays import filled, unit_matrix, zero_matrix
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
@@ -148,14 +148,14 @@ def make_contact(drive: Drive, particle: Particle, wall: Wall) -> Contact:
         _make_pressed(drive, particle.mass_ratio, wall, False, True),
         _make_pressed(drive, particle.mass_ratio, wall, True, True),
         Buffers(
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
-            np.zeros(TERMS),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
+            filled(TERMS, 0.0),
         ),
     )
 
@@ -205,7 +205,7 @@ def _equations(drive: Drive, mass_ratio: float, wall: Wall, held: bool) -> Array
     """The matrix of the coordinates' rates."""
     mu = reduced_mass(mass_ratio)
     kappa = 1.0 / (1.0 + mass_ratio)
-    a = np.zeros((DIM, DIM))
+    a = zero_matrix(DIM, DIM)
     a[2, 3] = drive.first_rate
     a[3, 2] = drive.second_rate
     a[4, 5] = 1.0
@@ -242,14 +242,14 @@ def _make_pressed(drive: Drive, mass_ratio: float, wall: Wall, held: bool, betwe
         fast = 1 if fast == 2 and fastest >= _APART * slowest else 0
     step = min(drive.window, _LONGEST / fastest)
     slow_step = step if fast == 0 else drive.window
-    rows = np.zeros(4 * DIM * TERMS)
-    slow_rows = np.zeros(4 * DIM * TERMS)
+    rows = filled(4 * DIM * TERMS, 0.0)
+    slow_rows = filled(4 * DIM * TERMS, 0.0)
     if not between:
         _fill_rows(rows, a, unit_matrix(DIM), DIM, drive, wall, share, held)
-    reader = np.zeros((2, DIM))
-    writer = np.zeros((DIM, 2))
-    rates = np.zeros((2, 2))
-    inverse = np.zeros((2, 2))
+    reader = zero_matrix(2, DIM)
+    writer = zero_matrix(DIM, 2)
+    rates = zero_matrix(2, 2)
+    inverse = zero_matrix(2, 2)
     weight = 1.0
     if fast > 0:
         slow, back, fast_rates, fast_inverse, converged = split(a, fast)
@@ -271,8 +271,8 @@ def _make_pressed(drive: Drive, mass_ratio: float, wall: Wall, held: bool, betwe
                 for j in range(n):
                     total += slow[i, j] * back[j, k]
                 writer[n + i, column + k] = total
-        generator = np.zeros((DIM, DIM))
-        lift = np.zeros((DIM, DIM))
+        generator = zero_matrix(DIM, DIM)
+        lift = zero_matrix(DIM, DIM)
         for i in range(n):
             lift[i, i] = 1.0
             for j in range(n):
@@ -310,9 +310,9 @@ def _fill_rows(
 
     Those of x + s lack the place and the rate at which a record has the base, like its rows.
     """
-    here = np.zeros(DIM)
-    following = np.zeros(DIM)
-    full = np.zeros(DIM)
+    here = filled(DIM, 0.0)
+    following = filled(DIM, 0.0)
+    full = filled(DIM, 0.0)
     for unit in range(units):
         at = unit * TERMS
         here[:] = 0.0

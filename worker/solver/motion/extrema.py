@@ -2,7 +2,7 @@
 
 from math import inf
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import value
@@ -10,7 +10,7 @@ from damperlab.worker.solver.motion.taylor import value
 _MOST = 8  # of one segment, whose length is less than a tenth of a period
 
 
-@kernel
+@inlined
 def raised(
     peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
 ) -> float:

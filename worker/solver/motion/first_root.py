@@ -7,7 +7,7 @@ Newton only when the same bound proves that it is monotone there; everything els
 
 from math import inf, sqrt
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
@@ -15,7 +15,7 @@ _FINEST = 1e-9  # relative width below which curvature moves the function by les
 _MAX_STEPS = 400
 
 
-@kernel
+@inlined
 def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) -> float:
     """Root in [low, high] of a function that falls monotonically through zero there: Newton, kept in its bracket."""
     width = high - low
@@ -41,7 +41,7 @@ def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) 
     return t
 
 
-@kernel
+@inlined
 def first_crossing(polynomial: Floats, sign: float, start: float, end: float, curvature: float) -> float:
     """First time in (start, end] at which sign · p falls through zero.
 

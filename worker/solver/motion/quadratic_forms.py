@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.arrays import filled
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
@@ -32,7 +33,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     array, shape (5,)
         ∫s for sin φ = 1 and for cos φ = 1; ∫s² by sin²φ, 2 sin φ cos φ, cos²φ.
     """
-    forms = np.zeros(5)
+    forms = filled(5, 0.0)
     for i in range(_POINTS):
         weight = WEIGHTS[i] * window
         sine = value(rows[:TERMS], NODES[i] * window)
@@ -73,7 +74,7 @@ def medium_forms(
         ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each integral is
         given in the coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
     """
-    forms = np.zeros(3 * PAIRS + 4)
+    forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))
     for n in range(TERMS):
         of_absolute[0, n] = absolute[n]
@@ -83,7 +84,7 @@ def medium_forms(
     x = np.empty(4)
     w = np.empty(4)
     u = np.empty(4)
-    shaken = np.zeros(4)
+    shaken = filled(4, 0.0)
     for i in range(_POINTS):
         at = NODES[i] * window
         weight = WEIGHTS[i] * window

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import copy_matrix, largest_modulus
+from damperlab.worker.solver.arrays import copy_matrix, largest_modulus, zero_matrix
 from damperlab.worker.solver.memory import Floats
 
 Array = NDArray[np.float64]
@@ -31,9 +31,9 @@ def contact_rates(square: float, damping: float) -> tuple[float, float]:
 def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
     """P, B, F and its inverse, of the last `fast` coordinates; and whether the iterations for them converged."""
     n = DIM - fast
-    p = np.zeros((fast, n))
+    p = zero_matrix(fast, n)
     change = 0.0
-    g = np.zeros((n, n))
+    g = zero_matrix(n, n)
     inverse = _inverse(a[n:, n:])
     for _ in range(_ITERATIONS):
         for i in range(n):
@@ -41,7 +41,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 g[i, j] = a[i, j]
                 for k in range(fast):
                     g[i, j] += a[i, n + k] * p[k, j]
-        right = np.zeros((fast, n))
+        right = zero_matrix(fast, n)
         for i in range(fast):
             for j in range(n):
                 total = -a[n + i, j]
@@ -59,7 +59,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         if change == 0.0:
             break
     converged = change <= _ROUNDING * largest_modulus(p)
-    rates = np.zeros((fast, fast))
+    rates = zero_matrix(fast, fast)
     for i in range(fast):
         for j in range(fast):
             total = a[n + i, n + j]
@@ -67,9 +67,9 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 total -= p[i, k] * a[k, n + j]
             rates[i, j] = total
     inverse = _inverse(rates)
-    b = np.zeros((n, fast))
+    b = zero_matrix(n, fast)
     for _ in range(_ITERATIONS):
-        right = np.zeros((n, fast))
+        right = zero_matrix(n, fast)
         for i in range(n):
             for j in range(fast):
                 right[i, j] = a[i, n + j]
@@ -87,8 +87,8 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
             break
     converged = converged and change <= _ROUNDING * largest_modulus(b)
     # one fast coordinate stands in the second of two places, so that what follows knows one form
-    whole = np.zeros((2, 2))
-    whole_inverse = np.zeros((2, 2))
+    whole = zero_matrix(2, 2)
+    whole_inverse = zero_matrix(2, 2)
     for i in range(2):
         whole[i, i] = rates[fast - 1, fast - 1]
         whole_inverse[i, i] = inverse[fast - 1, fast - 1]

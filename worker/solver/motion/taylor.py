@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.arrays import filled, zero_matrix
 from damperlab.worker.solver.memory import Floats
 
 ORDER = 15
@@ -24,7 +25,7 @@ TERMS = ORDER + 1
 @kernel
 def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
     """Coefficients of s = sin(φ + r t) for sin φ = 1 and for cos φ = 1: flat array, 2 · TERMS."""
-    rows = np.zeros(2 * TERMS)
+    rows = filled(2 * TERMS, 0.0)
     rows[0] = 1.0
     rows[TERMS + 1] = frequency_ratio
     for n in range(TERMS - 2):
@@ -55,8 +56,8 @@ def motion_rows(
         Of x = v + σγ_F, displacement from the shifted spring centre, x'' = r² sin(φ + r t) − κ(2ζ x' + x), and of
         x + s, whose acceleration −κ(2ζ x' + x) is formed directly: for r ≫ 1 the sum of the two would cancel.
     """
-    relative = np.zeros((4, TERMS))
-    absolute = np.zeros((4, TERMS))
+    relative = zero_matrix(4, TERMS)
+    absolute = zero_matrix(4, TERMS)
     relative[0, 0] = 1.0
     relative[1, 1] = 1.0
     for row in range(4):
@@ -128,7 +129,7 @@ def beyond_tangent(p: Floats, t: float) -> float:
     return (a + b * t4) + (c + d * t4) * (t4 * t4)
 
 
-@kernel
+@inlined
 def curvature_bound(p: Floats, t: float) -> float:
     """Bound on the second derivative of a polynomial over [0, t]: Σ n (n − 1) |pₙ| tⁿ⁻²."""
     t2 = t * t
