@@ -26,7 +26,7 @@ from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
 from damperlab.worker.solver.state import ARRIVED, BUDGET, NOTHING, Particle, State
-from damperlab.worker.steady.coordinates import coordinates, state_at
+from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
 
 HALVES = 6

@@ -42,7 +42,7 @@ from damperlab.worker.solver.transitions import (
     Transitions,
     empty_transitions,
 )
-from damperlab.worker.steady.coordinates import coordinates, state_at
+from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.variational import propagate
 
 MODELS = ("instant", "dwell", "compliant")

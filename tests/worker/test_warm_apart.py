@@ -21,7 +21,9 @@ def _until(there: Path) -> None:
         time.sleep(0.02)
 
 
-def test_a_scene_that_another_process_compiles_is_left_to_it_until_nothing_else_is_left(tmp_path: Path) -> None:
+def test_a_scene_that_another_process_compiles_is_left_to_it_until_nothing_else_is_left(
+    tmp_path: Path,
+) -> None:
     folder = tmp_path / CACHE_FOLDER.name
     folder.mkdir(mode=0o700)
     first, second, _ = SCENES

@@ -57,8 +57,8 @@ def copy_matrix(source: Array, out: Array) -> None:
 
 
 @kernel
-def largest_modulus(matrix: Array) -> float:
-    """The largest modulus of a matrix's elements; NaN where one of them is."""
+def largest_element(matrix: Array) -> float:
+    """Largest modulus of the elements of a matrix; NaN where one of them is."""
     largest = 0.0
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):

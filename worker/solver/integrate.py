@@ -9,7 +9,7 @@ from typing import Any
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.budget import spend
-from damperlab.worker.solver.contact.compliant.in_wall import through_wall
+from damperlab.worker.solver.contact.compliant.in_wall import while_in_wall
 from damperlab.worker.solver.contact.reset import after_event
 from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
@@ -25,7 +25,7 @@ from damperlab.worker.solver.excitation.base import (
 )
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
-from damperlab.worker.solver.observe.measure import measure, try_measure_at_ends
+from damperlab.worker.solver.observe.measure import measure, measured_at_ends
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
 from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
 from damperlab.worker.solver.segment_log import Log
@@ -60,7 +60,8 @@ def half_cycle(
     Returns
     -------
     state : State
-        Half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again.
+        Half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again. At the end of a record, and where
+        the outcome is not ARRIVED, as it is there.
     outcome : int
         Of `state.Outcome`.
     """
@@ -80,15 +81,17 @@ def half_cycle_on_addresses(
         span = window_at(base, k)
         while True:
             if scene.particle is not None and scene.particle.wall is not None:
-                if state.riding > 0.0 or state.gap < 0.0:
-                    state, span, outcome = through_wall(state, span, k, scene, meter, log)
+                if state.riding > 0.0 or state.gap < 0.0:  # `since` is 0: the contact began with a transition
+                    state, span, outcome = while_in_wall(state, span, k, scene, meter, log)
                     if outcome != ARRIVED:
                         return state, outcome
                     if span.left <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
-            if is_free and span.whole and not isinstance(log, Log):  # most windows
-                if try_measure_at_ends(meter, segment, scene):
+            if (
+                is_free and span.whole and not isinstance(log, Log)
+            ):  # most windows; a time history needs the polynomials of all
+                if measured_at_ends(meter, segment, scene):
                     state = segment.end
                     since += segment.time
                     break
@@ -124,14 +127,14 @@ def meter_on_addresses(meter: Any) -> Any:
 
 @inlined
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
-    """What is left of a window in the present regime, and whether it is proved to hold no event.
+    """The segment that is left of a window if nothing happens in it, and whether that is proved.
 
     Most windows are whole: they are crossed by their matrix first, and both ends together prove that nothing happened
     between. Else the start alone has to prove it, and the segment's end is not known yet.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)
-    end = state
+    end = state  # not known yet
     if span.whole:
         end = _cross_window(state, regime, span, scene)
     segment = Segment(state, end, span.phase, span.end, regime, span.left, bounds)

@@ -14,12 +14,12 @@ from damperlab.worker.solver.arrays import copy_matrix, filled
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
-from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
 from damperlab.worker.steady.orbit import Look, Orbit, newton_orbit, no_orbit
 from damperlab.worker.steady.recurrence import LONGEST, RING, near_period
 from damperlab.worker.steady.run import Notes, begin_probe
+from damperlab.worker.steady.section_coordinates import coordinates
 from damperlab.worker.steady.variational import SIZE
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import largest_modulus
+from damperlab.worker.solver.arrays import largest_element
 
 
 @kernel
@@ -20,7 +20,7 @@ def spectral_radius(matrix: NDArray[np.float64], size: int) -> float:
     exponent = 0.0
     weight = 1.0
     for _ in range(40):
-        norm = largest_modulus(a)
+        norm = largest_element(a)
         if norm == 0.0:
             return 0.0
         for i in range(size):

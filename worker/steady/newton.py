@@ -11,7 +11,7 @@ from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.solver.transitions import Transitions, log_on_addresses
-from damperlab.worker.steady.coordinates import (
+from damperlab.worker.steady.section_coordinates import (
     active_size,
     are_comparable,
     coordinates,

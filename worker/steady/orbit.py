@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import find_orbit, march_with_jacobian
 from damperlab.worker.steady.recurrence import RING, settled_period, stays_closed
 from damperlab.worker.steady.run import Notes, begin_probe
+from damperlab.worker.steady.section_coordinates import coordinates
 from damperlab.worker.steady.stopping import Settings
 from damperlab.worker.steady.variational import SIZE
 

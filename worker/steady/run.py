@@ -23,9 +23,9 @@ from damperlab.worker.solver.state import (
     State,
 )
 from damperlab.worker.solver.transitions import Transitions, empty_transitions
-from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.recurrence import LONGEST, RING
+from damperlab.worker.steady.section_coordinates import coordinates
 from damperlab.worker.steady.trace import COLUMNS, IMPACTS_SO_FAR, STORED, clear_peaks, note_half
 from damperlab.worker.steady.variational import SIZE
 

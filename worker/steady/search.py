@@ -10,11 +10,11 @@ from typing import NamedTuple
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
-from damperlab.worker.steady.coordinates import active_size, coordinates
 from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.orbit import Look, Orbit, no_orbit, repeated_orbit
 from damperlab.worker.steady.recurrence import extent, note_recurrences
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
+from damperlab.worker.steady.section_coordinates import active_size, coordinates
 from damperlab.worker.steady.statistics import Estimate, estimate
 from damperlab.worker.steady.stopping import (
     FEWEST_MEASURED,
@@ -24,17 +24,20 @@ from damperlab.worker.steady.stopping import (
     creep_limit,
     is_known,
     is_locked,
-    next_look,
+    next_estimate,
 )
 from damperlab.worker.steady.trace import cycle_peaks
 from damperlab.worker.steady.variational import SIZE
 
-# Half cycles between looks at the section; even, so that whole cycles lie between. Fewer where a half cycle takes long.
+# Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
+# half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
-_SPARE_EVENTS = 20_000  # beyond those of its cycles, for a run of few
-_NOT_METERED = -1  # half cycles metered, before the burn-in is over
+_SPARE_EVENTS = 20_000  # added to those that its cycles may have, so that a short run is not cut off
+_NOT_METERED = (
+    -1
+)  # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
 
 
@@ -93,7 +96,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     state = start
     half = 0
     metered_halves = _NOT_METERED
-    next_look_cycles = FEWEST_MEASURED  # metered
+    next_estimate_cycles = FEWEST_MEASURED  # metered
     nearby = nothing_nearby(start, _CHUNK)
     look = Look(0, 1.0, SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
@@ -102,27 +105,27 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
             if half >= burn_in or work_done(scene, half) >= LARGEST_BURN_IN * work_allowed:
                 metered_halves = 0
                 begin_trace(state, scene, notes)
-        stretch = min(chunk if metered_halves == _NOT_METERED else 2 * chunk, last_half - half)
-        state, half, outcome = advance(state, half, stretch, metered_halves, scene, notes)
+        halves = min(chunk if metered_halves == _NOT_METERED else 2 * chunk, last_half - half)
+        state, half, outcome = advance(state, half, halves, metered_halves, scene, notes)
         if metered_halves != _NOT_METERED:
-            metered_halves += stretch
+            metered_halves += halves
         look = Look(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False)
         note_recurrences(notes.ring, half, notes.apart, notes.before)
         orbit = _locked_limit(state, half, scene, notes)
         if orbit.lag == 0:
-            orbit = repeated_orbit(state, look, stretch, scene, probe, notes, settings)
+            orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
         if orbit.lag == 0:
             nearby, orbit = look_nearby(nearby, state, look, burn_in, scene, probe, notes)
         if orbit.lag > 0:
             return Found(orbit.state, ARRIVED, look, orbit, mean, True)
         nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
-        if metered_halves >= 2 * next_look_cycles:
+        if metered_halves >= 2 * next_estimate_cycles:
             mean = _mean_so_far(metered_halves, notes)
             if is_known(mean, settings) and not nearby.rival:
                 return Found(state, ARRIVED, look, no_orbit(state), mean, True)
-            next_look_cycles = next_look(mean, settings)
+            next_estimate_cycles = next_estimate(mean, settings)
     return _end_of_search(state, look, metered_halves, nearby.rival, scene, notes, settings)
 
 
@@ -155,7 +158,7 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """A run that has reached its limit: the mean of what was metered, of a cycle more where nothing was."""
+    """A run that has reached its limit: the mean of what was metered, or, where nothing was, of one cycle more."""
     if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
         metered_halves = 0
         begin_trace(state, scene, notes)

@@ -8,7 +8,6 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED
-from damperlab.worker.steady.coordinates import coordinates
 from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.orbit import orbit_multiplier
@@ -28,6 +27,7 @@ from damperlab.worker.steady.run import (
     probe_of,
 )
 from damperlab.worker.steady.search import search
+from damperlab.worker.steady.section_coordinates import coordinates
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.stopping import Settings
 from damperlab.worker.steady.trace import stretch_of

@@ -28,7 +28,7 @@ _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies are measured (as in `scene.Meter`)."""
+    """When to stop: the study's `steady` block; and whether energies are measured (as in `state.Meter`)."""
 
     max_cycles: int
     tolerance: float
@@ -63,7 +63,7 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 
 
 @kernel
-def next_look(mean: Estimate, settings: Settings) -> int:
+def next_estimate(mean: Estimate, settings: Settings) -> int:
     """Metered cycles of the next look, planned from this one.
 
     Looks are few, and each at a length fixed before its data are seen: a mean that was looked at again and again, until its

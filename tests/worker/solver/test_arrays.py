@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.arrays import copy_matrix, largest_modulus, unit_matrix
+from damperlab.worker.solver.arrays import copy_matrix, largest_element, unit_matrix
 from damperlab.worker.steady.eigenvalues import spectral_radius
 
 MATRICES = arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 4)), elements=st.floats())
@@ -20,11 +20,11 @@ def form(function: object, which: str) -> object:
 
 @pytest.mark.parametrize("which", FORMS)
 @given(matrix=MATRICES)
-def test_a_copy_and_the_largest_modulus_are_numpys(which: str, matrix: NDArray[np.float64]) -> None:
+def test_a_copy_and_the_largest_element_are_numpys(which: str, matrix: NDArray[np.float64]) -> None:
     copied = np.zeros(matrix.shape)
     form(copy_matrix, which)(matrix, copied)  # type: ignore[operator]
     np.testing.assert_array_equal(copied, matrix)
-    found = form(largest_modulus, which)(matrix)  # type: ignore[operator]
+    found = form(largest_element, which)(matrix)  # type: ignore[operator]
     np.testing.assert_array_equal(found, np.abs(matrix).max())
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import copy_matrix, largest_modulus, zero_matrix
+from damperlab.worker.solver.arrays import copy_matrix, largest_element, zero_matrix
 from damperlab.worker.solver.memory import Floats
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 p[i, j] = total
         if change == 0.0:
             break
-    converged = change <= _ROUNDING * largest_modulus(p)
+    converged = change <= _ROUNDING * largest_element(p)
     rates = zero_matrix(fast, fast)
     for i in range(fast):
         for j in range(fast):
@@ -85,7 +85,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
                 b[i, j] = total
         if change == 0.0:
             break
-    converged = converged and change <= _ROUNDING * largest_modulus(b)
+    converged = converged and change <= _ROUNDING * largest_element(b)
     # one fast coordinate stands in the second of two places, so that what follows knows one form
     whole = zero_matrix(2, 2)
     whole_inverse = zero_matrix(2, 2)

@@ -15,8 +15,8 @@ from damperlab.worker.solver.state import Meter
 
 
 @inlined
-def try_measure_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
-    """Measure a whole event-free window if that can be done without its polynomials; whether nothing is left to measure."""
+def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
+    """Measure a whole event-free window if that can be done without its polynomials; True where nothing is left to measure."""
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):

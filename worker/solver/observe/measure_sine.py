@@ -23,8 +23,8 @@ from damperlab.worker.solver.state import (
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
-_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
-_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
+_LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
+_LOBATTO_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
 _TOP = 11  # 0.4^12/12! = 4e-14: the terms above add less than the error of the rule
 
 
@@ -109,7 +109,12 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         start, end, offset = segment.start, segment.end, regime.offset
         rate = segment.phase.rate
         rate_end = segment.phase_end.rate
-        a, b, c, d = _NODES[0] * t, _NODES[1] * t, _NODES[2] * t, _NODES[3] * t
+        a, b, c, d = (
+            _LOBATTO_NODES[0] * t,
+            _LOBATTO_NODES[1] * t,
+            _LOBATTO_NODES[2] * t,
+            _LOBATTO_NODES[3] * t,
+        )
         u0 = start.v + segment.phase.position
         u1 = end.v + segment.phase_end.position
         ua, ub, uc, ud = values(curves.absolute, a, b, c, d)
@@ -117,9 +122,9 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         ub -= offset
         uc -= offset
         ud -= offset
-        outer = t * _WEIGHTS[0]
-        middle = t * _WEIGHTS[1]
-        inner = t * _WEIGHTS[2]
+        outer = t * _LOBATTO_WEIGHTS[0]
+        middle = t * _LOBATTO_WEIGHTS[1]
+        inner = t * _LOBATTO_WEIGHTS[2]
         sums[SQUARE] += (
             outer * (u0 * u0 + u1 * u1) + middle * (ua * ua + ud * ud) + inner * (ub * ub + uc * uc)
         )

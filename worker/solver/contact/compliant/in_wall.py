@@ -98,7 +98,7 @@ def _slip_from_rest(v: float, push: float, phase: Phase, scene: Scene, friction:
 
 
 @kernel
-def through_wall(
+def while_in_wall(
     state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, Span, int]:
     """Integrate a particle that is in a wall until it is clear of it, or to the end of the window.
