@@ -21,8 +21,8 @@ from tests.properties.designs import (
 from damperlab.worker.point import Design
 from damperlab.worker.solver.excitation.base import handed_on
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_base
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
+from damperlab.worker.solver.motion.sine_base import make_sine_base
 from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
 from damperlab.worker.solver.state import ARRIVED, BUDGET, NOTHING, Particle, State
@@ -46,7 +46,7 @@ class March:
     def __init__(self, design: Design) -> None:
         self.design = design
         self.friction = design.friction_ratio if design.friction_ratio > 0.0 else None
-        self.base = make_base(design.damping_ratio, design.frequency_ratio, True)
+        self.base = make_sine_base(design.damping_ratio, design.frequency_ratio, True)
         self.half = pi / design.frequency_ratio
 
     def through(self, state: State, begin: float, end: float, log: Any = None) -> State:

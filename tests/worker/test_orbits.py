@@ -14,9 +14,9 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
-from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.section_coordinates import coordinates, state_at
 
 PLAIN_CYCLES = 4000
 DRAWN = 60

@@ -12,9 +12,9 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
-from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.run import advance, begin_trace, make_notes
+from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.trace import cycle_peaks
 
 MODELS = ("dwell", "compliant")

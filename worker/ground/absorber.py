@@ -17,8 +17,8 @@ from damperlab.worker.ground.design import Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse
 from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.excitation.record_base import make_record_base
-from damperlab.worker.solver.motion.propagator import GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS
 
 # Unknowns: v, v' of the structure against its base; q, q' of the absorber against the structure; the base.
 _V, _W, _Q, _Q_RATE, _S, _S_RATE, _A, _J = range(8)

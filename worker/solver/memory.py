@@ -56,3 +56,11 @@ else:
             return builder.gep(data, [arguments[1]])
 
         return signature, codegen
+
+
+@inlined
+def address_if(array: Any) -> Any:
+    """Address of an array that may be absent."""
+    if array is None:
+        return None
+    return address(array, 0)

@@ -10,7 +10,8 @@ from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.excitation.base import base_on_addresses, drive_of
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
-from damperlab.worker.solver.motion.propagator import Medium, make_base, make_medium, medium_on_addresses
+from damperlab.worker.solver.motion.propagator import Medium, make_medium, medium_on_addresses
+from damperlab.worker.solver.motion.sine_base import make_sine_base
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.state import COUNTS, Particle
 
@@ -20,7 +21,7 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    base : Base or RecordBase
+    base : SineBase or RecordBase
         The base.
     free : Medium
         The motion of the primary mass alone.
@@ -86,7 +87,7 @@ def make_scene(
     energies : True or None
         Whether a meter will ask for integrals (`state.Meter`).
     """
-    base = make_base(damping_ratio, frequency_ratio, energies)
+    base = make_sine_base(damping_ratio, frequency_ratio, energies)
     return scene_on(base, friction, particle, energies)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.state import NEAR_WALL, Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,
@@ -59,7 +59,7 @@ def field(
     side: int,
     free: Any,
     loaded: Any,
-    base: Base,
+    base: SineBase,
     friction: float | None,
     particle: Particle | None,
     wall: Wall | None,
@@ -106,7 +106,7 @@ def leaving_speed(
     count: int,
     free: Any,
     loaded: Any,
-    base: Base,
+    base: SineBase,
     friction: float | None,
     particle: Particle,
 ) -> float:

@@ -2,14 +2,14 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
-from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment, Span
 from damperlab.worker.solver.state import State
 
 
 @inlined
 def slip_bounds(
-    x: float, w: float, span: float, base: Base | RecordBase, phase: Phase, compliance: float
+    x: float, w: float, span: float, base: SineBase | RecordBase, phase: Phase, compliance: float
 ) -> tuple[float, MotionBounds]:
     """Largest |x|, |w| and |u''| over a span of slip.
 
@@ -39,7 +39,7 @@ def slip_bounds(
 
 
 @inlined
-def motion_bounds(state: State, regime: Regime, span: Span, base: Base | RecordBase) -> MotionBounds:
+def motion_bounds(state: State, regime: Regime, span: Span, base: SineBase | RecordBase) -> MotionBounds:
     """Bounds on |w| and |u''| over what is left of a window."""
     if regime.sticks:
         return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
@@ -50,7 +50,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Base | RecordB
 
 
 @inlined
-def u_derivative_bound(order: int, segment: Segment, base: Base | RecordBase) -> float:
+def u_derivative_bound(order: int, segment: Segment, base: SineBase | RecordBase) -> float:
     """Bound on the derivative of u of an order from 2 to 5 over a segment, by differentiating the motion."""
     if segment.regime.sticks:
         return base_derivative_bound(base, segment.phase, order)
@@ -58,7 +58,7 @@ def u_derivative_bound(order: int, segment: Segment, base: Base | RecordBase) ->
 
 
 @inlined
-def _in_slip(order: int, segment: Segment, base: Base | RecordBase) -> float:
+def _in_slip(order: int, segment: Segment, base: SineBase | RecordBase) -> float:
     two_zeta = base.two_zeta
     compliance = segment.regime.medium.compliance
     if order == 2:
@@ -76,13 +76,13 @@ def _in_slip(order: int, segment: Segment, base: Base | RecordBase) -> float:
 
 
 @inlined
-def w_rate_bound(segment: Segment, base: Base | RecordBase) -> float:
+def w_rate_bound(segment: Segment, base: SineBase | RecordBase) -> float:
     """Bound on the first derivative of w."""
     return segment.bounds.u2 + base_derivative_bound(base, segment.phase, 2)
 
 
 @inlined
-def w_curvature_bound(dropped: int, segment: Segment, base: Base | RecordBase) -> float:
+def w_curvature_bound(dropped: int, segment: Segment, base: SineBase | RecordBase) -> float:
     """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! of that of w."""
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)

@@ -5,7 +5,7 @@ from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
 from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
-from damperlab.worker.solver.motion.propagator import Base
+from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
@@ -18,7 +18,7 @@ def gap_rate(state: State, phase: Phase) -> float:
 
 
 @inlined
-def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Base | RecordBase) -> float:
+def wall_acceleration(state: State, phase: Phase, regime: Regime, base: SineBase | RecordBase) -> float:
     """u'', which pushes a riding particle."""
     if regime.sticks:
         return -phase.push

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import Drive
-from damperlab.worker.solver.motion.propagator import Base, sine_base_on_addresses
+from damperlab.worker.solver.motion.sine_base import SineBase, sine_base_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
@@ -80,7 +80,7 @@ def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
 
 
 @inlined
-def phase_at(base: Base | RecordBase, k: int) -> Phase:
+def phase_at(base: SineBase | RecordBase, k: int) -> Phase:
     """Phase at the start of window k."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k]
@@ -89,7 +89,7 @@ def phase_at(base: Base | RecordBase, k: int) -> Phase:
 
 
 @inlined
-def phase_until(base: Base | RecordBase, k: int) -> Phase:
+def phase_until(base: SineBase | RecordBase, k: int) -> Phase:
     """Phase at the end of window k, as window k sees it: a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
@@ -100,7 +100,7 @@ def phase_until(base: Base | RecordBase, k: int) -> Phase:
 
 
 @inlined
-def phase_after(base: Base | RecordBase, phase: Phase, shaken: Floats, t: float) -> Phase:
+def phase_after(base: SineBase | RecordBase, phase: Phase, shaken: Floats, t: float) -> Phase:
     """Phase a time t later in the same window, from the polynomial of `expand_base`."""
     if isinstance(base, RecordBase):
         acceleration = phase.first + phase.second * t
@@ -112,7 +112,7 @@ def phase_after(base: Base | RecordBase, phase: Phase, shaken: Floats, t: float)
 
 
 @inlined
-def expand_base(base: Base | RecordBase, phase: Phase, out: Floats) -> None:
+def expand_base(base: SineBase | RecordBase, phase: Phase, out: Floats) -> None:
     """Coefficients of the base displacement s from a phase on."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
@@ -122,7 +122,7 @@ def expand_base(base: Base | RecordBase, phase: Phase, out: Floats) -> None:
 
 
 @inlined
-def add_start_of_base(base: Base | RecordBase, phase: Phase, out: Floats) -> None:
+def add_start_of_base(base: SineBase | RecordBase, phase: Phase, out: Floats) -> None:
     """Add to coefficients of u what the rows of a record lack: start and tangent of the base."""
     if isinstance(base, RecordBase):
         out[0] += phase.position
@@ -130,7 +130,7 @@ def add_start_of_base(base: Base | RecordBase, phase: Phase, out: Floats) -> Non
 
 
 @inlined
-def travel(base: Base | RecordBase, phase: Phase, end: Phase) -> float:
+def travel(base: SineBase | RecordBase, phase: Phase, end: Phase) -> float:
     """Way of the base through a whole window."""
     if isinstance(base, RecordBase):
         t = base.window  # not the difference of positions, which may be far from where they started
@@ -139,7 +139,7 @@ def travel(base: Base | RecordBase, phase: Phase, end: Phase) -> float:
 
 
 @inlined
-def expand_push(base: Base | RecordBase, phase: Phase, factor: float, out: Floats) -> None:
+def expand_push(base: SineBase | RecordBase, phase: Phase, factor: float, out: Floats) -> None:
     """Coefficients of `factor` times the push −s''."""
     if isinstance(base, RecordBase):
         for n in range(TERMS):
@@ -154,7 +154,7 @@ def expand_push(base: Base | RecordBase, phase: Phase, factor: float, out: Float
 
 
 @inlined
-def base_derivative_bound(base: Base | RecordBase, phase: Phase, order: int) -> float:
+def base_derivative_bound(base: SineBase | RecordBase, phase: Phase, order: int) -> float:
     """Bound on the derivative of s of an order from 2 to 5 until the end of the window."""
     if isinstance(base, RecordBase):
         if order == 2:
@@ -173,7 +173,7 @@ def base_derivative_bound(base: Base | RecordBase, phase: Phase, order: int) -> 
 
 
 @inlined
-def acceleration_scale(base: Base | RecordBase) -> float:
+def acceleration_scale(base: SineBase | RecordBase) -> float:
     """Largest |s''| of the whole motion: what rounding of the forces is measured by."""
     if isinstance(base, RecordBase):
         return base.largest
@@ -181,7 +181,7 @@ def acceleration_scale(base: Base | RecordBase) -> float:
 
 
 @inlined
-def drive_of(base: Base | RecordBase) -> Drive:
+def drive_of(base: SineBase | RecordBase) -> Drive:
     """What the motion in contact with a compliant wall has to know of the base."""
     if isinstance(base, RecordBase):
         return Drive(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0)
@@ -190,7 +190,7 @@ def drive_of(base: Base | RecordBase) -> Drive:
 
 
 @inlined
-def base_on_addresses(base: Base | RecordBase) -> Base | RecordBase:
+def base_on_addresses(base: SineBase | RecordBase) -> SineBase | RecordBase:
     """The same base with addresses for arrays; the arrays must outlive it."""
     if isinstance(base, RecordBase):
         return RecordBase(
@@ -209,7 +209,7 @@ def base_on_addresses(base: Base | RecordBase) -> Base | RecordBase:
 
 
 @inlined
-def handed_on(base: Base | RecordBase, state: State) -> State:
+def handed_on(base: SineBase | RecordBase, state: State) -> State:
     """The state with which the next half cycle begins: mirrored, so that the phase is 0 again. A record has one part only."""
     if isinstance(base, RecordBase):
         return state

@@ -1,12 +1,13 @@
 """The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.motion.propagator import Base, Medium
+from damperlab.worker.solver.motion.propagator import Medium
+from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def march_alone(state: State, halves: int, base: Base, free: Medium) -> State:
+def march_alone(state: State, halves: int, base: SineBase, free: Medium) -> State:
     """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
     The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
@@ -17,7 +18,7 @@ def march_alone(state: State, halves: int, base: Base, free: Medium) -> State:
         At phase 0.
     halves : int
         Half cycles.
-    base, free : Base, Medium
+    base, free : SineBase, Medium
         The base and the motion of the primary mass.
 
     Returns

@@ -4,8 +4,8 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.excitation.base import expand_base
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.state import (

@@ -7,7 +7,8 @@ from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.detection.bounds import slip_bounds, u_derivative_bound, w_curvature_bound
 from damperlab.worker.solver.excitation.base import base_derivative_bound, expand_base, phase_of_sine
-from damperlab.worker.solver.motion.propagator import make_base, make_medium
+from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.sine_base import make_sine_base
 from damperlab.worker.solver.motion.taylor import TERMS, combine
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment
 from damperlab.worker.steady.start import at_rest
@@ -30,7 +31,7 @@ PLACES = np.linspace(0.0, 1.0, 33)
 def test_no_motion_leaves_its_bounds(
     form: str, damping: float, r: float, inertia: float, x: float, w: float, angle: float, share: float
 ) -> None:
-    base = make_base(damping, r, None)
+    base = make_sine_base(damping, r, None)
     medium = make_medium(base, inertia, None)
     span = share * base.window
     phase = phase_of_sine(np.sin(angle), np.cos(angle), r)

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.propagator import LARGEST_WINDOW, make_base, make_medium
+from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW, make_sine_base
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
     acceleration_into,
@@ -89,7 +90,7 @@ def test_a_mass_that_sticks_moves_with_the_base(form: str, p: NDArray[np.float64
 def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
     damping: float, r: float, inertia: float, x: float, w: float, phase: float
 ) -> None:
-    base = make_base(damping, r, None)
+    base = make_sine_base(damping, r, None)
     medium = make_medium(base, inertia, None)
     assert base.window * (1 + damping) * max(1.0, r) <= LARGEST_WINDOW * (1 + EPS)
     sine, cosine = np.sin(phase), np.cos(phase)

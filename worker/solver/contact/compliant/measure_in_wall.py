@@ -15,8 +15,9 @@ from damperlab.worker.solver.excitation.base import RecordBase
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.propagator import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS, Base
+from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ACCELERATION_PEAK,
@@ -83,7 +84,7 @@ def measure_contact(
 
 
 @inlined
-def _held_force(base: Base | RecordBase, buffers: Buffers, t: float) -> float:
+def _held_force(base: SineBase | RecordBase, buffers: Buffers, t: float) -> float:
     """Force of the base on a mass that it holds against the wall, from the polynomials."""
     if isinstance(base, RecordBase):
         return value(buffers.push, t) + _record_acceleration(buffers, t)
