@@ -38,7 +38,7 @@ class Kernels:
             return self._compiled, self._seconds
 
     def start(self) -> None:
-        """Begin to compile what studies, points and earthquakes need by default, in one process."""
+        """Begin to compile what studies, points and earthquakes need by default, in one process at a time."""
         self._thread.start()
 
     def require(self, wanted: Iterable[Scene]) -> None:
@@ -85,7 +85,8 @@ class Kernels:
         began = time.monotonic()
         try:
             require_done(process)
-            _log.info("the kernels of %s are ready", ", ".join(scene.name for scene in wanted))
+            ready = set(wanted) - set(missing(wanted))
+            _log.info("the kernels of %s are ready", ", ".join(sorted(scene.name for scene in ready)))
         finally:
             with self._lock:
                 self._compiled += len(wanted) - len(missing(wanted))
@@ -93,8 +94,10 @@ class Kernels:
                 self._processes.discard(process)
 
     def _warm(self) -> None:
-        if lacking := missing(usual_scenes()):
+        lacking, before = missing(usual_scenes()), -1
+        while lacking and len(lacking) != before and not self._closed:
             try:
                 self._compile(lacking)
             except (OSError, RuntimeError) as error:
                 _log.warning("%s", error)
+            lacking, before = missing(lacking), len(lacking)

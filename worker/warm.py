@@ -50,30 +50,28 @@ def warm(scene: Scene) -> None:
     _compute_once(scene)
 
 
-def warm_all(wanted: Sequence[Scene]) -> None:
-    """Compile scenes that are missing, beside other processes that are given the same ones: each scene is compiled by one.
+def warm_alike(wanted: Sequence[Scene]) -> None:
+    """Compile the first scene that no other process is at, and then all in which the same acts.
 
-    What acts in a scene decides most of what must be compiled for it. So a process goes on with a scene in which the same
-    acts as in its last: six scenes of a hybrid damper take 44 s of CPU time in one process, and 69 s in one each.
+    What acts in a scene decides most of what must be compiled for it: six scenes of a hybrid damper take 44 s of CPU time
+    in one process, and 69 s in one each. Compiled parts stay in memory, so that a process had better end after them.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        In the order in which they begin, what acts in them aside.
+        In the order in which they begin.
 
     Raises
     ------
     RuntimeError
         With the scene's name, where one cannot be compiled.
     """
-    left = list(wanted)
-    wait = False
-    while left:
-        made = next((scene for scene in left if _made(scene, wait)), None)
-        wait = made is None  # others compile all that is left: until the first of it is done
-        if made is not None:
-            left.remove(made)
-            left.sort(key=lambda scene: scene[1:] != made[1:])
+    left, alike = list(wanted), list(wanted)
+    while made := next((scene for scene in alike if _made(scene, wait=False)), None):
+        left.remove(made)
+        alike = [scene for scene in left if scene[1:] == made[1:]]
+    if len(left) == len(wanted):  # others compile all of them: until the first is done
+        _made(left[0], wait=True)
 
 
 def _made(scene: Scene, wait: bool) -> bool:
@@ -97,7 +95,7 @@ def compile_apart(
     Parameters
     ----------
     wanted : sequence of Scene
-        Scenes whose kernels are missing, in the order in which they begin; see `warm_all`.
+        Scenes whose kernels are missing, in the order in which they begin; see `warm_alike`.
     at_once : int
         Most processes at a time.
     cache : Path
@@ -119,23 +117,25 @@ def compile_apart(
     folder = cache / CACHE_FOLDER.name
     began = time.monotonic()
     # without file locks each process would compile all of them
-    running = [start_apart(wanted, cache) for _ in range(min(at_once if fcntl else 1, len(left)))]
+    running = [(start_apart(left, cache), len(left)) for _ in range(min(at_once if fcntl else 1, len(left)))]
     try:
         while left:
-            ended = [process for process in running if process.poll() is not None]
+            ended = [one for one in running if one[0].poll() is not None]
             for scene in list(left):
                 if (seconds := _seconds(folder / marker(scene))) is not None:
                     left.remove(scene)
                     yield scene, seconds
-            for process in ended:
-                running.remove(process)
+            for process, lacked in ended:
+                running.remove((process, lacked))
                 require_done(process)
+                if 0 < len(left) < lacked:
+                    running.append((start_apart(left, cache), len(left)))
             if not running:  # kept elsewhere, as where this folder cannot be written
                 yield from ((scene, time.monotonic() - began) for scene in left)
                 return
             time.sleep(0.02)
     finally:
-        for process in running:
+        for process, _ in running:
             process.kill()
             process.communicate()
 
@@ -149,7 +149,7 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles scenes, by default into this process's cache folder, and ends."""
+    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache folder."""
     command = [sys.executable, "-m", __name__, *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(
@@ -258,4 +258,4 @@ def _record(scene: Scene) -> None:
 
 if __name__ == "__main__":
     stand_back()
-    warm_all([scene_named(name) for name in sys.argv[1:]])
+    warm_alike([scene_named(name) for name in sys.argv[1:]])
