@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined
 from damperlab.worker.solver.motion.contact_motion import (
     DEPTH,
     RELATIVE,
@@ -18,7 +18,7 @@ from damperlab.worker.solver.state import Wall
 Array = NDArray[np.float64]
 
 
-@kernel
+@inlined
 def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z: Array, n: int) -> None:
     """A span in contact; over a long one the fast part goes by its exponential, as in `press`.
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.physics.compliant_wall import reduced_mass
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_matrix
 from damperlab.worker.solver.memory import Floats, address
@@ -160,7 +160,7 @@ def make_contact(drive: Drive, particle: Particle, wall: Wall) -> Contact:
     )
 
 
-@kernel
+@inlined
 def contact_on_addresses(contact: Contact) -> Contact:
     """The same contact with addresses for arrays; the arrays must outlive it."""
     one = contact.buffers
@@ -183,7 +183,7 @@ def contact_on_addresses(contact: Contact) -> Contact:
     )
 
 
-@kernel
+@inlined
 def _point(pressed: Pressed) -> Pressed:
     return Pressed(
         pressed.share,

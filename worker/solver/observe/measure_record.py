@@ -1,6 +1,6 @@
 """What a meter reads on one segment of the response to a record: energies, squares and true peaks, of u'' too."""
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.excitation.base import expand_base
 from damperlab.worker.solver.motion.extrema import raised
@@ -23,7 +23,7 @@ from damperlab.worker.solver.state import (
 )
 
 
-@kernel
+@inlined
 def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Energies, squares and true peaks of one segment, from its polynomials."""
     sums, base, regime, phase, t = meter.sums, scene.base, segment.regime, segment.phase, segment.time
