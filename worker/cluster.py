@@ -17,7 +17,7 @@ from distributed.system import MEMORY_LIMIT
 from damperlab.studies.faults import Fault
 from damperlab.worker.certificates import refusal, security
 from damperlab.worker.niceness import stand_back
-from damperlab.worker.outcomes import ClusterUnusable
+from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 from damperlab.worker.scheduler import SchedulerProcess
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
@@ -165,6 +165,7 @@ def _local(count: int) -> Iterator[Client]:
             silence_logs=logging.CRITICAL,
         ) as cluster,
         closed_where_lost(cluster),
+        _told_where_lost(cluster),
         Client(cluster, security=shown, set_as_default=False) as client,
     ):
         cluster.scale(count)
@@ -182,6 +183,20 @@ def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
             cluster.scheduler.status = Status.failed
             with dask.config.set({"distributed.comm.timeouts.connect": GOODBYE_TIMEOUT}):
                 cluster.close()
+
+
+@contextmanager
+def _told_where_lost(cluster: SpecCluster) -> Iterator[None]:
+    """Raise `SchedulerLost` where the scheduler has died, whatever the library meets then.
+
+    A connection that ends before it is encrypted, for one, is a ValueError.
+    """
+    try:
+        yield
+    except (OSError, TimeoutError, ValueError) as error:
+        if cluster.scheduler.is_lost_within(1.0):
+            raise SchedulerLost from error
+        raise
 
 
 @contextmanager
@@ -207,7 +222,11 @@ def _remote(address: str) -> Iterator[Client]:
         ) from error
     try:
         opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
-    except (OSError, TimeoutError) as error:
+    except (
+        OSError,
+        TimeoutError,
+        ValueError,
+    ) as error:  # the last where a connection ends before it is encrypted
         raise _lost(error) from error
     with opened as client:
         yield client

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from typing import Any
 
 import dask
@@ -56,6 +57,14 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
     def lost(self) -> bool:
         """Whether the process has ended, and not because this was closed."""
         return self._process is not None and self._process.poll() is not None
+
+    def is_lost_within(self, seconds: float) -> bool:
+        """Whether it has ended by itself, or does so now: its connections close before the process is gone."""
+        if self._process is None:
+            return False
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(seconds)
+        return self.lost
 
     async def start(self) -> None:
         """Start the process and read its address.

@@ -16,7 +16,7 @@ from tests.worker.dask_processes import dask_process, scheduler_process
 from damperlab.studies.store.solver import identity_of
 from damperlab.worker.cluster import connect, core_count
 from damperlab.worker.niceness import NICENESS
-from damperlab.worker.outcomes import ClusterUnusable
+from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 from damperlab.worker.provenance import (
     WrongCode,
     code_hash,
@@ -69,6 +69,24 @@ def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> Non
         ]
         assert listening
         assert set(listening) == {"127.0.0.1"}
+
+
+@pytest.mark.parametrize("dies", [True, False])
+def test_what_the_library_meets_where_its_scheduler_has_died_is_a_lost_scheduler(dies: bool) -> None:
+    """A connection that ends before it is encrypted is a ValueError; one that the scheduler does not explain stays one."""
+
+    def meet() -> None:
+        with connect(workers=1):
+            (scheduler,) = (
+                each for each in psutil.Process().children() if "damperlab.worker.scheduler" in each.cmdline()
+            )
+            if dies:
+                scheduler.kill()
+            raise ValueError("IOStream is not idle; cannot convert to SSL")
+
+    with pytest.raises(SchedulerLost if dies else ValueError) as seen:
+        meet()
+    assert "IOStream" in str(seen.value.__cause__ if dies else seen.value)
 
 
 def test_no_process_is_left_after_an_exception() -> None:
