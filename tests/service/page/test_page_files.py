@@ -112,7 +112,7 @@ def test_a_map_is_thinned_to_grid_lines_and_cut_to_a_part(
     assert thin["x"] == [whole["x"][i] for i in (0, 5, 10)]
     assert thin["values"] == [[whole["values"][0][i] for i in (0, 5, 10)]]
     assert thin["thinned"]
-    assert "3 of 11 values of frequency_ratio are shown" in thin["note"]
+    assert "3 of 11 values of frequency ratio r are shown" in thin["note"]
     part = client.get(path, params={**question, "x_range": "0.75,1.05"}).raise_for_status().json()
     assert part["x"] == [x for x in whole["x"] if 0.75 <= x <= 1.05]
     assert part["points"] == whole["points"]
