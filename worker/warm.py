@@ -67,11 +67,19 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
         With the scene's name, where one cannot be compiled.
     """
     left, alike = list(wanted), list(wanted)
-    while made := next((scene for scene in alike if _made(scene, wait=False)), None):
+    while made := next((scene for scene in alike if _made_by_name(scene, wait=False)), None):
         left.remove(made)
         alike = [scene for scene in left if scene[1:] == made[1:]]
     if len(left) == len(wanted):  # others compile all of them: until the first is done
-        _made(left[0], wait=True)
+        _made_by_name(left[0], wait=True)
+
+
+def _made_by_name(scene: Scene, wait: bool) -> bool:
+    """As `_made`; what goes wrong is told with the scene's name."""
+    try:
+        return _made(scene, wait)
+    except Exception as error:
+        raise RuntimeError(f"{scene.name}: {error}") from error
 
 
 def _made(scene: Scene, wait: bool) -> bool:
@@ -79,10 +87,7 @@ def _made(scene: Scene, wait: bool) -> bool:
     with _alone(scene.name, wait) as alone:
         if alone and not is_ready(scene):
             began = time.monotonic()
-            try:
-                _compute_once(scene)
-            except Exception as error:
-                raise RuntimeError(f"{scene.name}: {error}") from error
+            _compute_once(scene)
             (CACHE_FOLDER / marker(scene)).write_text(f"{time.monotonic() - began:.3f}")
         return alone
 

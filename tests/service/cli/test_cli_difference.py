@@ -35,7 +35,7 @@ def test_a_study_less_another_is_the_difference_of_what_is_known_of_both(
     free = [transmissibility(each, 0.0038) - transmissibility(each, 0.05) for each in r]
     np.testing.assert_allclose(document["difference"][0], free, rtol=1e-9, atol=1e-12)
     assert document["studies"][0] == first["id"]
-    assert "damping_ratio (0.0038 and 0.05)" in document["note"]
+    assert "structural damping ratio ζ (0.0038 and 0.05)" in document["note"]
     most = max(range(len(r)), key=lambda place: free[place])
     told = run("map", first["id"], "--minus", "damped", *plane).stdout
     assert f"by at most {free[most]:.4g} at r = {r[most]:.6g}" in " ".join(told.split())
