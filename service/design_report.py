@@ -11,9 +11,17 @@ from damperlab.studies.design.alternatives import CALLED
 from damperlab.studies.design.answer import answer_document, cases_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
+from damperlab.studies.design.spelling import (
+    frequency,
+    quantity,
+    response,
+    spelled,
+    spelled_out,
+    under_records,
+)
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
+from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN
 
 
@@ -30,7 +38,7 @@ def design_report(found: Found) -> str:
         "<h2>Beside other dampers</h2>",
         table("Dampers", ("damper", "clearance", "friction force", "particle", "e", "worst case"), _dampers(found)),
     ]  # fmt: skip
-    if asked.records is None:
+    if asked.excitations:
         parts.append(
             drawing(
                 draw_alternatives(found),
@@ -73,25 +81,31 @@ def design_report(found: Found) -> str:
 
 
 def _excitations(found: Found) -> Iterable[str]:
-    asked = found.asked
-    if asked.records is not None:
+    asked, records = found.asked, found.asked.records
+    if records is not None:
         cases = (
             (each.source.id, f"{each.scale:g}", response(asked, value)) for each, value in cases_of(found)
         )
         yield "<h2>Under each record</h2>"
         yield table("Records", ("record", "scale", "as drawn"), cases)
-    if len(asked.excitations) < 2:
+    if not asked.excitations or len(asked.excitations) + (records is not None) < 2:
         return
-    rows = (
+    by_record = isinstance(found.stated.under, Case)
+    rows = [
         (
             each.name,
             spelled_out(asked, each),
             response(asked, judged.value),
             frequency(asked, judged.frequency_ratio),
-            "yes" if each == found.binding else "no",
+            "yes" if each == found.binding and not by_record else "no",
         )
         for each, judged in zip(asked.excitations, found.under, strict=True)
-    )
+    ]
+    if records is not None:
+        worst = found.under_records
+        at = worst.under.name if isinstance(worst.under, Case) else ""
+        told = response(asked, worst.value), at, "yes" if by_record else "no"
+        rows.append((records.name, under_records(records), *told))
     yield "<h2>Under each excitation</h2>"
     yield table("Excitations", ("excitation", "what it is", "worst case as drawn", "near", "binds"), rows)
 

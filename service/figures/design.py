@@ -58,7 +58,7 @@ def draw_amplitudes(found: Found) -> Figure:
         figure, axes = _canvas(asked)
         for amplitude in found.shown:
             curve = found.book.curve(found.build, amplitude)
-            r, values = curve.r, curve.measured(asked.measure) / curve.base_m
+            r, values = curve.r, curve.measured / curve.base_m
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
             axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude.reference_m)), label=name)
             place = int(values.argmax())
@@ -119,7 +119,7 @@ def _line(
 def _known(found: Found, build: Build) -> tuple[Floats, Floats]:
     """Give all that is known of a build under the largest amplitude of what binds, in the unit of the measure."""
     curve = found.book.curve(build, found.binding.largest)
-    return curve.r, curve.measured(found.asked.measure)
+    return curve.r, curve.measured
 
 
 def _frequencies(asked: Specification, r: Floats) -> Floats:
@@ -127,8 +127,8 @@ def _frequencies(asked: Specification, r: Floats) -> Floats:
 
 
 def _size(asked: Specification) -> float:
-    return 1e3 if asked.in_units else 1.0
+    return 1e3 if asked.unit == "m" else 1.0
 
 
 def _unit(asked: Specification) -> str:
-    return "mm" if asked.in_units else "$Z$"
+    return {"m": "mm", "1": "$Z$"}.get(asked.unit, asked.unit)

@@ -20,16 +20,11 @@ from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
+from damperlab.studies.specification.measure import MEASURES, RECORD_MEASURES
 from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
-from damperlab.studies.specification.specification import (
-    CHOSEN,
-    MEASURES,
-    OF_STRUCTURE,
-    RATIO_OF,
-    RECORD_MEASURES,
-)
+from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF
 from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, ENERGY, RESULT_NAMES, SPEED
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (

@@ -18,6 +18,8 @@ from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import highest
 from damperlab.studies.tmd.under_record import measures_under
 
+AGAINST_BASE = "worst_relative_displacement"
+"""The measure of a band whose peak has no closed form here."""
 SAMPLES = 4001
 """Frequencies at which a response is looked at whose peak has no closed form here: against the base, or of a base whose
 amplitude falls with the frequency."""
@@ -84,16 +86,18 @@ def _worst(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> f
         tuned.tuning / (1.0 + shift),
         tuned.damping_ratio,
     )
-    if asked.records is None:
-        return max(_peak(asked, each, absorber, damping, shift) for each in asked.excitations)
     omega = asked.structure.angular_frequency * (1.0 + shift)
+    over = (_peak(asked, each, absorber, damping, shift) for each in asked.excitations)
+    return max((*over, *_under_records(asked, absorber, damping, omega)))
+
+
+def _under_records(asked: Specification, absorber: Absorber, damping: float, omega: float) -> Iterator[float]:
+    if asked.records is None:
+        return
     motions, tail = asked.records.motions, asked.records.tail_s
-    return max(
-        measures_under(absorber, damping, omega, motions[each.source.id], each.scale, tail)[
-            asked.measure.variable
-        ]
-        for each in asked.records.cases
-    )
+    for case in asked.cases:
+        measures = measures_under(absorber, damping, omega, motions[case.source.id], case.scale, tail)
+        yield measures[asked.measured(case).variable]
 
 
 def _peak(
@@ -101,7 +105,7 @@ def _peak(
 ) -> float:
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     factor, level = asked.measure.factor, excitation.highest_m
-    if asked.measure.variable != "relative_amplitude_ratio" and excitation.motion.order == 0:
+    if asked.measure.name != AGAINST_BASE and excitation.motion.order == 0:
         return factor * level * highest(absorber, damping, "base", (low, high)).value
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
     base_m = excitation.base_m(level, r * (1.0 + shift))
@@ -117,7 +121,7 @@ def _response(
     structure = 1 + 2j * damping * r
     bottom = (structure - square) * (link - square) - absorber.mass_ratio * square * link
     top = structure * (link - square)
-    if asked.measure.variable == "relative_amplitude_ratio":
+    if asked.measure.name == AGAINST_BASE:
         top = top - bottom
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.abs(top / bottom)

@@ -31,7 +31,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
         "worst": worst_document(asked, stated),
         "nominal": worst_document(asked, found.nominal),
-        "excitations": [worst_document(asked, each) for each in found.under],
+        "excitations": [worst_document(asked, each) for each in _under_each(found)],
         "feasible": stated.violation == 0.0,
         "limits": _limits(found),
         "probability": probability,
@@ -92,15 +92,19 @@ def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
 def _where(asked: Specification, score: Score) -> dict[str, Any]:
     """Give what a worst case is under: a frequency and an amplitude, or a record and its scale."""
     under = score.under
-    if asked.records is not None:
-        case = under if isinstance(under, Case) else None
-        nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m", "excitation")
+    nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m")
+    if isinstance(under, Case):
+        name = asked.records.name if asked.records else ""
         return dict.fromkeys(nowhere) | {
-            "record": case.source.id if case else None,
-            "scale": case.scale if case else None,
+            "excitation": name or None,
+            "record": under.source.id,
+            "scale": under.scale,
         }
+    no_record = dict.fromkeys(("record", "scale")) if asked.cases else {}
+    if not asked.excitations:
+        return dict.fromkeys((*nowhere, "excitation")) | no_record
     ratio = score.frequency_ratio
-    return {
+    return no_record | {
         "ratio": score.value / score.amplitude_m,
         "frequency_ratio": ratio,
         "frequency_hz": ratio * asked.structure.natural_frequency_hz if asked.in_units else None,
@@ -164,23 +168,28 @@ def _absorber(found: Found) -> dict[str, Any] | None:
     }
 
 
+def _under_each(found: Found) -> list[Score]:
+    """Give the worst case as drawn under each excitation, last under the records; of records alone `cases` say more."""
+    beside_bands = found.asked.excitations and found.asked.cases
+    return [*found.under, *([found.under_records] if beside_bands else [])]
+
+
 def cases_of(found: Found) -> list[tuple[Case, float]]:
     """Give the measure of the drawn damper under every record at every scale; none of a specification over bands."""
-    asked = found.asked
-    every = () if asked.records is None else asked.records.cases
-    return [(each, float(found.book.curve(found.build, each).measured(asked.measure)[0])) for each in every]
+    cases = found.asked.cases
+    return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
 
 
 def _response(found: Found) -> dict[str, Any]:
     """Give the response of the drawn damper under the largest amplitude of what binds at every frequency; none of records."""
     asked = found.asked
-    if asked.records is not None:
+    if not asked.excitations:
         return {}
     curve = found.book.curve(found.build, found.binding.largest)
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),
-        "value": curve.measured(asked.measure).tolist(),
-        "error": (asked.measure.factor * curve.base_m * np.nan_to_num(curve["amplitude_error"])).tolist(),
+        "value": curve.measured.tolist(),
+        "error": (curve.measure.factor * curve.base_m * np.nan_to_num(curve["amplitude_error"])).tolist(),
     }
     if asked.in_units:
         known["frequency_hz"] = (curve.r * asked.structure.natural_frequency_hz).tolist()

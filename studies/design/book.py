@@ -118,20 +118,22 @@ class Book:
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study | Suite, ...]:
         """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
-        if self.asked.records is not None:
-            points = {point for each in wanted for point in self._points(each)} - self._known.keys()
-            return suites_of(self.asked, (spot for spot, _ in points))
+        under_records: set[Spot] = set()
         lacking: dict[tuple[float, Spot], set[float]] = {}
         for each in wanted:
             spot = each.build.spot(self.asked.structure, each.amplitude)
+            if isinstance(each.amplitude, Case):
+                if (spot, ONCE[0]) not in self._known:
+                    under_records.add(spot)
+                continue
             self._frequencies.setdefault(spot, set()).update(each.frequencies)
             for point in self._points(each):
-                if point not in self._known and isinstance(each.amplitude, Amplitude):
+                if point not in self._known:
                     lacking.setdefault((each.amplitude.reference_m, spot), set()).add(point[1])
         groups: dict[tuple[float, bool, Law, frozenset[float]], set[Place]] = {}
         for (amplitude, (law, place)), frequencies in lacking.items():
             groups.setdefault((amplitude, place[2] > 0.0, law, frozenset(frequencies)), set()).add(place)
-        made: list[Study] = []
+        made: list[Study | Suite] = [*suites_of(self.asked, under_records)]
         for kind in sorted({key[:3] for key in groups}):
             sets = [
                 _Group(designs, key[3])
@@ -242,7 +244,8 @@ class Book:
         row = self._known.get((build.spot(self.asked.structure, case), ONCE[0]))
         at = np.array(ONCE if row else ())
         rows = np.array(row or ()).reshape(at.size, len(RECORD_VARIABLES))
-        return Curve(at, np.ones(at.size), dict(zip(RECORD_VARIABLES, rows.T, strict=True)))
+        columns = dict(zip(RECORD_VARIABLES, rows.T, strict=True))
+        return Curve(at, np.ones(at.size), columns, self.asked.measured(case))
 
     def curve(self, build: Build, amplitude: Under) -> Curve:
         """Give what is known of a build under an amplitude, within the band of its excitation; or under a record."""
@@ -258,6 +261,7 @@ class Book:
                 np.array(known),
                 np.array([amplitude.base_m(build.nominal(r)) for r in known]),
                 dict(zip(VARIABLES, rows.T, strict=True)),
+                self.asked.measured(amplitude),
             )
         return self._curves[build, amplitude]
 

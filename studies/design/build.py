@@ -98,9 +98,9 @@ class Build:
 def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
     """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude.
 
-    Under ground-motion records there is no base amplitude, and no ratio to it.
+    Under ground-motion records alone there is no base amplitude, and no ratio to it.
     """
-    amplitude = asked.largest_m if asked.records is None else 1.0
+    amplitude = asked.largest_m if asked.excitations else 1.0
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)
     found: dict[str, float | None] = {
         name: getattr(build, name) if asked.in_units or name == "restitution" else None for name in CHOSEN
@@ -111,7 +111,7 @@ def design_document(build: Build, asked: Specification) -> dict[str, float | Non
         found |= dict.fromkeys(("clearance_m", "clearance_ratio", "restitution"))
     if asked.in_units:
         found["cavity_length_m"] = None if mass == 0.0 else 2.0 * build.clearance_m
-        found["base_amplitude_m"] = amplitude if asked.records is None else None
-    if asked.records is not None:
+        found["base_amplitude_m"] = amplitude if asked.excitations else None
+    if not asked.excitations:
         found |= dict.fromkeys(("clearance_ratio", "friction_ratio"))
     return found

@@ -82,7 +82,7 @@ def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
             if isinstance(amplitude, Case):
                 continue
             curve = search.book.curve(build, amplitude)
-            frequencies = between(curve.r, curve.measured(search.asked.measure))
+            frequencies = between(curve.r, curve.measured)
             if frequencies:
                 wanted.append(Wanted(build, amplitude, frequencies))
     if wanted:

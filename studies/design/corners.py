@@ -21,10 +21,9 @@ HADAMARD = (
 
 
 def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
-    """Give amplitudes over the range of each excitation; of ground-motion records every case."""
-    if asked.records is not None:
-        return asked.records.cases
-    return tuple(amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
+    """Give amplitudes over the range of each excitation, and of ground-motion records every case."""
+    over = (amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
+    return (*over, *asked.cases)
 
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.specification.specification import Measure
+from damperlab.studies.specification.measure import Measure
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,14 @@ class Curve:
         Base amplitude Z; 1 under a record, whose results are in units.
     columns : dict of ndarray, (n,)
         `VARIABLES`, or `RECORD_VARIABLES`, the first of them infinite where the response failed.
+    measure : Measure
+        What shall be small, as it is made of these.
     """
 
     r: NDArray[np.float64]
     base_m: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
+    measure: Measure
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Give one variable; a point that failed has no value in units, and counts as infinite."""
@@ -35,6 +38,7 @@ class Curve:
             return np.where(failed, 0.0, column)
         return np.where(failed, np.inf, self.columns[name])
 
-    def measured(self, measure: Measure) -> NDArray[np.float64]:
-        """Give the measure, shape (n,), in its unit."""
-        return measure.factor * self.base_m * self[measure.variable]
+    @property
+    def measured(self) -> NDArray[np.float64]:
+        """The measure, shape (n,), in its unit."""
+        return self.measure.factor * self.base_m * self[self.measure.variable]

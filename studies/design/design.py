@@ -16,7 +16,7 @@ from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import front_of
 from damperlab.studies.design.margins import margins_of
-from damperlab.studies.design.score import Score, binding, score, worst
+from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
 from damperlab.studies.design.shortfall import shortfall_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
@@ -137,8 +137,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     judged = [compared]
     left: list[str] = []
     scan = amplitudes_of(asked, AMPLITUDES)
-    of_what = "base amplitude" if asked.records is None else "case"
-    book.stage = f"{counted(len(scan), of_what)} of the recommended damper"
+    amplitudes = over_bands(scan)
+    looks = [(len(amplitudes), "base amplitude"), (len(asked.cases), "case")]
+    of_what = " and ".join(counted(count, what) for count, what in looks if count)
+    book.stage = f"{of_what} of the recommended damper"
     yield from within(search.known([build], CLOSE + 1, scan), left, "further base amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
@@ -163,13 +165,15 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     if "particle_mass_kg" in search.lattice.names:
         book.stage = "response against mass"
         front = yield from within(front_of(search), left, "response against mass")
+    over: Score | None = None
     shown: tuple[Amplitude, ...] = ()
-    if asked.records is None:
+    if amplitudes:
+        over = score(book, build, (*amplitudes, *over_bands(search.amplitudes)))
+        excitation = binding(asked, over)
         book.stage = f"the recommended damper from {STARTS} starts"
-        yield from within(started(search, build, nominal), left, "other starts than rest")
-        excitation = binding(asked, nominal)
-        amplitudes = np.geomspace(*beyond_of(excitation), SHOWN)
-        shown = tuple(Amplitude(excitation, float(each)) for each in amplitudes)
+        yield from within(started(search, build, over), left, "other starts than rest")
+        levels = np.geomspace(*beyond_of(excitation), SHOWN)
+        shown = tuple(Amplitude(excitation, float(each)) for each in levels)
         book.stage = "the recommended damper beyond its base amplitudes"
         yield from within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
     scores = [search.score(each) for each in builds]
@@ -179,6 +183,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         book=book,
         build=build,
         nominal=nominal,
+        over=over,
         under=tuple(
             score(book, build, (*each.amplitudes(AMPLITUDES), *each.amplitudes(FEW)))
             for each in asked.excitations
@@ -191,9 +196,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=front or (),
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
-        starts=None
-        if asked.records
-        else starts_of(asked, binding(asked, nominal), book.from_many_starts, stated.most),
+        starts=starts_of(asked, binding(asked, over), book.from_many_starts, stated.most) if over else None,
         as_good=as_good,
         shortfall=shortfall_of(search, best),
         stopped=search.stopped or "complete",

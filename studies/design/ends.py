@@ -21,8 +21,10 @@ def at_ends(found: Found) -> dict[str, str]:
 
 def locked(found: Found) -> bool:
     """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
-    if found.asked.records is not None:
-        curves = (found.book.curve(found.build, case) for case in found.asked.records.cases)
-        return all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves)
+    curves = (found.book.curve(found.build, case) for case in found.asked.cases)
+    if not all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves):
+        return False
+    if not found.asked.excitations:
+        return True
     curve = found.book.curve(found.build, found.binding.largest)
     return bool((curve["response_class"] == ResponseClass.LOCKED).all())

@@ -8,7 +8,7 @@ from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
 from damperlab.studies.design.margins import Margin
-from damperlab.studies.design.score import Score, binding
+from damperlab.studies.design.score import Score, binding, score
 from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.starts import Starts
 from damperlab.studies.specification.excitation import Amplitude, Excitation
@@ -38,8 +38,10 @@ class Found:
         The tuned mass damper.
     front : tuple of (float, Score)
         Where the mass is chosen: the best response of every mass looked at that none lighter reaches.
+    over : Score or None
+        As `nominal`, over the bands alone; None where there is none.
     under : tuple of Score
-        As `nominal`, under each excitation alone.
+        As `nominal`, under each excitation over a band alone.
     shown : tuple of Amplitude
         Amplitudes of the excitation that binds, also beyond its range, under which the damper as drawn is known at every
         frequency of the survey.
@@ -69,6 +71,7 @@ class Found:
     alternatives: dict[str, Alternative]
     absorber: Beside | None
     front: tuple[tuple[float, Score], ...]
+    over: Score | None
     under: tuple[Score, ...]
     shown: tuple[Amplitude, ...]
     starts: Starts | None
@@ -79,6 +82,12 @@ class Found:
     left_out: tuple[str, ...]
 
     @property
+    def under_records(self) -> Score:
+        """As `nominal`, under the ground-motion records alone."""
+        return score(self.book, self.build, self.asked.cases)
+
+    @property
     def binding(self) -> Excitation:
-        """The excitation under which the stated worst case is; only of a specification over bands."""
-        return binding(self.asked, self.stated)
+        """The excitation under which the stated worst case is, or the one over the bands where a record has it."""
+        assert self.over is not None  # only of a specification over bands
+        return binding(self.asked, self.stated, self.over)

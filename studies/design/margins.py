@@ -7,7 +7,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
-from damperlab.studies.specification.specification import CHOSEN, Specification
+from damperlab.studies.specification.specification import CHOSEN
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
@@ -46,7 +46,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 
     def fails(moved_build: Build) -> bool:
         judged = search.score(moved_build)
-        return judged.violation > stated.violation or (judged.value > bound and not _limited(asked))
+        return judged.violation > stated.violation or (judged.value > bound and not asked.limits_measure)
 
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a closer one
     near = (list(takewhile(lambda one: not fails(one[1]), row)) for row in moved.values())
@@ -66,8 +66,3 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             beyond.append(failed)
         found[name] = Margin(ends[0], ends[1], beyond[0], beyond[1])
     return found
-
-
-def _limited(asked: Specification) -> bool:
-    """Whether a limit is on what is measured."""
-    return any(asked.limited(name) == asked.measure.variable for name in asked.limits)

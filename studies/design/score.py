@@ -10,7 +10,7 @@ import numpy as np
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import overshoot
-from damperlab.studies.specification.excitation import Excitation
+from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
@@ -68,11 +68,11 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     """Judge a build by what is known of it.
 
     Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
-    errors of results that have none of their own are taken to be the amplitude's.
+    errors of results that have none of their own are taken to be the amplitude's. A limit on a result that only a response
+    to a record has holds under records.
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)
-    measure = asked.measure
     own_speed = asked.structure.angular_frequency * (1.0 + build.natural_frequency_hz)
     best: Score | None = None
     reached = dict.fromkeys(asked.limits, 0.0)
@@ -81,10 +81,12 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
-        values = curve.measured(measure)
-        errors = measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
+        values = curve.measured
+        errors = curve.measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
         for limit in asked.limits:
-            variable = asked.limited(limit)
+            variable = asked.limited(limit, amplitude)
+            if variable is None:
+                continue
             size = curve.base_m * (own_speed if variable == "impact_speed_max" else 1.0)
             reached[limit] = max(
                 reached[limit], float((size * np.nan_to_num(curve[variable], posinf=np.inf)).max())
@@ -124,7 +126,12 @@ def worst(scores: Iterable[Score]) -> Score:
     return replace(top, reached=reached, violation=violation, error=error)
 
 
-def binding(asked: Specification, judged: Score) -> Excitation:
-    """Give the excitation under which a worst case is; only of a specification over bands."""
-    under = judged.under
-    return asked.excitations[0] if under is None or isinstance(under, Case) else under.excitation
+def binding(asked: Specification, *judged: Score) -> Excitation:
+    """Give the excitation over a band under which the first of some worst cases is that is not under a record."""
+    unders = (each.under for each in judged)
+    return next((each.excitation for each in unders if isinstance(each, Amplitude)), asked.excitations[0])
+
+
+def over_bands(amplitudes: Iterable[Under]) -> list[Amplitude]:
+    """Choose those of what a damper is judged under that are over a band."""
+    return [each for each in amplitudes if isinstance(each, Amplitude)]

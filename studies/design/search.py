@@ -259,7 +259,7 @@ class Search:
                 frequencies = self.sample(build, amplitude, stage == 1)
             else:
                 curve = self.book.curve(build, amplitude)
-                frequencies = brackets(curve.r, curve.measured(self.asked.measure))
+                frequencies = brackets(curve.r, curve.measured)
             yield Wanted(build, amplitude, frequencies)
 
     def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:

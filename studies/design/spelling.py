@@ -1,6 +1,8 @@
 """Quantities of a design as a drawing and a report write them."""
 
+from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
 
 UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
@@ -43,6 +45,15 @@ def frequency(asked: Specification, ratio: float) -> str:
     if asked.in_units:
         return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
     return f"r = {ratio:.4g}"
+
+
+def under_records(records: RecordCases) -> str:
+    """Write what of the ground-motion records shakes a structure."""
+    several = f"each at {counted(len(records.scales), 'scale')}"
+    scales = f", {several if len(records.scales) > 1 else f'at a scale of {records.scales[0]:g}'}"
+    if records.scales == (1.0,):
+        scales = ""
+    return f"under {counted(len(records.sources), 'ground-motion record')}{scales}"
 
 
 def spelled_out(asked: Specification, excitation: Excitation) -> str:

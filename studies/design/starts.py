@@ -44,10 +44,10 @@ class Starts:
     beyond: int
 
 
-def started(search: Search, build: Build, nominal: Score) -> Step[None]:
-    """Compute the damper as drawn from several starts."""
-    largest = binding(search.asked, nominal).largest
-    at = (*search.sample(build, largest, False), build.own(nominal.frequency_ratio))
+def started(search: Search, build: Build, over: Score) -> Step[None]:
+    """Compute the damper as drawn, whose worst case over the bands is given, from several starts."""
+    largest = binding(search.asked, over).largest
+    at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
     yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))), STARTS, SEED)
 
 
@@ -55,7 +55,7 @@ def starts_of(
     asked: Specification, excitation: Excitation, cubes: list[xr.Dataset], bound: float
 ) -> Starts | None:
     """Sum up what starts lead to, where the displacement is what is measured."""
-    if asked.measure.variable != "amplitude_ratio" or not cubes:
+    if asked.measure.name != "worst_displacement" or not cubes:
         return None
     r = np.concatenate([cube["frequency_ratio"].values for cube in cubes])
     base_m = excitation.largest.base_m(r)

@@ -11,10 +11,18 @@ from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.shortfall import Shortfall
-from damperlab.studies.design.spelling import frequency, quantity, response, spelled, spelled_out
+from damperlab.studies.design.spelling import (
+    frequency,
+    quantity,
+    response,
+    spelled,
+    spelled_out,
+    under_records,
+)
 from damperlab.studies.faults import counted
+from damperlab.studies.specification.measure import LIMIT_CALLED, UNDER_RECORDS_ALONE
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import LIMIT_CALLED, OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -71,45 +79,37 @@ def material_of(asked: Specification, build: Build) -> str:
 
 
 def _worst(found: Found) -> Iterator[str]:
-    asked, stated = found.asked, found.stated
-    if asked.records is not None:
-        yield from _worst_record(found)
-        return
-    shaken = spelled_out(asked, found.binding)
-    several = len(asked.excitations) > 1
+    asked, stated, records = found.asked, found.stated, found.asked.records
+    shaken, name, near = "", "", ""
+    if records is not None and (isinstance(stated.under, Case) or not asked.excitations):
+        shaken, name = under_records(records), records.name
+        near = f", under {stated.under.name}" if isinstance(stated.under, Case) else ""
+    else:
+        shaken, name = spelled_out(asked, found.binding), found.binding.name
+        near = f", near {frequency(asked, stated.frequency_ratio)}"
+    # what is known of a record is as exact as the solver: there is no error to state
+    most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, stated.most)}"
+    error = f"; {most}" if asked.excitations else ""
     over = f"{shaken[:1].upper()}{shaken[1:]}"
-    if several:
-        over = f"Of {len(asked.excitations)} excitations `{found.binding.name}` binds: {shaken}"
+    count = len(asked.excitations) + (records is not None)
+    if count > 1:
+        over = f"Of {count} excitations `{name}` binds: {shaken}"
     within = " and within the tolerances" if asked.tolerances else ""
     yield (
         f"{over}{within}, the largest {asked.measure.words} that was computed is "
-        f"{response(asked, stated.value)}, near {frequency(asked, stated.frequency_ratio)}; with a confidence of "
-        f"{asked.confidence:.3g} it is at most {response(asked, stated.most)}."
+        f"{response(asked, stated.value)}{near}{error}."
     )
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
-    if several:
+    if count > 1:
         parts = [
             f"{response(asked, judged.value)} under `{each.name}` ({spelled_out(asked, each)})"
             for each, judged in zip(asked.excitations, found.under, strict=True)
         ]
+        if records is not None:
+            value = response(asked, found.under_records.value)
+            parts.append(f"{value} under `{records.name}` ({under_records(records)})")
         yield f"As drawn it reaches {'; '.join(parts)}."
-
-
-def _worst_record(found: Found) -> Iterator[str]:
-    asked, stated, records = found.asked, found.stated, found.asked.records
-    if records is None:
-        return
-    count = counted(len(records.sources), "ground-motion record")
-    scales = "" if records.scales == (1.0,) else f", each at {counted(len(records.scales), 'scale')}"
-    within = " and within the tolerances" if asked.tolerances else ""
-    at = f", under {stated.under.name}" if isinstance(stated.under, Case) else ""
-    yield (
-        f"Under {count}{scales}{within}, the largest {asked.measure.words} that was computed is "
-        f"{response(asked, stated.value)}{at}."
-    )
-    if asked.tolerances:
-        yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
 
 
 def _limits(found: Found) -> Iterator[str]:
@@ -118,6 +118,8 @@ def _limits(found: Found) -> Iterator[str]:
         unit = "m/s²" if "acceleration" in name else "m/s" if "speed" in name else "m"
         reached = stated.reached[name]
         what = LIMIT_CALLED[name]
+        if asked.excitations and name in UNDER_RECORDS_ALONE:
+            what += " under the records"
         if reached <= limit:
             yield (
                 f"The {what} reaches {spelled(reached, unit)} of the {spelled(limit, unit)} allowed "
@@ -179,7 +181,8 @@ def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
     held = locked(found)
     if held:
-        when = "at every frequency" if asked.records is None else "under every record"
+        met = (("at every frequency", asked.excitations), ("under every record", asked.cases))
+        when = " and ".join(words for words, there in met if there)
         yield (
             f"Friction holds the structure at its base {when}: it moves as its base does, nothing is damped, and "
             "more friction changes nothing. Let `friction_force_n` end lower for a damper."
@@ -204,8 +207,11 @@ def _margins(found: Found) -> Iterator[str]:
     kept = "every limit holds" if asked.limits else ""
     if found.stated.violation > 0.0:
         kept = "no limit is exceeded by more than stated above"
-    limited = any(asked.limited(name) == asked.measure.variable for name in asked.limits)
-    bound = "" if limited else f"the response stays within {response(asked, WITHIN * found.stated.most)}"
+    bound = (
+        ""
+        if asked.limits_measure
+        else f"the response stays within {response(asked, WITHIN * found.stated.most)}"
+    )
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
     holds = " and ".join(part for part in (kept, bound) if part)
     yield f"With one quantity changed and the others as drawn, {holds} for {'; for '.join(parts)}."

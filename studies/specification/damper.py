@@ -7,13 +7,12 @@ from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, describe, join, listing
 from damperlab.studies.physical import CLEARANCE, FRICTION_FORCE, PARTICLE_MASS
 from damperlab.studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO, MASS_RATIO, RESTITUTION, Quantity
+from damperlab.studies.specification.measure import LIMIT_CALLED, UNDER_RECORDS_ALONE
 from damperlab.studies.specification.scene import SceneFields
 from damperlab.studies.specification.specification import (
     CHOSEN,
-    LIMIT_CALLED,
     OF_STRUCTURE,
     RATIO_OF,
-    UNDER_RECORDS_ALONE,
     Choice,
     Structure,
     Tolerance,

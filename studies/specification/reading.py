@@ -10,14 +10,8 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.damper import DamperFields
-from damperlab.studies.specification.specification import (
-    CHOSEN,
-    MEASURES,
-    RATIO_OF,
-    RECORD_MEASURES,
-    Measure,
-    Specification,
-)
+from damperlab.studies.specification.measure import MEASURES, MIXED_MEASURES, RECORD_MEASURES, Measure
+from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 KEYS = (
@@ -136,7 +130,8 @@ class _Reader(DamperFields):
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure) if self._shaken_by_records else None
-        excitations = () if self._shaken_by_records else self._excitations(structure)
+        alone = self._shaken_by_records and not isinstance(self.document["excitation"], list)
+        excitations = () if alone else self._excitations(structure)
         name = self._name()
         measure = self._measure()
         confidence = self._number("confidence", CONFIDENCE, 0.9)
@@ -176,13 +171,15 @@ class _Reader(DamperFields):
 
     @property
     def _measures(self) -> dict[str, Measure]:
-        return RECORD_MEASURES if self._shaken_by_records else MEASURES
+        if not self._shaken_by_records:
+            return MEASURES
+        return MIXED_MEASURES if self._shaken_over_bands else RECORD_MEASURES
 
     def _measure(self) -> str | None:
         raw = self.document.get("measure", next(iter(self._measures)))
         if isinstance(raw, str) and raw in self._measures:
             return raw
-        refused = REFUSED_UNDER_RECORDS if self._shaken_by_records else REFUSED_MEASURES
+        refused = REFUSED_UNDER_RECORDS if self._measures is RECORD_MEASURES else REFUSED_MEASURES
         why = refused.get(raw) if isinstance(raw, str) else None
         told = f"{{field}} cannot be {raw}: {why}." if why else ""
         self._fault("measure", describe(raw), f"one of {listing(self._measures)}", "choose one of them", told)

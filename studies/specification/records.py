@@ -46,12 +46,15 @@ class RecordCases:
         Free vibration after every record [s].
     motions : mapping of GroundMotion
         Samples by id, where they are at hand.
+    name : str
+        What they are called beside other excitations.
     """
 
     sources: tuple[RecordSource, ...]
     scales: tuple[float, ...]
     tail_s: float
     motions: Mapping[str, GroundMotion] = field(default_factory=dict, compare=False, repr=False)
+    name: str = ""
 
     @property
     def cases(self) -> tuple[Case, ...]:

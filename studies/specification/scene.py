@@ -46,8 +46,6 @@ BASE = {
 REFUSED_EXCITATIONS = {
     "force_n": "A force on the structure is another scene than a shaken base: there the friction damper works against the "
     "structure's own velocity and the base stays at rest, which the solver does not compute",
-    "records": "Records are no part of a band or a list of excitations: their response is no function of a frequency. All "
-    "that shall count go into one `excitation: {records: […], scales: […]}`",
     "sweep": "A sweep through the band is a transient. One so slow that the response is steady at every frequency is the "
     "same as a band",
 }
@@ -130,7 +128,7 @@ class SceneFields(RecordFields):
         return Structure(mass, frequency, damping)
 
     def _excitations(self, structure: Structure | None) -> tuple[Excitation, ...] | None:
-        """Read one excitation, or a list of them; None where one of them cannot be read."""
+        """Read one excitation over a band, or those of a list; None where one of them cannot be read."""
         raw = self.document.get("excitation")
         if not isinstance(raw, list):
             one = self._excitation("excitation", raw, EXCITATION_KEYS, structure)
@@ -139,18 +137,22 @@ class SceneFields(RecordFields):
             allowed = f"one excitation, or a list of 1 to {MOST_EXCITATIONS}"
             self._fault("excitation", describe(raw), allowed, "give those that may be the worst")
             return None
-        found = [
-            self._excitation(f"excitation[{place}]", each, ("name", *EXCITATION_KEYS), structure)
-            for place, each in enumerate(raw)
-        ]
+        by_records = {field for field, _ in self._by_records}
+        found = {
+            place: self._excitation(field, each, ("name", *EXCITATION_KEYS), structure)
+            for place, (field, each) in enumerate(self._shakers)
+            if field not in by_records
+        }
         # what each of them lacks of the structure is told once
         self.faults[:] = dict.fromkeys(self.faults)
-        names = [self._name_of(place, each) for place, each in enumerate(raw)]
+        names = self._names
         for place, name in enumerate(names):
             if name in names[:place]:
                 told = f"{{field}} is the name of another excitation too: {name}."
                 self._fault(f"excitation[{place}].name", describe(name), "each name once", "change it", told)
-        have = [isinstance(each, Mapping) and any(key in each for key in MOTIONS) for each in raw]
+        have = [
+            isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, "records")) for each in raw
+        ]
         if any(have) and not all(have):
             place = have.index(False)
             told = (
@@ -158,11 +160,14 @@ class SceneFields(RecordFields):
             )
             advice = "give every excitation an amplitude, or none of them"
             self._fault(f"excitation[{place}]", NOTHING, f"one of {listing(MOTIONS)}", advice, told)
-        if not all(found):
+        if not all(found.values()):
             return None
-        return tuple(
-            replace(each, name=name) for each, name in zip(found, names, strict=True) if each is not None
-        )
+        return tuple(replace(each, name=names[place]) for place, each in found.items() if each is not None)
+
+    @property
+    def _names(self) -> list[str]:
+        """What the excitations of a list are called."""
+        return [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
 
     def _name_of(self, place: int, raw: object) -> str:
         """Read the name of one of several excitations; its number where it has none."""

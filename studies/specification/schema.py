@@ -13,6 +13,13 @@ from damperlab.studies.specification.damper import (
     MOST_VALUES,
     QUANTITIES,
 )
+from damperlab.studies.specification.measure import (
+    LIMIT_CALLED,
+    MEASURES,
+    MIXED_MEASURES,
+    RECORD_MEASURES,
+    UNDER_RECORDS_ALONE,
+)
 from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
 from damperlab.studies.specification.record_fields import MOST_CASES, SCALE, TAIL
 from damperlab.studies.specification.scene import (
@@ -23,13 +30,7 @@ from damperlab.studies.specification.scene import (
     STIFFNESS,
     STRUCTURE_KEYS,
 )
-from damperlab.studies.specification.specification import (
-    LIMIT_CALLED,
-    MEASURES,
-    OF_STRUCTURE,
-    RECORD_MEASURES,
-    UNDER_RECORDS_ALONE,
-)
+from damperlab.studies.specification.specification import OF_STRUCTURE
 
 Schema = dict[str, Any]
 
@@ -52,8 +53,8 @@ LIMIT_WORDS = {
 
 WORDS = "How the base moves: at every frequency of the band with every amplitude of the range."
 MEASURE_WORDS = (
-    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records one of {', '.join(RECORD_MEASURES)}. "
-    "The first of each is the default."
+    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records one of {', '.join(RECORD_MEASURES)}; "
+    f"under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."
 )
 NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
@@ -79,7 +80,7 @@ def specification_schema() -> Schema:
                         "description": "Several of them, one at a time: the worst is judged.",
                         "minItems": 1,
                         "maxItems": MOST_EXCITATIONS,
-                        "items": _object({"name": NAME} | excitation, WORDS),
+                        "items": {"anyOf": [_object({"name": NAME} | excitation, WORDS), _records({"name": NAME})]},
                     },
                 ]
             },
@@ -102,7 +103,7 @@ def specification_schema() -> Schema:
     }  # fmt: skip
 
 
-def _records() -> Schema:
+def _records(more: Schema | None = None) -> Schema:
     entry = {"anyOf": [{"type": "string"}, {"type": "object"}]}
     scales = {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": SCALE.schema()}
     return {
@@ -117,7 +118,8 @@ def _records() -> Schema:
             },
             "scales": {"description": SCALE.meaning, "default": 1, "anyOf": [SCALE.schema(), scales]},
             "tail_s": TAIL.schema(0.0),
-        },
+        }
+        | (more or {}),
     }
 
 

@@ -8,7 +8,14 @@ from functools import cached_property
 from typing import Any
 
 from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.records import RecordCases
+from damperlab.studies.specification.measure import (
+    LIMITED,
+    MEASURES,
+    RECORD_LIMITED,
+    RECORD_MEASURES,
+    Measure,
+)
+from damperlab.studies.specification.records import Case, RecordCases, Under
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
 """What makes a damper, in this order everywhere."""
@@ -111,110 +118,6 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class Measure:
-    """What shall be small.
-
-    Parameters
-    ----------
-    name : str
-        As the specification has it.
-    variable : str
-        The result variable over Z that it is made of.
-    factor : float
-        What that is multiplied with, beside Z.
-    words : str
-        For sentences.
-    unit : str
-        Of its values in a specification in units.
-    """
-
-    name: str
-    variable: str
-    factor: float
-    words: str
-    unit: str = "m"
-
-
-MEASURES = {
-    each.name: each
-    for each in (
-        Measure("worst_displacement", "amplitude_ratio", 1.0, "displacement of the structure"),
-        Measure(
-            "worst_relative_displacement",
-            "relative_amplitude_ratio",
-            1.0,
-            "displacement of the structure against its base",
-        ),
-        Measure(
-            "worst_rms_displacement",
-            "amplitude_ratio_rms",
-            math.sqrt(0.5),
-            "rms displacement of the structure",
-        ),
-    )
-}
-"""What can be asked for; each the largest over the band and the amplitudes."""
-RECORD_MEASURES = {
-    each.name: each
-    for each in (
-        Measure(
-            "worst_relative_displacement",
-            "peak_relative_displacement_m",
-            1.0,
-            "displacement of the structure against its base",
-        ),
-        Measure("worst_displacement", "peak_absolute_displacement_m", 1.0, "displacement of the structure"),
-        Measure(
-            "worst_acceleration",
-            "peak_absolute_acceleration_m_s2",
-            1.0,
-            "acceleration of the structure",
-            "m/s²",
-        ),
-        Measure(
-            "worst_rms_relative_displacement",
-            "rms_relative_displacement_m",
-            1.0,
-            "rms displacement of the structure against its base",
-        ),
-        Measure(
-            "worst_rms_displacement", "rms_absolute_displacement_m", 1.0, "rms displacement of the structure"
-        ),
-        Measure(
-            "worst_rms_acceleration",
-            "rms_absolute_acceleration_m_s2",
-            1.0,
-            "rms acceleration of the structure",
-            "m/s²",
-        ),
-    )
-}
-"""What can be asked for under records; each the largest over records and scales. The first is the default."""
-
-LIMITED = {
-    "displacement_m": ("amplitude_ratio", "displacement of the structure"),
-    "relative_displacement_m": ("relative_amplitude_ratio", "stroke of the structure against its base"),
-    "impact_speed_m_per_s": ("impact_speed_max", "impact speed"),
-}
-"""Limits on results over a band: the variable, and what it is called."""
-UNDER_RECORDS_ALONE = {
-    "acceleration_m_per_s2": "acceleration of the structure",
-    "rms_acceleration_m_per_s2": "rms acceleration of the structure",
-}
-"""Limits on results that only a response to a record has, and what they are called."""
-LIMIT_CALLED = {name: words for name, (_, words) in LIMITED.items()} | UNDER_RECORDS_ALONE
-"""What every limit on a result is called."""
-RECORD_LIMITED = {
-    "displacement_m": "peak_absolute_displacement_m",
-    "relative_displacement_m": "peak_relative_displacement_m",
-    "impact_speed_m_per_s": "impact_speed_max_m_s",
-    "acceleration_m_per_s2": "peak_absolute_acceleration_m_s2",
-    "rms_acceleration_m_per_s2": "rms_absolute_acceleration_m_s2",
-}
-"""The variables of limits under records."""
-
-
-@dataclass(frozen=True)
 class Specification:
     """What a damper shall do, and what it may be made of.
 
@@ -225,7 +128,7 @@ class Specification:
     structure : Structure
         What is to be kept quiet.
     excitations : tuple of Excitation
-        What shakes it, one at a time; the worst of them is judged. Empty where records do.
+        What shakes it over bands, one at a time; the worst of them is judged. Empty where records alone do.
     choices : dict of Choice
         By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
     limits : dict of float
@@ -249,7 +152,7 @@ class Specification:
     document : dict
         As it was given; records with the digest of their samples.
     records : RecordCases or None
-        The ground-motion records that shake it, in place of excitations over a band.
+        The ground-motion records that shake it, in place of excitations over a band or beside them.
     """
 
     name: str
@@ -273,9 +176,25 @@ class Specification:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
 
-    def limited(self, limit: str) -> str:
-        """Give the variable that a limit on results is about."""
-        return LIMITED[limit][0] if self.records is None else RECORD_LIMITED[limit]
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """Every record at every scale; none where no record shakes it."""
+        return () if self.records is None else self.records.cases
+
+    def measured(self, under: Under) -> Measure:
+        """Give the measure as it is made of the results under an amplitude, or under a record."""
+        return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
+
+    def limited(self, limit: str, under: Under) -> str | None:
+        """Give the variable that a limit on results is about; None where the results under this have none such."""
+        if isinstance(under, Case):
+            return RECORD_LIMITED[limit]
+        return LIMITED[limit][0] if limit in LIMITED else None
+
+    @property
+    def limits_measure(self) -> bool:
+        """Whether a limit is on what is measured."""
+        return self.measure.limit in self.limits
 
     @property
     def unit(self) -> str:

@@ -345,9 +345,42 @@ def test_faults_of_records_are_named_where_they_stand(place: str, value: Any, fi
     assert field in faults_of(document)
 
 
-def test_records_are_no_part_of_a_list_of_excitations() -> None:
-    faults = faults_of(PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"]}]})
-    assert "no function of a frequency" in faults["excitation[1].records"]
+def test_records_are_one_of_a_list_of_excitations() -> None:
+    document = PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"], "scales": 0.5, "name": "quake"}]}
+    asked = parse_specification(document)
+    assert asked.records is not None
+    assert (len(asked.excitations), asked.records.name) == (1, "quake")
+    assert [each.name for each in asked.cases] == ["el-centro-180 × 0.5"]
+    assert asked.measure.name == "worst_displacement"
+    held = asked.document["excitation"][1]
+    assert (held["name"], held["records"][0]["id"]) == ("quake", "el-centro-180")
+    assert parse_specification(asked.document).digest == asked.digest
+    # a ratio is over the largest base amplitude, which the band has
+    ratios = {"clearance_ratio": {"start": 2, "stop": 8}, "friction_force_n": {"start": 0, "stop": 2}}
+    assert (
+        parse_specification(document | {"choose": ratios}).choices["clearance_m"].stop == 8 * asked.largest_m
+    )
+    # in a list of its own it is what it is alone, but for its name
+    alone = parse_specification(SHAKEN | {"excitation": [SHAKEN["excitation"]]})
+    assert (alone.excitations, alone.cases) == ((), parse_specification(SHAKEN).cases)
+
+
+@pytest.mark.parametrize(
+    ("document", "field"),
+    [
+        ({"excitation": [ONE, {"records": ["el-centro"]}, {"records": ["loma-prieta"]}]}, "excitation[2]"),
+        ({"excitation": [ONE, {"records": ["nowhere"]}]}, "excitation[1].records[0]"),
+        ({"excitation": [ONE, {"records": ["el-centro"], "scales": [1, 1]}]}, "excitation[1].scales[1]"),
+        ({"excitation": [ONE, {"records": ["el-centro"], "frequency_hz": 2}]}, "excitation[1].frequency_hz"),
+        ({"excitation": [ONE, {"records": ["el-centro"], "name": ""}]}, "excitation[1].name"),
+        ({"excitation": [{"frequency_hz": 2}, {"records": ["el-centro"]}]}, "excitation[0]"),
+        ({"excitation": [ONE, {"records": ["el-centro"]}], "measure": "worst_acceleration"}, "measure"),
+    ],
+)
+def test_faults_of_records_in_a_list_are_named_where_they_stand(document: dict[str, Any], field: str) -> None:
+    # what else a specification without units lacks stands elsewhere
+    faults = faults_of(PROTOTYPE | document)
+    assert [told for told in faults if told.startswith(("excitation", "measure"))] == [field]
 
 
 @pytest.mark.parametrize("limit", ["acceleration_m_per_s2", "rms_acceleration_m_per_s2"])
