@@ -2,7 +2,7 @@
 
 import { ask, faultText, Refusal, refusalBox, send } from "./api.js";
 import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
-import { excitationFields, underRecords } from "./excitation_fields.js";
+import { excitationFields, measuresOf, shakenBy } from "./excitation_fields.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted } from "./numbers.js";
@@ -13,7 +13,7 @@ import { WORDS } from "./words.js";
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
 /** @typedef {import("./specified.js").Held} Held */
 
-const { structure, damper, ratios, limits, numbers, tables } = WORDS.specification;
+const { structure, damper, ratios, limits, numbers } = WORDS.specification;
 const FIRST = "prototype";
 /** How a quantity of the damper is said. */
 const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "from a list"]]);
@@ -150,14 +150,16 @@ async function copy(id) {
 
 /** Every field of a specification. @param {Held} held @param {any[]} records ground-motion records that the service has */
 function fieldsOf(held, records) {
-  const measures = underRecords(held) ? tables.measures_under_records : tables.measures;
+  const measures = measuresOf(held);
+  // what a document holds is shown even where it cannot hold
+  const limited = limits.filter((each) => shakenBy(held).records || !each.under_records || held.get(`limits.${each.name}`) !== undefined);
   const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
   return [
     el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
     group("Structure", "structure", structure.filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined).map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)])),
     excitationFields(held, records),
     ...damper.map((each) => damperField(held, each)),
-    group("Limits", "limits", limits.map((each) => number(held, `limits.${each.name}`, each))),
+    group("Limits", "limits", limited.map((each) => number(held, `limits.${each.name}`, each))),
     group("What is judged", "measure", [
       picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) => held.set("measure", value)),
       ...numbers.map((each) => number(held, each.name, each)),

@@ -8,6 +8,7 @@ import { WORDS } from "./words.js";
 /** @typedef {import("./specified.js").Held} Held */
 
 const { motions, frequency, most, tail } = WORDS.specification.excitation;
+const { measures, measures_under_records } = WORDS.specification.tables;
 const PLACE = "excitation";
 
 /** Kinds of excitation. */
@@ -20,9 +21,11 @@ const BEGINNING = {
 /** What is over an amplitude of the base, which records do not have. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
-/** Whether ground-motion records shake the structure. @param {Held} held */
-export function underRecords(held) {
-  return held.get(`${PLACE}.records`) !== undefined;
+/** What shakes the structure: bands of frequencies, ground-motion records, or both. @param {Held} held */
+export function shakenBy(held) {
+  const every = [held.get(PLACE)].flat();
+  const records = every.filter((/** @type {any} */ each) => each?.records !== undefined).length;
+  return { bands: every.length > records, records: records > 0 };
 }
 
 /**
@@ -32,49 +35,80 @@ export function underRecords(held) {
  * @param {any[]} records those that the service has
  */
 export function excitationFields(held, records) {
-  const kind = underRecords(held) ? "records" : "band";
+  const kind = shakenBy(held).bands ? "band" : "records";
   const change = (/** @type {string} */ next) => {
     held.set(PLACE, structuredClone(next === "records" ? BEGINNING.records : BEGINNING.band));
     held.set("measure", undefined);
     for (const ratio of Object.keys(next === "records" ? IN_UNITS : {})) for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
     held.again();
   };
-  return [picker("Kind of excitation", KINDS, kind, change), kind === "records" ? recordFields(held, records) : bandFields(held)];
+  const several = Array.isArray(held.get(PLACE));
+  return [picker("Kind of excitation", KINDS, kind, change), kind === "records" && !several ? group("Ground-motion records", PLACE, recordFields(held, records, PLACE)) : bandFields(held, records)];
 }
 
-/** Records, their scales, and what follows them. @param {Held} held @param {any[]} records */
-function recordFields(held, records) {
-  const path = `${PLACE}.scales`;
+/** Records, their scales, and what follows them. @param {Held} held @param {any[]} records @param {string} place */
+function recordFields(held, records, place) {
+  const path = `${place}.scales`;
   const scales = held.get(path) ?? 1;
   const box = el("input", { type: "text", value: [scales].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, { name: "scale", label: "scale", unit: "", scale: 1 }))) });
-  return group("Ground-motion records", PLACE, [
-    recordsField({ records: held.get(`${PLACE}.records`) }, (_, value) => held.set(`${PLACE}.records`, value), records, `${PLACE}.records`),
+  return [
+    recordsField({ records: held.get(`${place}.records`) }, (_, value) => held.set(`${place}.records`, value), records, `${place}.records`),
     el("label", { class: "field", "data-field": path }, el("span", {}, "Scales, one after the other"), box, el("span", { class: "faults" })),
-    number(held, `${PLACE}.tail_s`, tail),
-  ]);
+    number(held, `${place}.tail_s`, tail),
+  ];
 }
 
-/** @param {Held} held */
-function bandFields(held) {
+/** @param {Held} held @param {any[]} records */
+function bandFields(held, records) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);
   const count = several ? raw.length : 1;
   return [
     several
-      ? raw.map((_, i) => group(`Excitation ${i + 1}`, `${PLACE}.${i}`, [nameField(held, i), ...fieldsAt(held, `${PLACE}.${i}`), remover(held, i)]))
+      ? raw.map((each, i) => oneOf(held, records, each, i))
       : group("Excitation", PLACE, fieldsAt(held, PLACE)),
-    count < most && el("div", { class: "row" }, el("button", { type: "button", class: "small", onclick: () => add(held) }, "Add another excitation")),
+    count < most && el(
+      "div",
+      { class: "row" },
+      el("button", { type: "button", class: "small", onclick: () => add(held, likeLast(held)) }, "Add another excitation"),
+      !shakenBy(held).records && el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) }, "Add ground-motion records"),
+    ),
     several && el("p", { class: "quiet" }, "They act one at a time; the worst of them is judged."),
   ];
 }
 
-/** One excitation more, like the last: a list begins with the one that is there. @param {Held} held */
-function add(held) {
-  const raw = held.get(PLACE);
-  const given = Array.isArray(raw) ? raw : [raw ?? {}];
-  const { name, ...like } = given[given.length - 1] ?? {};
-  held.set(PLACE, [...given, structuredClone(like)]);
+/** One of several excitations. @param {Held} held @param {any[]} records @param {any} each @param {number} i */
+function oneOf(held, records, each, i) {
+  const place = `${PLACE}.${i}`;
+  const fields = each?.records === undefined ? fieldsAt(held, place) : recordFields(held, records, place);
+  return group(`Excitation ${i + 1}${each?.records === undefined ? "" : ": ground-motion records"}`, place, [nameField(held, i), ...fields, remover(held, i)]);
+}
+
+/** One excitation over a band, like the last that there is. @param {Held} held */
+function likeLast(held) {
+  const over = [held.get(PLACE) ?? {}].flat().filter((/** @type {any} */ each) => each?.records === undefined);
+  const { name, ...like } = over[over.length - 1] ?? BEGINNING.band;
+  return structuredClone(like);
+}
+
+/** One excitation more: a list begins with the one that is there. @param {Held} held @param {any} more */
+function add(held, more) {
+  held.set(PLACE, [...[held.get(PLACE) ?? {}].flat(), more]);
+  dropMeasure(held);
   held.again();
+}
+
+/** Take a measure away that what shakes the structure now does not have. @param {Held} held */
+function dropMeasure(held) {
+  if (!(held.get("measure") in measuresOf(held))) held.set("measure", undefined);
+}
+
+/** What can be asked for under all that shakes the structure. @param {Held} held @returns {Record<string, string>} */
+export function measuresOf(held) {
+  const { bands, records } = shakenBy(held);
+  if (!records) return measures;
+  if (!bands) return measures_under_records;
+  return Object.fromEntries(Object.entries(measures).filter(([name]) => name in measures_under_records));
 }
 
 /** @param {Held} held @param {number} i */
@@ -83,6 +117,7 @@ function remover(held, i) {
     const left = held.get(PLACE).filter((/** @type {any} */ _, /** @type {number} */ k) => k !== i);
     const { name, ...only } = left[0] ?? {};
     held.set(PLACE, left.length > 1 ? left : only);
+    dropMeasure(held);
     held.again();
   };
   return el("button", { type: "button", class: "small", "aria-label": `Remove excitation ${i + 1}`, onclick: remove }, "Remove");

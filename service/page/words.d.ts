@@ -57,7 +57,8 @@ export const WORDS: {
     /** Quantities of the damper, each with the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;
-    limits: SpecifiedField[];
+    /** `under_records`: whether they hold under ground-motion records alone. */
+    limits: (SpecifiedField & { under_records: boolean })[];
     numbers: SpecifiedField[];
     tables: { measures: Record<string, string>; measures_under_records: Record<string, string> };
   };

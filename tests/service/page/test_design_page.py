@@ -163,6 +163,54 @@ def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     expect(page.get_by_label("San Fernando 1971, Pacoima Dam, 164°")).to_be_checked()
 
 
+def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    page = open_page().go("#/designs/new")
+    text = page.get_by_label("The specification as JSON")
+    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}, "name": "both", "measure": "worst_rms_displacement"}))
+    limits = page.get_by_role("group", name="Limits")
+    # a limit on accelerations is offered where there are results that it can hold for
+    expect(limits.get_by_label("Displacement of the structure", exact=False).first).to_be_visible()
+    expect(limits.get_by_label(re.compile("^Acceleration of the structure"))).to_have_count(0)
+    page.get_by_role("button", name="Add ground-motion records").click()
+    expect(page.get_by_role("button", name="Add ground-motion records")).to_have_count(0)
+    quake = page.get_by_role("group", name="Excitation 2: ground-motion records")
+    quake.get_by_label("Name").fill("quake")
+    quake.get_by_label("Scales").fill("0.3")
+    limits.get_by_label(re.compile("^Acceleration of the structure")).fill("50")
+    measures = page.get_by_label("Least").locator("option")
+    assert [each.get_attribute("value") for each in measures.all()] == [
+        "worst_displacement",
+        "worst_relative_displacement",
+        "worst_rms_displacement",
+    ]
+    page.get_by_label("Least").select_option("worst_displacement")
+    asked = json.loads(text.input_value())
+    assert asked["excitation"] == [
+        helpers.SPECIFICATION["excitation"],
+        {"records": ["el-centro-180"], "scales": [0.3], "name": "quake"},
+    ]
+    assert asked["limits"] == {"acceleration_m_per_s2": 50}
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+    page.get_by_role("button", name="Find the damper").click()
+    recommended = page.get_by_role("region", name="Recommended damper")
+    expect(recommended).to_be_visible(timeout=300_000)
+    expect(recommended).to_contain_text("Of 2 excitations")
+    expect(page.get_by_text("Under each record, as drawn")).to_be_visible()
+    page.wait_for_selector(".plot .main-svg")
+    design_id = re.search(r"#/designs/(\w+)", page.url).group(1)  # type: ignore[union-attr]
+    found = client.get(f"/api/v1/designs/{design_id}").json()["answer"]
+    assert [each["excitation"] for each in found["excitations"]] == ["excitation 1", "quake"]
+    assert found["limits"][0]["limit"] == "acceleration_m_per_s2"
+    # without its band it is about the records alone, and what no band has is offered again
+    page.get_by_role("link", name="Change and ask again").click()
+    page.get_by_role("button", name="Remove excitation 1").click()
+    expect(page.get_by_label("Kind of excitation")).to_have_value("records")
+    expect(page.get_by_label("Least").locator("option[value=worst_acceleration]")).to_have_count(1)
+    assert "name" not in json.loads(text.input_value())["excitation"]
+
+
 @pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
 def test_each_view_of_designs_is_for_everybody_and_fits(
     open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]
