@@ -173,7 +173,9 @@ class DamperFields(SceneFields):
             "{field} holds under ground-motion records alone: an acceleration is not among the results of a study over a band, "
             "and the displacement times ω² is not it where friction and impacts make a motion that is no sine."
         )
-        advice = "limit `displacement_m`, or add `records` to what shakes it, one of them a sweep that you upload"
+        advice = (
+            "limit `displacement_m`, or add `records` to what shakes it, one of them a sweep that you upload"
+        )
         self._fault(f"limits.{key}", "a band of frequencies", "`records` among the excitations", advice, told)
 
     def _limits(self, choices: dict[str, Choice]) -> tuple[dict[str, float], dict[str, str]]:

@@ -168,7 +168,11 @@ def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
 ) -> None:
     page = open_page().go("#/designs/new")
     text = page.get_by_label("The specification as JSON")
-    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}, "name": "both", "measure": "worst_rms_displacement"}))
+    text.fill(
+        json.dumps(
+            {**helpers.SPECIFICATION, "limits": {}, "name": "both", "measure": "worst_rms_displacement"}
+        )
+    )
     limits = page.get_by_role("group", name="Limits")
     # a limit on accelerations is offered where there are results that it can hold for
     expect(limits.get_by_label("Displacement of the structure", exact=False).first).to_be_visible()
