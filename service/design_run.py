@@ -13,7 +13,6 @@ from multiprocessing.connection import Connection
 
 import xarray as xr
 
-from damperlab.service.design_report import design_report
 from damperlab.service.documents import plain
 from damperlab.service.logs import start_logging
 from damperlab.service.settings import Settings
@@ -124,6 +123,9 @@ class _Search:
         except StopIteration as end:
             found: Found = end.value
         if not self.shelf.ended(self.kept.id):
+            # the service names this class to start a search, and draws nothing: a figure's library is loaded where one is drawn
+            from damperlab.service.design_report import design_report
+
             last = Round("the answer", number, found.book.spent, 0, (), None, self._started)
             self.shelf.follow(self.kept.id, last)
             self.shelf.finish(self.kept.id, plain(answer_document(found)), design_report(found))

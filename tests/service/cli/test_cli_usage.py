@@ -31,6 +31,12 @@ def test_help_loads_none_of_the_heavy_libraries() -> None:
     assert ended.stdout.strip() == "[]"
 
 
+def test_the_service_begins_without_the_library_of_figures() -> None:
+    program = "import sys, damperlab.service.app; print([name for name in ('matplotlib', 'weasyprint') if name in sys.modules])"
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert ended.stdout.strip() == "[]"
+
+
 COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xarray")
 
 
