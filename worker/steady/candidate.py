@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix, filled
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
-from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
@@ -109,7 +109,7 @@ def stable_orbit_nearby(
             if abs(notes.departure[i]) > _REACH * look.scale:
                 return nothing, False, halves
     copy_matrix(notes.monodromy, notes.jacobian)
-    confirmed = _attracts_all(orbit, point, scene, probe, notes)
+    confirmed = attracts_all(orbit, point, scene, probe, notes)
     return Candidate(orbit, look.half, look.half, 1.0), confirmed, halves
 
 
@@ -128,7 +128,7 @@ def is_beside_stable_orbit(
 
 
 @kernel
-def _attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: Notes) -> bool:
+def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: Notes) -> bool:
     """Whether the run can but tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never grows. So
@@ -141,10 +141,10 @@ def _attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes:
         begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
         meter = Meter(filled(METERS, 0.0), notes.meter.energies)
-        at, sums = scene_on_addresses(probe), meter_on_addresses(meter)
+        sums = meter_on_addresses(meter)
         state = orbit.state
         for _ in range(2):
-            state, outcome = half_cycle_on_addresses(state, at, sums, None)
+            state, outcome = half_cycle_on_addresses(state, probe, sums, None)
             if outcome != ARRIVED:
                 return False
         clear: bool = meter.sums[PEAK] + far + abs(point[2]) < particle.clearance_ratio
@@ -174,7 +174,7 @@ def closing_in(
     if verdict != APPROACHES:
         return candidate, False
     if scene.counts[IMPACTS] == 0:
-        confirmed = _attracts_all(orbit, point, scene, probe, notes)
+        confirmed = attracts_all(orbit, point, scene, probe, notes)
         return (candidate, True) if confirmed else (nothing, False)
     first = 0.0
     now = 0.0

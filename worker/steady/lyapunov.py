@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import zero_matrix
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
-from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, State
-from damperlab.worker.solver.transitions import Transitions, log_on_addresses
+from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.variational import SIZE, propagate
 
 _BATCHES = 16
@@ -51,15 +51,14 @@ def is_chaotic(
         tangent[3, 0] = 0.7
     growth = np.empty(HALVES_FOLLOWED)  # in each half cycle
     known = 0
-    at, rows = scene_on_addresses(scene), log_on_addresses(log_)
     for cycles, least in _RUNGS:
         length = max(min(cycles, longest) // _BATCHES, 1)
         while known < 2 * length * (_BATCHES + 1):
-            rows.cursor[0] = 0
-            state, outcome = half_cycle_on_addresses(state, at, None, rows)
-            if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
+            log_.cursor[0] = 0
+            state, outcome = half_cycle_on_addresses(state, scene, None, log_)
+            if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
                 return False
-            propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, tangent)
+            propagate(log_, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, tangent)
             norm = 0.0
             for i in range(size):
                 norm += tangent[i, 0] ** 2

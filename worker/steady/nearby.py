@@ -56,12 +56,15 @@ def look_nearby(
     """Follow the candidate, or look for one; with the orbit that the run is found to tend to, of lag 0 where there is none."""
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
-    if candidate.orbit.lag > 0:
-        candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
-        if candidate.orbit.lag == 0:
-            next_try = look.half + look.half // 2
-            rival = True
-    elif look.half >= next_try:
+    waits = candidate.orbit.lag > 0
+    # without a particle none waits: a stable orbit attracts every motion, see `candidate.attracts_all`
+    if scene.particle is not None:
+        if waits:
+            candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
+            if candidate.orbit.lag == 0:
+                next_try = look.half + look.half // 2
+                rival = True
+    if not waits and look.half >= next_try:
         next_try = look.half + _BETWEEN_TRIES
         spare = _halves_to_spare(look.half, burn_in) - halves_spent
         candidate, confirmed, halves = stable_orbit_nearby(state, look, spare, scene, probe, notes)
@@ -86,11 +89,12 @@ def look_farther(
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby
-    if scene.counts[IMPACTS] == 0:
-        return nearby
-    lag = 1 + metered_halves // _FAR_EVERY % 2  # now half a cycle, a symmetric orbit, now a whole one
-    rival = is_beside_stable_orbit(state, lag, look, scene, probe, notes)
-    return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
+    if scene.particle is not None:
+        if scene.counts[IMPACTS] > 0:
+            lag = 1 + metered_halves // _FAR_EVERY % 2  # now half a cycle, a symmetric orbit, now a whole one
+            rival = is_beside_stable_orbit(state, lag, look, scene, probe, notes)
+            return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
+    return nearby
 
 
 @kernel

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import filled, zero_counts
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
-from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State
-from damperlab.worker.solver.transitions import Transitions, log_on_addresses
+from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.section_coordinates import (
     active_size,
     are_comparable,
@@ -46,13 +46,12 @@ def march_with_jacobian(
     for i in range(SIZE):
         for j in range(SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
-    at, rows = scene_on_addresses(scene), log_on_addresses(log)
     for _ in range(lag):
-        rows.cursor[0] = 0
-        state, outcome = half_cycle_on_addresses(state, at, None, rows)
-        if outcome != ARRIVED or rows.cursor[0] > rows.capacity:
+        log.cursor[0] = 0
+        state, outcome = half_cycle_on_addresses(state, scene, None, log)
+        if outcome != ARRIVED or log.cursor[0] > log.capacity:
             return state, False
-        propagate(rows, at.base, at.free, at.loaded, at.friction, at.particle, monodromy)
+        propagate(log, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, monodromy)
     return state, True
 
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.scene import Scene, scene_on_addresses
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ARRIVED,
     BUDGET,
@@ -22,7 +22,7 @@ from damperlab.worker.solver.state import (
     Meter,
     State,
 )
-from damperlab.worker.solver.transitions import Transitions, empty_transitions
+from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.recurrence import LONGEST, RING
 from damperlab.worker.steady.section_coordinates import coordinates
@@ -90,7 +90,8 @@ def probe_of(scene: Scene) -> Scene:
 @kernel
 def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
     """Begin a search beside the run: as many impacts as the run has seen, and room for the events of some half cycles."""
-    probe.counts[:] = 0
+    for i in range(COUNTS):
+        probe.counts[i] = 0
     probe.counts[IMPACTS] = scene.counts[IMPACTS]
     probe.counts[BUDGET] = _room(scene, halves)
 
@@ -122,6 +123,16 @@ def make_notes(max_cycles: int, energies: bool | None) -> Notes:
     )
 
 
+@inlined
+def notes_on_addresses(notes: Notes) -> Notes:
+    """The same notes with addresses for the arrays of meter and log; the arrays must outlive it."""
+    ring, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = notes
+    meter, log = meter_on_addresses(meter), log_on_addresses(log)
+    return Notes(
+        ring, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian
+    )
+
+
 @kernel
 def work_done(scene: Scene, half: int) -> int:
     """Work of a run so far, in events: a count, not a clock, so that the same study has the same bits everywhere."""
@@ -132,8 +143,10 @@ def work_done(scene: Scene, half: int) -> int:
 @kernel
 def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
     """Begin to meter: row 0 of the trace."""
-    notes.meter.sums[:] = 0.0
-    notes.trace[0, :] = 0.0
+    for i in range(METERS):
+        notes.meter.sums[i] = 0.0
+    for i in range(COLUMNS):
+        notes.trace[0, i] = 0.0
     notes.trace[0, IMPACTS_SO_FAR] = scene.counts[IMPACTS]
     notes.trace[0, STORED] = stored_energy(state, scene.base.frequency_ratio, scene.particle)
 
@@ -162,21 +175,20 @@ def advance(
         ARRIVED, or how the run ended early.
     """
     # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
-    at, meter = scene_on_addresses(scene), meter_on_addresses(notes.meter)
-    trace, ring, counts = notes.trace, notes.ring, at.counts
+    trace, ring, meter, counts = notes.trace, notes.ring, notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)
     counts[IDLE] = 0
     outcome = ARRIVED
     for i in range(halves):
         if row >= 0:
             clear_peaks(meter.sums)
-            state, outcome = half_cycle_on_addresses(state, at, meter, None)
-            stored = stored_energy(state, at.base.frequency_ratio, at.particle)
+            state, outcome = half_cycle_on_addresses(state, scene, meter, None)
+            stored = stored_energy(state, scene.base.frequency_ratio, scene.particle)
             note_half(trace[row + 1 + i], meter.sums, counts[IMPACTS], stored)
         else:
-            state, outcome = half_cycle_on_addresses(state, at, None, None)
+            state, outcome = half_cycle_on_addresses(state, scene, None, None)
         half += 1
         if outcome != ARRIVED:
             break
-        coordinates(state, at.particle, ring[half % RING])
+        coordinates(state, scene.particle, ring[half % RING])
     return state, half, outcome

@@ -6,7 +6,7 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.scene import make_scene, scene_on_addresses
 from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.newton import march_with_jacobian
@@ -24,6 +24,7 @@ from damperlab.worker.steady.run import (
     begin_probe,
     begin_trace,
     make_notes,
+    notes_on_addresses,
     probe_of,
 )
 from damperlab.worker.steady.search import search
@@ -75,8 +76,17 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     `max_cycles`, or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
-    probe = probe_of(scene)
     notes = make_notes(settings.max_cycles, settings.energies)
+    return _settled(start, scene, probe_of(scene), notes, settings)
+
+
+@kernel
+def _settled(start, scene, probe, notes, settings):
+    """`settle` where arrays are made: its caller keeps them alive, and all that follows is handed their addresses.
+
+    An address is one number where an array is seven, of each of which numba writes code wherever it is handed on.
+    """
+    scene, probe, notes = scene_on_addresses(scene), scene_on_addresses(probe), notes_on_addresses(notes)
     found = search(start, scene, probe, notes, settings)
     if found.outcome != ARRIVED:
         return failed(found.outcome, found.look.half // 2), found.state
@@ -123,8 +133,11 @@ def _measured_run(found, scene, probe, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    begin_probe(probe, scene, HALVES_FOLLOWED)
-    chaotic = is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size)
+    chaotic = False
+    # without a particle no two motions part: see `candidate.attracts_all`
+    if probe.particle is not None:
+        begin_probe(probe, scene, HALVES_FOLLOWED)
+        chaotic = is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size)
     response = measured_response(
         stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
         notes.meter.energies,
