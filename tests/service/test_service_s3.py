@@ -48,13 +48,9 @@ def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
 
 
 def _pause_and_go_on(client: httpx.Client, proxy: Any, helpers: Any) -> None:
-    curve = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
+    curve = _submitted(client, helpers.CURVE, helpers)
     assert helpers.wait_for(client, curve, helpers.ended)["state"] == "done"
-    study = (
-        client.post(STUDIES, json=helpers.long_study("paused", frequencies=100))
-        .raise_for_status()
-        .json()["id"]
-    )
+    study = _submitted(client, helpers.long_study("paused", frequencies=100), helpers)
     running = helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
     proxy.mode = "refuse"
     paused = helpers.wait_for(client, study, lambda record: record["state"] == "queued")
@@ -72,3 +68,16 @@ def _pause_and_go_on(client: httpx.Client, proxy: Any, helpers: Any) -> None:
     assert helpers.wait_for(client, study, helpers.ended)["state"] == "done"
     assert client.get(f"{STUDIES}/{study}").json()["message"] is None
     assert client.get(f"{STUDIES}/{curve}/frequency-response").status_code == 200
+
+
+def _submitted(client: httpx.Client, study: dict[str, Any], helpers: Any) -> str:
+    """Submit a study; on a busy machine the bucket may answer too late, and a 503 has kept nothing: it is asked again."""
+    answers: list[httpx.Response] = []
+
+    def taken() -> bool:
+        answers.append(client.post(STUDIES, json=study))
+        return answers[-1].status_code != 503
+
+    helpers.wait_until(taken)
+    found: str = answers[-1].raise_for_status().json()["id"]
+    return found
