@@ -12,7 +12,7 @@ import numba
 from numba import types
 from numba.extending import models, register_model
 
-from damperlab.worker.compiler import PartCompiler, WholeCompiler
+from damperlab.worker.compiler.pipeline import PartCompiler, WholeCompiler
 from damperlab.worker.kernel_cache import (
     CACHE_FOLDER,
     KernelCache,

@@ -25,11 +25,11 @@ import numpy as np
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from damperlab.worker.compiler import PROCESSOR, TRIPLE
+from damperlab.worker.compiler.target import PROCESSOR, TRIPLE
 
 _HERE = Path(__file__).parent
-_SOURCES = ("jit.py", "compiler.py", "kernel_cache.py", "rk4.py", "accuracy/march.py")
-_SOURCE_FOLDERS = ("physics", "solver", "steady")
+_SOURCES = ("jit.py", "kernel_cache.py", "rk4.py", "accuracy/march.py")
+_SOURCE_FOLDERS = ("compiler", "physics", "solver", "steady")
 
 
 @cache

@@ -288,13 +288,22 @@ def _known(found: Found) -> Iterator[str]:
     )
 
 
+def _digits(per_cent: float) -> str:
+    """Write two digits, or a whole number."""
+    return f"{per_cent:.2g}" if per_cent < 10.0 else f"{per_cent:.0f}"
+
+
 def _shortfall(shortfall: Shortfall, most: float, tolerances: bool) -> str:
     computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
-    none = "none is better" if computed < HARDLY else f"none is better by more than {computed:.2g} %"
+    none = "none is better" if computed < HARDLY else f"none is better by more than {_digits(computed)} %"
     taken = (
         "; those not judged with their tolerances are taken to lose the least by them" if tolerances else ""
     )
-    may = "no better one is expected" if between < HARDLY else f"one may be better by up to {between:.2g} %"
+    may = (
+        "no better one is expected"
+        if between < HARDLY
+        else f"one may be better by up to {_digits(between)} %"
+    )
     return (
         f"Of the dampers that were looked at {none}, errors counted{taken}. Between them, by how steeply the response falls "
         f"towards what was not computed, {may}."

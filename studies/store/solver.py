@@ -28,7 +28,7 @@ SOURCES: tuple[str, ...] = (
     "studies/variables.py",
     "studies/vocabulary.py",
     "worker/block.py",
-    "worker/compiler.py",
+    "worker/compiler",
     "worker/ground",
     "worker/jit.py",
     "worker/lower.py",

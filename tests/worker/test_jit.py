@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from damperlab.worker.compiler import Whole, target_of
+from damperlab.worker.compiler.library import Whole
+from damperlab.worker.compiler.target import target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
 from damperlab.worker.kernel_cache import CACHE_FOLDER, KernelCache, folder_name, is_private
 from damperlab.worker.solver.memory import address

@@ -1,7 +1,9 @@
 """Scenes that several processes are given: each is compiled by one of them. The cheapest serve, those of fixed steps."""
 
 import fcntl
+import os
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -33,11 +35,23 @@ def test_a_scene_that_another_process_compiles_is_left_to_it_and_waited_for_wher
     assert (folder / marker(first)).read_text() == "", "compiled twice"
 
 
-def test_a_process_compiles_that_in_which_the_same_acts_and_no_more(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("much", "others"), [(0.0, False), (1e12, True)])
+def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_left_with_others(
+    much: float, others: bool, tmp_path: Path
+) -> None:
     friction, linear, alike = SCENES
-    require_done(start_apart([linear, friction, alike], tmp_path))
+    names = [scene.name for scene in (linear, friction, alike)]
+    code = (
+        "from damperlab.worker import warm; from damperlab.worker.scenes import scene_named as named; "
+        f"warm.MUCH = {much}; warm.warm_alike([named(name) for name in {names}])"
+    )
+    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
     folder = tmp_path / CACHE_FOLDER.name
-    assert [(folder / marker(scene)).exists() for scene in (linear, alike, friction)] == [True, True, False]
+    made = [folder / marker(scene) for scene in (linear, alike, friction)]
+    assert [file.exists() for file in made] == [True, True, others]
+    ended = [file.stat().st_mtime_ns for file in made[: 2 + others]]
+    assert ended == sorted(ended)
 
 
 def test_processes_share_what_they_are_given_and_say_how_long_each_took(tmp_path: Path) -> None:

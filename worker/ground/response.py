@@ -12,7 +12,7 @@ from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record_base import make_record_base, start_on
+from damperlab.worker.solver.excitation.record_base import make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
@@ -215,7 +215,7 @@ def _march(
     counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
     sums = np.zeros(RECORD_METERS)
     off = start or Perturbation()
-    begun = start_on(base, friction, particle, off.v, off.w, off.place)
+    begun = start_on_record(base, friction, particle, off.v, off.w, off.place)
     log = None if not logged else empty_log(20 * base.windows + 10_000)
     end, outcome = half_cycle(begun, scene, Meter(sums), log)
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)

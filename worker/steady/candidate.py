@@ -16,7 +16,7 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
-from damperlab.worker.steady.orbit import Look, Orbit, newton_orbit, no_orbit
+from damperlab.worker.steady.orbit import Orbit, SectionLook, newton_orbit, no_orbit
 from damperlab.worker.steady.recurrence import LONGEST, RING, near_period
 from damperlab.worker.steady.run import Notes, begin_probe
 from damperlab.worker.steady.section_coordinates import coordinates
@@ -74,7 +74,7 @@ def no_candidate(state: State) -> Candidate:
 
 @kernel
 def stable_orbit_nearby(
-    state: State, look: Look, spare: float, scene: Scene, probe: Scene, notes: Notes
+    state: State, look: SectionLook, spare: float, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool, int]:
     """A stable orbit within reach of the run.
 
@@ -115,7 +115,7 @@ def stable_orbit_nearby(
 
 @kernel
 def is_beside_stable_orbit(
-    state: State, lag: int, look: Look, scene: Scene, probe: Scene, notes: Notes
+    state: State, lag: int, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> bool:
     """Whether Newton, from where the run is, leads to a stable orbit of this lag.
 
@@ -154,7 +154,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
 
 @kernel
 def closing_in(
-    candidate: Candidate, look: Look, scene: Scene, probe: Scene, notes: Notes
+    candidate: Candidate, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool]:
     """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether it is confirmed.
 

@@ -12,7 +12,7 @@ from damperlab.worker.steady.candidate import (
     no_candidate,
     stable_orbit_nearby,
 )
-from damperlab.worker.steady.orbit import Look, Orbit, no_orbit
+from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
 _BETWEEN_TRIES = 32  # half cycles of the run from one try at a stable orbit to the next
@@ -51,7 +51,7 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 
 @kernel
 def look_nearby(
-    nearby: Nearby, state: State, look: Look, burn_in: int, scene: Scene, probe: Scene, notes: Notes
+    nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
     """Follow the candidate, or look for one; with the orbit that the run is found to tend to, of lag 0 where there is none."""
     candidate, next_try, halves_spent, rival = nearby
@@ -78,7 +78,7 @@ def look_farther(
     nearby: Nearby,
     state: State,
     metered_halves: int,
-    look: Look,
+    look: SectionLook,
     scene: Scene,
     probe: Scene,
     notes: Notes,

@@ -38,7 +38,7 @@ class Orbit(NamedTuple):
     error: float
 
 
-class Look(NamedTuple):
+class SectionLook(NamedTuple):
     """What a look at the section starts from.
 
     Attributes
@@ -70,7 +70,7 @@ def repels(monodromy: NDArray[np.float64], size: int) -> bool:
 
 @kernel
 def newton_orbit(
-    state: State, lag: int, reach: float, look: Look, scene: Scene, probe: Scene, notes: Notes
+    state: State, lag: int, reach: float, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Orbit, bool, int]:
     """Periodic orbit by Newton from a state of the run, no farther off than `reach`.
 
@@ -89,7 +89,13 @@ def newton_orbit(
 
 @kernel
 def repeated_orbit(
-    state: State, look: Look, stretch: int, scene: Scene, probe: Scene, notes: Notes, settings: Settings
+    state: State,
+    look: SectionLook,
+    stretch: int,
+    scene: Scene,
+    probe: Scene,
+    notes: Notes,
+    settings: Settings,
 ) -> Orbit:
     """The orbit on which the run all but repeats; of lag 0 where it does not, or where the orbit repels it.
 

@@ -81,7 +81,7 @@ class Kind(NamedTuple):
     status: int
 
 
-class Mean(NamedTuple):
+class MeanPeaks(NamedTuple):
     """Mean peaks of |u| and |v|, and the standard errors of impacts per cycle and of the shares of dissipation."""
 
     amplitude: float
@@ -146,7 +146,7 @@ def mean_of_period(trace, lag, error):
         amplitude += max(here[0], after[0])
         relative += max(here[1], after[1])
     amplitude /= lag
-    return Mean(amplitude, relative / lag, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
+    return MeanPeaks(amplitude, relative / lag, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
 
 
 @kernel
@@ -161,7 +161,7 @@ def mean_of_run(notes, first, last):
         series[i] = trace[2 * i + 2, IMPACTS_SO_FAR] - trace[2 * i, IMPACTS_SO_FAR]
     _, impacts_error = mean_and_error(series, first, last)
     count = last - first
-    return Mean(
+    return MeanPeaks(
         amplitude / count, relative / count, impacts_error, _error_of_shares(trace, series, first, last)
     )
 
@@ -201,7 +201,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, kind):
         Whether integrals were metered; without, what follows from them is NaN.
     frequency_ratio : float
         r.
-    mean : Mean
+    mean : MeanPeaks
         Mean peaks, and errors.
     kind : Kind
         Class, period and status.

@@ -11,7 +11,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
 from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
-from damperlab.worker.steady.orbit import Look, Orbit, no_orbit, repeated_orbit
+from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.recurrence import extent, note_recurrences
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section_coordinates import active_size, coordinates
@@ -50,7 +50,7 @@ class Found(NamedTuple):
         On the orbit, or where the run stopped.
     outcome : int
         ARRIVED, or how the run ended early.
-    look : Look
+    look : SectionLook
         At the end of the run.
     orbit : Orbit
         That the run tends to; its `lag` is 0 where the response was not found to repeat.
@@ -63,7 +63,7 @@ class Found(NamedTuple):
 
     state: State
     outcome: int
-    look: Look
+    look: SectionLook
     orbit: Orbit
     mean: Estimate
     known: bool
@@ -98,7 +98,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     metered_halves = _NOT_METERED
     next_estimate_cycles = FEWEST_MEASURED  # metered
     nearby = nothing_nearby(start, _CHUNK)
-    look = Look(0, 1.0, SIZE)
+    look = SectionLook(0, 1.0, SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
     while half < last_half and work_done(scene, half) <= work_allowed:
         if metered_halves == _NOT_METERED:
@@ -109,7 +109,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         state, half, outcome = advance(state, half, halves, metered_halves, scene, notes)
         if metered_halves != _NOT_METERED:
             metered_halves += halves
-        look = Look(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
+        look = SectionLook(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False)
         note_recurrences(notes.ring, half, notes.apart, notes.before)
@@ -151,7 +151,7 @@ def _mean_so_far(metered_halves: int, notes: Notes) -> Estimate:
 @kernel
 def _end_of_search(
     state: State,
-    look: Look,
+    look: SectionLook,
     metered_halves: int,
     rival: bool,
     scene: Scene,

@@ -10,7 +10,7 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
 from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record_base import make_record_base, start_on
+from damperlab.worker.solver.excitation.record_base import make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.propagator import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
@@ -57,7 +57,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     counts = np.zeros(COUNTS, np.int64)
     periods = base.windows * base.window / (2.0 * pi)
     counts[BUDGET] = base.windows + int(EVENTS_PER_PERIOD * (periods + 10.0))
-    begun = start_on(base, friction, particle, given.get(RELEASE, 0.0) / scale.length_m)
+    begun = start_on_record(base, friction, particle, given.get(RELEASE, 0.0) / scale.length_m)
     log = empty_log(int(counts[BUDGET]) + 1000)
     acting = Acting(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
     end, outcome = half_cycle(begun, acting, Meter(np.zeros(RECORD_METERS)), log)

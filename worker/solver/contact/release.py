@@ -1,7 +1,7 @@
 """A wall that stops pushing."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Phase, acceleration_scale
+from damperlab.worker.solver.excitation.base import Phase, largest_base_acceleration
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
@@ -17,7 +17,7 @@ def release(state: State, phase: Phase, scene: Scene) -> State:
         offset = state.slip * scene.friction
     opening = state.wall * phase.push if sticks else state.wall * (base.two_zeta * state.w + state.v + offset)
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
-    scale = acceleration_scale(base) + abs(state.w) + abs(state.v) + abs(offset)
+    scale = largest_base_acceleration(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > 1e-9 * scale else 3
     return in_flight(
         state,

@@ -8,7 +8,7 @@ from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from damperlab.worker.solver.excitation.base import Phase, acceleration_scale
+from damperlab.worker.solver.excitation.base import Phase, largest_base_acceleration
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ATTACHMENTS,
@@ -80,7 +80,7 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     A particle that dwells on its wall has no such choice.
     """
-    base_acceleration = acceleration_scale(scene.base)
+    base_acceleration = largest_base_acceleration(scene.base)
     slip = slip_direction(hold_force(state.v, phase.push, 1.0), breakaway(friction, base_acceleration, 1.0))
     riding = 0.0
     gap_order = 0
@@ -217,7 +217,7 @@ def _is_steady_end(
     left = _CHATTER_LEFT * base.window
     if impulse_left > left * closing:
         return False
-    base_acceleration = acceleration_scale(base)
+    base_acceleration = largest_base_acceleration(base)
     change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + base_acceleration))
     if change > _STEADY_PUSH * closing:
         return False
@@ -238,7 +238,7 @@ def _join(
             slip = 1.0 if w > 0.0 else -1.0
         else:
             inertia = 1.0 + scene.particle.mass_ratio
-            limit = breakaway(scene.friction, acceleration_scale(scene.base), inertia)
+            limit = breakaway(scene.friction, largest_base_acceleration(scene.base), inertia)
             force = hold_force(state.v, phase.push, inertia)
             slip = slip_direction(force, limit)
             slip_order = 1 if slip != 0.0 else 0

@@ -6,7 +6,11 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import acceleration_scale, base_derivative_bound, expand_push
+from damperlab.worker.solver.excitation.base import (
+    base_derivative_bound,
+    expand_push,
+    largest_base_acceleration,
+)
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
@@ -45,7 +49,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
         inertia = 1.0 / segment.regime.medium.compliance
         expand_push(base, segment.phase, -inertia, scratch)
         curvature = inertia * base_derivative_bound(base, segment.phase, 4)
-        limit = breakaway(friction, acceleration_scale(base), inertia)
+        limit = breakaway(friction, largest_base_acceleration(base), inertia)
         scratch[0] += start.v + limit
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:

@@ -173,8 +173,8 @@ def base_derivative_bound(base: SineBase | RecordBase, phase: Phase, order: int)
 
 
 @inlined
-def acceleration_scale(base: SineBase | RecordBase) -> float:
-    """Largest |s''| of the whole motion: what rounding of the forces is measured by."""
+def largest_base_acceleration(base: SineBase | RecordBase) -> float:
+    """Largest |s''| of the whole motion; the rounding of forces is measured by it."""
     if isinstance(base, RecordBase):
         return base.largest
     return base.frequency_ratio * base.frequency_ratio

@@ -63,7 +63,7 @@ def make_record_base(
     )
 
 
-def start_on(
+def start_on_record(
     base: RecordBase,
     friction: float | None,
     particle: Particle | None,

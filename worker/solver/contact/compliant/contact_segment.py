@@ -11,7 +11,12 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     wall_of,
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
-from damperlab.worker.solver.excitation.base import Phase, acceleration_scale, add_start_of_base, expand_push
+from damperlab.worker.solver.excitation.base import (
+    Phase,
+    add_start_of_base,
+    expand_push,
+    largest_base_acceleration,
+)
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
@@ -97,7 +102,9 @@ def friction_event(
             expand_push(scene.base, phase, -1.0, scratch)
             for i in range(TERMS):
                 scratch[i] += buffers.push[i]
-            limit = breakaway(scene.friction, acceleration_scale(scene.base) + abs(buffers.push[0]), 1.0)
+            limit = breakaway(
+                scene.friction, largest_base_acceleration(scene.base) + abs(buffers.push[0]), 1.0
+            )
             scratch[0] += state.v + limit
             most = curvature_bound(scratch, t)
             found = first_crossing(scratch, 1.0, 0.0, t, most)

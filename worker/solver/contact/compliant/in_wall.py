@@ -27,8 +27,8 @@ from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import (
     Phase,
-    acceleration_scale,
     expand_base,
+    largest_base_acceleration,
     phase_after,
     phase_at,
 )
@@ -93,7 +93,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 @kernel
 def _slip_from_rest(v: float, push: float, phase: Phase, scene: Scene, friction: float) -> float:
     """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
-    limit = breakaway(friction, acceleration_scale(scene.base) + abs(push), 1.0)
+    limit = breakaway(friction, largest_base_acceleration(scene.base) + abs(push), 1.0)
     return slip_direction(phase.push - v - push, limit)
 
 

@@ -1,0 +1,69 @@
+"""What becomes of a compiled function: IR that waits for its callers, or machine code with all that it calls."""
+
+from llvmlite import binding
+from numba.core.codegen import JITCodeLibrary
+
+_ENVIRONMENT = "_ZN08NumbaEnv"
+
+
+class Part(JITCodeLibrary):  # type: ignore[misc]
+    """A function that other kernels call: IR that waits for what calls it."""
+
+    def finalize(self) -> None:
+        """Mark it complete; it is neither optimised as a whole nor emitted."""
+        self._raise_if_finalized()
+        self._finalized = True
+
+
+class Whole(JITCodeLibrary):  # type: ignore[misc]
+    """A function that Python calls, with its own copy of all that it calls."""
+
+    def finalize(self) -> None:
+        """Link every part once, optimise, emit."""
+        self._own = {variable.name for variable in self._final_module.global_variables}
+        self._linking_libraries = _needed(self)
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        for variable in self._final_module.global_variables:
+            # numba's environment of a function serves its wrapper for Python, which parts lack
+            if variable.name.startswith(_ENVIRONMENT) and variable.name not in self._own:
+                variable.linkage = binding.Linkage.internal
+        super()._optimize_final_module()
+        for function in self._final_module.functions:
+            # so late, lest it change what is inlined; private, lest the loader take another kernel's copy
+            if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
+                function.linkage = binding.Linkage.internal
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """As numba stores it, with the names that it defines in place of its IR, which nothing links again."""
+        self._ensure_finalized()
+        names = [
+            value.name
+            for values in (self._final_module.functions, self._final_module.global_variables)
+            for value in values
+            if not value.is_declaration
+            and value.linkage in (binding.Linkage.external, binding.Linkage.common)
+        ]
+        stub = binding.parse_assembly("\n".join(f'@"{name}" = global i8 0' for name in names))
+        return self.name, "object", (self._get_compiled_object(), stub.as_bitcode())
+
+
+def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
+    """Every library that one needs, itself or through a part: each once, and after all that need it.
+
+    The order matters: LLVM links a function that may be dropped only if something linked before asks for it.
+    """
+    seen = set()
+    callees_first = []
+    waiting = [(needed, False) for needed in reversed(library._linking_libraries)]
+    while waiting:
+        needed, done = waiting.pop()
+        if done:
+            callees_first.append(needed)
+        elif needed not in seen:
+            seen.add(needed)
+            waiting.append((needed, True))
+            if isinstance(needed, Part):
+                waiting.extend((callee, False) for callee in reversed(needed._linking_libraries))
+    return callees_first[::-1]

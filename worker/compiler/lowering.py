@@ -1,0 +1,130 @@
+"""From typed IR to LLVM IR: of a function that other kernels call, and of one that Python calls."""
+
+import operator
+from collections import Counter
+from functools import cache
+from typing import Any
+
+from llvmlite import ir as llvm
+from numba import _dynfunc, types
+from numba.core import ir, lowering, typed_passes
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_machinery import register_pass
+
+from damperlab.worker.compiler.library import Part, Whole
+
+_DOUBLE = llvm.DoubleType()
+
+
+class FromTyped(lowering.Lower):  # type: ignore[misc]
+    """From typed IR to LLVM IR, with two ways of its own.
+
+    An argument that is never set anew is its value. numba gives one that is used in several blocks a place in memory, and
+    loads all of it at each use: of a scene with a hundred fields most is work for LLVM to clear away again.
+
+    A product and a sum are rounded once where both stand in one expression, as in C (FP_CONTRACT ON).
+
+    LLVM would do so wherever the optimiser happens to put the two side by side (`contract`), so that last bits changed with
+    what is inlined into what, and with the scene. Here they depend on each expression alone: a kernel may be cut into
+    functions, or be handed other arguments, and gives the same bits.
+    """
+
+    def _find_singly_assigned_variable(self) -> None:
+        super()._find_singly_assigned_variable()
+        times = Counter(
+            statement.target.name
+            for block in self.func_ir.blocks.values()
+            for statement in block.find_insts(ir.Assign)
+        )
+        for statement in self.func_ir.blocks[min(self.func_ir.blocks)].find_insts(ir.Assign):
+            name = statement.target.name
+            if isinstance(statement.value, ir.Arg) and times[name] == 1 and not self._counts_references(name):
+                self._singly_assigned_vars.add(name)
+
+    def _counts_references(self, name: str) -> bool:
+        return _holds_references(self.context, self.typeof(name))
+
+    def incref(self, typ: Any, value: Any) -> None:
+        """Count one reference more; a value that holds none, as a scene's, is not taken apart to find that out."""
+        if _holds_references(self.context, typ):
+            super().incref(typ, value)
+
+    def decref(self, typ: Any, value: Any) -> None:
+        """Count one reference less."""
+        if _holds_references(self.context, typ):
+            super().decref(typ, value)
+
+    def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
+        """Code of an operation; a sum with a product of the same expression is one operation."""
+        both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
+        if both and operation in (operator.add, operator.sub):
+            left, right = self._number(expression.lhs), self._number(expression.rhs)
+            negative = operation is operator.sub
+            if _is_product(expression.lhs, left):
+                one, other = left.operands
+                return self._fused(one, other, self.builder.fneg(right) if negative else right)
+            if _is_product(expression.rhs, right):
+                one, other = right.operands
+                return self._fused(self.builder.fneg(one) if negative else one, other, left)
+        return super().lower_binop(result_type, expression, operation)
+
+    def _number(self, name: Any) -> Any:
+        return self.context.cast(self.builder, self.loadvar(name.name), self.typeof(name.name), types.float64)
+
+    def _fused(self, one: Any, other: Any, added: Any) -> Any:
+        """`one` times `other`, plus `added`; two roundings where the target has no such instruction."""
+        form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
+        function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
+        return self.builder.call(function, [one, other, added])
+
+
+@cache
+def _holds_references(context: Any, typ: Any) -> bool:
+    """Whether values of a type hold anything whose references are counted."""
+    return bool(context.data_model_manager[typ].contains_nrt_meminfo())
+
+
+def _is_product(name: Any, value: Any) -> bool:
+    """Whether an operand is a product that stands in the same expression, and has no name of its own."""
+    return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
+
+
+class Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
+    """From typed IR to LLVM IR, in a library of the wanted class."""
+
+    _library: type[JITCodeLibrary]
+    lowering_class = FromTyped
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower the function that `state` holds."""
+        state.library = self._library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return bool(super().run_pass(state))
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class LowerWhole(Lowering):
+    """Lowers what Python calls."""
+
+    _name = "damperlab_lower_whole"
+    _library = Whole
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class LowerPart(Lowering):
+    """Lowers what other kernels call."""
+
+    _name = "damperlab_lower_part"
+    _library = Part
+
+    def run_pass(self, state: Any) -> bool:
+        """As a function without an address, known to its callers by a stand-in that is never called."""
+        super().run_pass(state)
+        lowered = state["cr"]
+        name = lowered.fndesc.qualname
+        stand_in = _dynfunc.make_function(
+            lowered.fndesc.lookup_module(), name, name, 0, lowered.env, (state.library,)
+        )
+        state.targetctx.insert_user_function(stand_in, lowered.fndesc, [state.library])
+        state["cr"] = lowered._replace(cfunc=stand_in)
+        return True

@@ -1,0 +1,105 @@
+"""The passes by which a kernel is compiled."""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from numba.core import compiler, typed_passes, untyped_passes
+from numba.core.compiler_machinery import PassManager
+
+from damperlab.worker.compiler.lowering import Lowering, LowerPart, LowerWhole
+from damperlab.worker.compiler.type_tests import FoldTypeTests
+
+
+class _Flags(compiler.Flags):  # type: ignore[misc]
+    """numba's flags, compared by the options that were set.
+
+    They are part of the key under which numba keeps the types of each call. Its own class compares all forty options.
+    """
+
+    __slots__ = ()
+    _ANY = hash(compiler.Flags())  # numba's is that of the names of its options
+
+    def __hash__(self) -> int:
+        return self._ANY
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is _Flags:
+            return bool(self._values == other._values)
+        return bool(super().__eq__(other))
+
+
+class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
+    """The passes that kernels need: no closures, no literal loops, no rewritten array expressions."""
+
+    _lower: type[Lowering]
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _Flags(self.state.flags)
+
+    def define_pipelines(self) -> list[PassManager]:
+        passes = PassManager("damperlab")
+        for step in (
+            untyped_passes.TranslateByteCode,
+            untyped_passes.FixupArgs,
+            untyped_passes.IRProcessing,
+            FoldTypeTests,
+            untyped_passes.DeadBranchPrune,
+            untyped_passes.GenericRewrites,
+            untyped_passes.ReconstructSSA,
+            FoldTypeTests,
+            untyped_passes.DeadBranchPrune,
+            typed_passes.NopythonTypeInference,
+            typed_passes.PreLowerStripPhis,
+            typed_passes.IRLegalization,
+            self._lower,
+            typed_passes.NoPythonBackend,
+        ):
+            passes.add_pass(step, step.__name__)
+        passes.finalize()
+        return [passes]
+
+
+class PartCompiler(_Compiler):
+    """Compiles what other kernels call."""
+
+    _lower = LowerPart
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        flags = self.state.flags
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+
+
+class WholeCompiler(_Compiler):
+    """Compiles what Python calls."""
+
+    _lower = LowerWhole
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags.no_cfunc_wrapper = True
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile without the garbage collector, which would walk through millions of live nodes again and again."""
+        with _no_collection():
+            return super().compile_extra(function)
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Pause the garbage collector.
+
+    Afterwards all that was made meanwhile counts as old (freeze, unfreeze), so that collections of the young skip it.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.freeze()
+            gc.unfreeze()
+            gc.enable()

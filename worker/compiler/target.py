@@ -1,0 +1,42 @@
+"""The processor that kernels are compiled for: the same on every machine that has AVX2."""
+
+import os
+
+from llvmlite import binding
+from numba.core import config
+
+_V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
+"""Features of a processor of level x86-64-v3, as LLVM names them."""
+
+
+def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple[str, str]:
+    """Processor and features for which kernels are compiled: the same on every machine that has AVX2.
+
+    Parameters
+    ----------
+    triple : str
+        LLVM's name of the platform, such as x86_64-unknown-linux-gnu.
+    features : dict of bool
+        What the machine's processor has.
+    wanted : str
+        `generic` for the baseline of the architecture, whatever the processor has: equal bits in a fleet some of whose
+        machines lack AVX2.
+
+    Returns
+    -------
+    processor, features : str
+        As LLVM takes them. Older x86-64 processors get the baseline of their architecture, others `generic`: portable,
+        slower, and with last bits of their own, since no product and sum are rounded once there.
+    """
+    if not triple.startswith("x86_64"):
+        return "generic", ""
+    if wanted != "generic" and all(features.get(name, False) for name in _V3):
+        return "x86-64-v3", ""
+    return "x86-64", ""
+
+
+TRIPLE: str = binding.get_process_triple()
+PROCESSOR, FEATURES = target_of(
+    TRIPLE, dict(binding.get_host_cpu_features()), os.environ.get("DAMPERLAB_TARGET", "")
+)
+config.CPU_NAME, config.CPU_FEATURES = PROCESSOR, FEATURES  # read when numba compiles for the first time
