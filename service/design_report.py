@@ -12,6 +12,7 @@ from damperlab.studies.design.answer import answer_document, cases_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import (
+    UNITS,
     frequency,
     quantity,
     response,
@@ -21,6 +22,7 @@ from damperlab.studies.design.spelling import (
 )
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
+from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN
 
@@ -152,6 +154,6 @@ def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, .
 
 def _limits(found: Found) -> Iterable[tuple[str, ...]]:
     for row in answer_document(found)["limits"]:
-        unit = {"s": "m/s", "2": "m/s²", "n": "N", "g": "kg"}.get(row["limit"][-1], "m")
+        unit = LIMITS[row["limit"]].unit.strip("1") if row["limit"] in LIMITS else UNITS[row["limit"]]
         shown = [spelled(row[key], unit) for key in ("allowed", "reached")]
         yield row["limit"], *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))

@@ -20,7 +20,7 @@ from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
-from damperlab.studies.specification.measure import MEASURES, RECORD_MEASURES, UNDER_RECORDS_ALONE
+from damperlab.studies.specification.measure import LIMITS, MEASURES, RECORD_MEASURES
 from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
@@ -118,7 +118,10 @@ def _specification() -> dict[str, Any]:
         },
         "limits": [
             _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
-            | {"under_records": name in UNDER_RECORDS_ALONE}
+            | {
+                "under_records": name in LIMITS and not LIMITS[name].over_band,
+                "over_bands": name in LIMITS and not LIMITS[name].under_record,
+            }
             for name in LIMIT_KEYS
         ],
         "numbers": [

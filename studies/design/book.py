@@ -18,6 +18,7 @@ from damperlab.studies.design.suites import RECORD_VARIABLES, known_of, suites_o
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import Status
@@ -31,10 +32,11 @@ VARIABLES = (
     "impacts_per_cycle",
     "response_class",
 )
-"""What is kept of a point."""
+"""What is kept of a point, beside what limits are about."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
 """The dimension that stands in the place of a ratio where something else than the displacement of the base is constant."""
-METRICS = (*VARIABLES, "cycles", "run_time", "status")
+ABOUT_THE_RUN = ("cycles", "run_time", "status")
+"""What is stored as well."""
 STUDY_COST = 40
 """Points whose computing costs as much as a further study does."""
 MOST_MERGED = 40
@@ -89,6 +91,9 @@ class Book:
     def __init__(self, asked: Specification, budget: int) -> None:
         self.asked = asked
         self.budget = budget
+        limited = [name for limit in asked.limits for name in LIMITS[limit].over_band]
+        self.variables = tuple(dict.fromkeys((*VARIABLES, *limited)))
+        """What is kept of a point."""
         self.spent = 0
         self.stage = ""
         """What goes on, for whoever waits; nothing depends on it."""
@@ -162,7 +167,7 @@ class Book:
             "name": f"{self.asked.name}, design" if self.asked.name else "design",
             "damping_ratio": damping,
             "particle": particle,
-            "metrics": list(METRICS),
+            "metrics": [*self.variables, *ABOUT_THE_RUN],
         }
         if law:
             constant, amplitude, structure_kg, natural_hz = law
@@ -184,7 +189,7 @@ class Book:
         law, place = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
-            "metrics": [*METRICS, "amplitude_ratio_worst", "attractors"],
+            "metrics": [*self.variables, *ABOUT_THE_RUN, "amplitude_ratio_worst", "attractors"],
             "start": {"kind": "ensemble", "n": starts, "seed": seed},
         }
         grid = [np.array([value]) for value in place]
@@ -219,11 +224,11 @@ class Book:
             names = [BESIDE.get(name, name) if law else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
-            columns = np.stack([cube[name].values.astype(np.float64) for name in VARIABLES], axis=-1)
+            columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
             status = cube["status"].values
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
             # there is one base amplitude where there is a dimension of it
-            columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(VARIABLES))
+            columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
                 spot: Spot = (law, place)
@@ -256,11 +261,11 @@ class Book:
             low, high = build.own(amplitude.excitation.low), build.own(amplitude.excitation.high)
             asked = sorted(r for r in self._frequencies.get(spot, ()) if low <= r <= high)
             known = [r for r in asked if (spot, r) in self._known]
-            rows = np.array([self._known[spot, r] for r in known]).reshape(len(known), len(VARIABLES))
+            rows = np.array([self._known[spot, r] for r in known]).reshape(len(known), len(self.variables))
             self._curves[build, amplitude] = Curve(
                 np.array(known),
                 np.array([amplitude.base_m(build.nominal(r)) for r in known]),
-                dict(zip(VARIABLES, rows.T, strict=True)),
+                dict(zip(self.variables, rows.T, strict=True)),
                 self.asked.measured(amplitude),
             )
         return self._curves[build, amplitude]

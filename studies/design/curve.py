@@ -20,7 +20,7 @@ class Curve:
     base_m : ndarray, (n,)
         Base amplitude Z; 1 under a record, whose results are in units.
     columns : dict of ndarray, (n,)
-        `VARIABLES`, or `RECORD_VARIABLES`, the first of them infinite where the response failed.
+        `Book.variables`, or `RECORD_VARIABLES`, the first of them infinite where the response failed.
     measure : Measure
         What shall be small, as it is made of these.
     """

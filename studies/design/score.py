@@ -6,11 +6,14 @@ from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.frequencies import overshoot
 from damperlab.studies.specification.excitation import Amplitude, Excitation
+from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
@@ -84,13 +87,11 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         values = curve.measured
         errors = curve.measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
         for limit in asked.limits:
-            variable = asked.limited(limit, amplitude)
-            if variable is None:
-                continue
-            size = curve.base_m * (own_speed if variable == "impact_speed_max" else 1.0)
-            reached[limit] = max(
-                reached[limit], float((size * np.nan_to_num(curve[variable], posinf=np.inf)).max())
-            )
+            variables = asked.limited(limit, amplitude)
+            if variables:
+                results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
+                size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit].unit, own_speed)
+                reached[limit] = max(reached[limit], float(np.max(size * results)))
         place = int(values.argmax())
         gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
         most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
@@ -113,6 +114,24 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)
     error = most - best.value if math.isfinite(best.value) else 0.0
     return replace(best, error=error, violation=max(violation, 0.0), reached=reached)
+
+
+def _size(curve: Curve, unit: str, own_speed: float) -> NDArray[np.float64] | float:
+    """Give what results over Z, ω_n and the excitation's period are multiplied with for a limit in a unit.
+
+    Parameters
+    ----------
+    curve : Curve
+        Over a band.
+    unit : str
+        One of `Limit.unit`.
+    own_speed : float
+        ω_n of the build [rad/s].
+    """
+    if unit == "1":
+        return 1.0
+    speed = curve.base_m * own_speed
+    return {"m": curve.base_m, "m/s": speed, "m/s²": speed * curve.r * own_speed / math.tau}[unit]
 
 
 def worst(scores: Iterable[Score]) -> Score:

@@ -5,7 +5,13 @@ from damperlab.studies.specification.excitation import Amplitude, Excitation, Mo
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
 
-UNITS = {"clearance_m": "m", "friction_force_n": "N", "particle_mass_kg": "kg", "restitution": ""}
+UNITS = {
+    "clearance_m": "m",
+    "cavity_length_m": "m",
+    "friction_force_n": "N",
+    "particle_mass_kg": "kg",
+    "restitution": "",
+}
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 

@@ -20,7 +20,7 @@ from damperlab.studies.design.spelling import (
     under_records,
 )
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.measure import LIMIT_CALLED, UNDER_RECORDS_ALONE
+from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
@@ -114,12 +114,14 @@ def _worst(found: Found) -> Iterator[str]:
 
 def _limits(found: Found) -> Iterator[str]:
     asked, stated = found.asked, found.stated
+    none_keeps = False
     for name, limit in asked.limits.items():
-        unit = "m/s²" if "acceleration" in name else "m/s" if "speed" in name else "m"
-        reached = stated.reached[name]
-        what = LIMIT_CALLED[name]
-        if asked.excitations and name in UNDER_RECORDS_ALONE:
+        about, reached = LIMITS[name], stated.reached[name]
+        what, unit = about.words, about.unit.strip("1")
+        if asked.excitations and not about.over_band:
             what += " under the records"
+        if asked.cases and not about.under_record:
+            what += " over the bands"
         if reached <= limit:
             yield (
                 f"The {what} reaches {spelled(reached, unit)} of the {spelled(limit, unit)} allowed "
@@ -132,9 +134,14 @@ def _limits(found: Found) -> Iterator[str]:
             if drawn > limit
             else f"; as drawn it reaches {spelled(drawn, unit)}, and tolerances take it beyond"
         )
-        best = "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
+        best = ""
+        if drawn > limit and not none_keeps:
+            none_keeps = True
+            best = (
+                "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
+            )
         yield (
-            f"{best if drawn > limit else ''}The {what} reaches {spelled(reached, unit)}, "
+            f"{best}The {what} reaches {spelled(reached, unit)}, "
             f"{_excess(reached / limit)} the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
             f"{spelled(reached, unit)}, or {'widen what may be chosen' if drawn > limit else 'narrow the tolerances'}."
         )

@@ -7,7 +7,7 @@ from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, describe, join, listing
 from damperlab.studies.physical import CLEARANCE, FRICTION_FORCE, PARTICLE_MASS
 from damperlab.studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO, MASS_RATIO, RESTITUTION, Quantity
-from damperlab.studies.specification.measure import LIMIT_CALLED, UNDER_RECORDS_ALONE
+from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.scene import SceneFields
 from damperlab.studies.specification.specification import (
     CHOSEN,
@@ -18,23 +18,26 @@ from damperlab.studies.specification.specification import (
     Tolerance,
 )
 
-LIMIT_KEYS = (*LIMIT_CALLED, "cavity_length_m", "friction_force_n", "particle_mass_kg")
+LIMIT_KEYS = (*LIMITS, "cavity_length_m", "friction_force_n", "particle_mass_kg")
 MOST_VALUES = 20
 """Values in a list of one quantity."""
 
 LENGTH = Quantity("length", "length [m]", 1e-12, 1e12, "give it in m")
 SPEED = Quantity("speed", "speed [m/s]", 1e-12, 1e12, "give it in m/s")
 ACCELERATION = Quantity("acceleration", "acceleration [m/s²]", 1e-12, 1e12, "give it in m/s²")
+STICK = Quantity(
+    "stick_fraction", "share of time", 1e-3, 1.0, "give a share, such as 0.5 for half of the time"
+)
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 
+QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
 LIMIT_QUANTITIES = {
-    "impact_speed_m_per_s": SPEED,
-    **dict.fromkeys(UNDER_RECORDS_ALONE, ACCELERATION),
+    **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
-"""What limits are that are no lengths."""
+"""What limits are, but for the length of the cavity."""
 NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()}
 QUANTITIES = {
     "clearance_m": CLEARANCE,
@@ -163,8 +166,10 @@ class DamperFields(SceneFields):
                 limit = self._read(f"limits.{key}", raw[key], LIMIT_QUANTITIES.get(key, LENGTH))
                 if limit is not None:
                     found[key] = limit
-                if key in UNDER_RECORDS_ALONE and not self._shaken_by_records:
+                if key in LIMITS and not LIMITS[key].over_band and not self._shaken_by_records:
                     self._without_acceleration(key)
+                if key in LIMITS and not LIMITS[key].under_record and not self._shaken_over_bands:
+                    self._without_period(key)
         return found
 
     def _without_acceleration(self, key: str) -> None:
@@ -178,10 +183,22 @@ class DamperFields(SceneFields):
         )
         self._fault(f"limits.{key}", "a band of frequencies", "`records` among the excitations", advice, told)
 
+    def _without_period(self, key: str) -> None:
+        """Refuse a limit that a response to a record has no result for."""
+        told = (
+            "{field} holds over bands of frequencies alone: it is a mean over the cycles of a steady response, and a response "
+            "to a ground-motion record has none."
+        )
+        advice = "limit `impact_speed_m_per_s`, or add a band of frequencies to what shakes it"
+        self._fault(
+            f"limits.{key}", "records alone", "a band of frequencies among the excitations", advice, told
+        )
+
     def _limits(self, choices: dict[str, Choice]) -> tuple[dict[str, float], dict[str, str]]:
         values = self._limit_values()
         bounds: dict[str, str] = {}
-        if values and not self._in_units:
+        in_units = any(key not in LIMITS or LIMITS[key].unit != "1" for key in values)
+        if in_units and not self._in_units:
             told = "{field} are in units, and the specification is in ratios."
             self._fault(
                 "limits",
@@ -192,11 +209,11 @@ class DamperFields(SceneFields):
             )
             return {}, bounds
         for key, limit in values.items():
-            if key not in LIMIT_CALLED:
+            if key not in LIMITS:
                 name = "clearance_m" if key == "cavity_length_m" else key
                 most = limit / 2 if key == "cavity_length_m" else limit
                 self._cut(choices, name, most, f"limits.{key}", bounds)
-        return {key: limit for key, limit in values.items() if key in LIMIT_CALLED}, bounds
+        return {key: limit for key, limit in values.items() if key in LIMITS}, bounds
 
     def _cut(
         self, choices: dict[str, Choice], name: str, most: float, field: str, bounds: dict[str, str]

@@ -102,24 +102,78 @@ RECORD_MEASURES = {
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
 """What can be asked for over bands and under records together: what both have, so that the worse of them can be told."""
 
-LIMITED = {
-    "displacement_m": ("amplitude_ratio", "displacement of the structure"),
-    "relative_displacement_m": ("relative_amplitude_ratio", "stroke of the structure against its base"),
-    "impact_speed_m_per_s": ("impact_speed_max", "impact speed"),
+
+@dataclass(frozen=True)
+class Limit:
+    """What of a response may be limited.
+
+    Parameters
+    ----------
+    name : str
+        As the specification has it.
+    words : str
+        For sentences.
+    unit : str
+        Of the limit; 1 where it is a number.
+    over_band : tuple of str
+        The result variables over a band whose product it is; empty where they do not tell it.
+    under_record : str
+        The result variable under a record; empty where there is none.
+    """
+
+    name: str
+    words: str
+    unit: str
+    over_band: tuple[str, ...]
+    under_record: str
+
+
+LIMITS = {
+    each.name: each
+    for each in (
+        Limit(
+            "displacement_m",
+            "displacement of the structure",
+            "m",
+            ("amplitude_ratio",),
+            "peak_absolute_displacement_m",
+        ),
+        Limit(
+            "relative_displacement_m",
+            "stroke of the structure against its base",
+            "m",
+            ("relative_amplitude_ratio",),
+            "peak_relative_displacement_m",
+        ),
+        Limit("impact_speed_m_per_s", "impact speed", "m/s", ("impact_speed_max",), "impact_speed_max_m_s"),
+        Limit(
+            "impact_noise_m_per_s2",
+            "impact noise (impacts per second times impact speed)",
+            "m/s²",
+            ("impacts_per_cycle", "impact_speed_max"),
+            "",
+        ),
+        Limit(
+            "stick_fraction",
+            "share of the time that friction holds the structure",
+            "1",
+            ("stick_fraction",),
+            "stick_fraction",
+        ),
+        Limit(
+            "acceleration_m_per_s2",
+            "acceleration of the structure",
+            "m/s²",
+            (),
+            "peak_absolute_acceleration_m_s2",
+        ),
+        Limit(
+            "rms_acceleration_m_per_s2",
+            "rms acceleration of the structure",
+            "m/s²",
+            (),
+            "rms_absolute_acceleration_m_s2",
+        ),
+    )
 }
-"""Limits on results over a band: the variable, and what it is called."""
-UNDER_RECORDS_ALONE = {
-    "acceleration_m_per_s2": "acceleration of the structure",
-    "rms_acceleration_m_per_s2": "rms acceleration of the structure",
-}
-"""Limits on results that only a response to a record has, and what they are called."""
-LIMIT_CALLED = {name: words for name, (_, words) in LIMITED.items()} | UNDER_RECORDS_ALONE
-"""What every limit on a result is called."""
-RECORD_LIMITED = {
-    "displacement_m": "peak_absolute_displacement_m",
-    "relative_displacement_m": "peak_relative_displacement_m",
-    "impact_speed_m_per_s": "impact_speed_max_m_s",
-    "acceleration_m_per_s2": "peak_absolute_acceleration_m_s2",
-    "rms_acceleration_m_per_s2": "rms_absolute_acceleration_m_s2",
-}
-"""The variables of limits under records."""
+"""Limits on results; the largest over all that shakes the structure is held against each."""

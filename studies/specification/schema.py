@@ -14,11 +14,10 @@ from damperlab.studies.specification.damper import (
     QUANTITIES,
 )
 from damperlab.studies.specification.measure import (
-    LIMIT_CALLED,
+    LIMITS,
     MEASURES,
     MIXED_MEASURES,
     RECORD_MEASURES,
-    UNDER_RECORDS_ALONE,
 )
 from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
 from damperlab.studies.specification.record_fields import MOST_CASES, SCALE, TAIL
@@ -42,8 +41,9 @@ OF_SCENE: dict[str, Quantity] = {
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
 """What structure and excitation are made of."""
 LIMIT_WORDS = {
-    name: words + (", under records" if name in UNDER_RECORDS_ALONE else "")
-    for name, words in LIMIT_CALLED.items()
+    each.name: each.words
+    + (", under records" if not each.over_band else ", over bands" if not each.under_record else "")
+    for each in LIMITS.values()
 } | {
     "cavity_length_m": "free length of the cavity, twice the clearance",
     "friction_force_n": "friction force",

@@ -9,9 +9,8 @@ from typing import Any
 
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.measure import (
-    LIMITED,
+    LIMITS,
     MEASURES,
-    RECORD_LIMITED,
     RECORD_MEASURES,
     Measure,
 )
@@ -132,7 +131,7 @@ class Specification:
     choices : dict of Choice
         By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
     limits : dict of float
-        Limits on results, by the names of `LIMIT_CALLED`, in their units.
+        Limits on results, by the names of `LIMITS`, in their units.
     bounds : dict of str
         Limits that cut a range short at its end: the limit by the quantity.
     tolerances : dict of Tolerance
@@ -185,11 +184,12 @@ class Specification:
         """Give the measure as it is made of the results under an amplitude, or under a record."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
-    def limited(self, limit: str, under: Under) -> str | None:
-        """Give the variable that a limit on results is about; None where the results under this have none such."""
+    def limited(self, limit: str, under: Under) -> tuple[str, ...]:
+        """Give the variables whose product a limit on results is about; none where the results under this do not tell it."""
+        about = LIMITS[limit]
         if isinstance(under, Case):
-            return RECORD_LIMITED[limit]
-        return LIMITED[limit][0] if limit in LIMITED else None
+            return (about.under_record,) if about.under_record else ()
+        return about.over_band
 
     @property
     def limits_measure(self) -> bool:

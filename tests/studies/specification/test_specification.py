@@ -390,3 +390,20 @@ def test_accelerations_are_limited_under_records_and_refused_over_a_band(limit: 
     assert list(faults) == [f"limits.{limit}"]
     with pytest.raises(StudyFaults, match="holds under ground-motion records alone"):
         parse_specification(PROTOTYPE | {"limits": {limit: 3.0}})
+
+
+def test_noise_of_impacts_is_limited_over_bands_and_refused_under_records_alone() -> None:
+    limits = {"limits": {"impact_noise_m_per_s2": 3.0}}
+    assert parse_specification(PROTOTYPE | limits).limits == limits["limits"]
+    assert list(faults_of(SHAKEN | limits)) == ["limits.impact_noise_m_per_s2"]
+    with pytest.raises(StudyFaults, match="holds over bands of frequencies alone"):
+        parse_specification(SHAKEN | limits)
+
+
+@pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
+def test_time_spent_sticking_is_limited_over_bands_and_under_records(document: dict[str, Any]) -> None:
+    assert parse_specification(document | {"limits": {"stick_fraction": 0.5}}).limits == {
+        "stick_fraction": 0.5
+    }
+    assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 1.5}})
+    assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 0}})
