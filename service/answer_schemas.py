@@ -344,6 +344,7 @@ _DESIGN_ANSWER = _object(
     probability_interval=_or_null(RANGE),
     builds=COUNT,
     margins=_by_name(_by_name(NUMBER)),
+    margin_together=_or_null(_object(share=NUMBER, fails=NUMBER)),
     friction_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     particle_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     tuned_mass_damper=_or_null(

@@ -15,7 +15,7 @@ from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import front_of
-from damperlab.studies.design.margins import margins_of
+from damperlab.studies.design.margins import margins_of, together_of
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
 from damperlab.studies.design.shortfall import shortfall_of
@@ -161,6 +161,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
             alternatives[name] = found
     book.stage = "each quantity moved alone"
     margins = yield from within(margins_of(search, build, worst(judged)), left, "each quantity moved alone")
+    book.stage = "all quantities moved at once"
+    together = yield from within(
+        together_of(search, build, worst(judged)), left, "all quantities moved at once"
+    )
     front: tuple[tuple[float, Score], ...] | None = ()
     if "particle_mass_kg" in search.lattice.names:
         book.stage = "response against mass"
@@ -192,6 +196,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         stated=stated,
         builds=counted_builds(asked, scores, worst(judged).most) if scores else None,
         margins=margins or {},
+        together=together,
         alternatives=alternatives,
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=front or (),

@@ -1,9 +1,11 @@
-"""How far each quantity of a damper may move alone."""
+"""How far each quantity of a damper may move alone, and how far all of them together."""
 
 from dataclasses import dataclass, replace
 from itertools import takewhile
+from math import inf
 
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
@@ -25,31 +27,26 @@ class Margin:
     fails_above: float | None
 
 
+@dataclass(frozen=True)
+class Together:
+    """By which share of themselves all quantities may be off at once; 0 and the least share that was looked at where none."""
+
+    share: float
+    fails: float | None
+
+
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:
     """Move each quantity alone, ever further, until a limit or the bound is exceeded."""
-    asked = search.asked
-    names = [name for name in CHOSEN if name in asked.free or name in asked.tolerances]
-    if build.particle_mass_kg == 0.0:
-        names = [name for name in names if name == "friction_force_n"]
-    bound = WITHIN * stated.most
     moved: dict[tuple[str, int], list[tuple[float, Build]]] = {}
+    names = _moved(search, build)
     for name in names:
-        value = getattr(build, name)
-        size = value or asked.choices[name].stop
         for sign in (-1, 1):
-            values = [value + sign * share * size for share in MOVES]
-            top = 1.0 if name == "restitution" else float("inf")
-            low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
-            kept = [each for each in values if low <= each <= top]
+            values = (_value(search, build, name, sign * share) for share in MOVES)
+            kept = [each for each in values if each is not None]
             moved[name, sign] = [(each, replace(build, **{name: each})) for each in kept]
     yield from search.known((each for row in moved.values() for _, each in row), 0)
-
-    def fails(moved_build: Build) -> bool:
-        judged = search.score(moved_build)
-        return judged.violation > stated.violation or (judged.value > bound and not asked.limits_measure)
-
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a closer one
-    near = (list(takewhile(lambda one: not fails(one[1]), row)) for row in moved.values())
+    near = (list(takewhile(lambda one: not _fails(search, one[1], stated), row)) for row in moved.values())
     yield from search.known((each for row in near for _, each in row), CLOSE)
     found: dict[str, Margin] = {}
     for name in names:
@@ -58,7 +55,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         for sign in (-1, 1):
             end, failed = getattr(build, name), None
             for value, each in moved[name, sign]:
-                if fails(each):
+                if _fails(search, each, stated):
                     failed = value
                     break
                 end = value
@@ -66,3 +63,66 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             beyond.append(failed)
         found[name] = Margin(ends[0], ends[1], beyond[0], beyond[1])
     return found
+
+
+def together_of(search: Search, build: Build, stated: Score) -> Step[Together | None]:
+    """Move all quantities at once, in every combination of up and down, until a limit or the bound is exceeded.
+
+    A coarse look shows where that fails at the latest. What it leaves is looked at closely from the largest share down, as
+    far as one at which every combination holds.
+
+    Returns
+    -------
+    Together or None
+        None of a single quantity, which is moved alone.
+    """
+    names = _moved(search, build)
+    if len(names) < 2:
+        return None
+    moved: list[list[Build]] = []
+    fails: float | None = None
+    for share in MOVES:
+        here = [_off(search, build, signs, share) for signs in corners(names)]
+        yield from search.known(here, 0)
+        if any(_fails(search, each, stated) for each in here):
+            fails = share
+            break
+        moved.append(here)
+    for share, here in reversed(list(zip(MOVES, moved, strict=False))):
+        yield from search.known(here, CLOSE)
+        if not any(_fails(search, each, stated) for each in here):
+            return Together(share, fails)
+        fails = share
+    return Together(0.0, fails)
+
+
+def _moved(search: Search, build: Build) -> list[str]:
+    """Name the quantities of a damper that are chosen, or are not exact."""
+    asked = search.asked
+    names = [name for name in CHOSEN if name in asked.free or name in asked.tolerances]
+    if build.particle_mass_kg == 0.0:
+        names = [name for name in names if name == "friction_force_n"]
+    return names
+
+
+def _value(search: Search, build: Build, name: str, share: float) -> float | None:
+    """Give a quantity that is off by a share of itself, or of its range where it is 0; None where there is no such value."""
+    value: float = getattr(build, name)
+    size = value or search.asked.choices[name].stop
+    top = 1.0 if name == "restitution" else inf
+    low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
+    moved = value + share * size
+    return moved if low <= moved <= top else None
+
+
+def _off(search: Search, build: Build, signs: dict[str, float], share: float) -> Build:
+    """Give a build whose quantities are off at once; one that has no such value stays as drawn."""
+    values = {name: _value(search, build, name, sign * share) for name, sign in signs.items()}
+    return replace(build, **{name: value for name, value in values.items() if value is not None})
+
+
+def _fails(search: Search, moved: Build, stated: Score) -> bool:
+    """Whether a build exceeds a limit by more than is stated, or the bound where no limit is on what is measured."""
+    judged = search.score(moved)
+    within = search.asked.limits_measure or judged.value <= WITHIN * stated.most
+    return judged.violation > stated.violation or not within

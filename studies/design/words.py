@@ -222,6 +222,17 @@ def _margins(found: Found) -> Iterator[str]:
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
     holds = " and ".join(part for part in (kept, bound) if part)
     yield f"With one quantity changed and the others as drawn, {holds} for {'; for '.join(parts)}."
+    together = found.together
+    if together is None:
+        return
+    beyond = "" if together.fails is None else f"{100 * together.fails:.0f} %"
+    if together.share == 0.0:
+        yield f"That does not hold any more where all of them are {beyond} off at once, in one combination or more."
+        return
+    yield (
+        f"The same holds where all of them are {100 * together.share:.0f} % off at once, in every combination"
+        f"{f' (not {beyond})' if beyond else ''}."
+    )
 
 
 def _margin(asked: Specification, name: str, margin: Margin) -> str:
