@@ -5,7 +5,7 @@ import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
 import { excitationFields, measuresOf, shakenBy } from "./excitation_fields.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
-import { count, counted } from "./numbers.js";
+import { count, counted, short } from "./numbers.js";
 import { group, number, read, shown, span, titled } from "./specified.js";
 import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
@@ -13,7 +13,7 @@ import { WORDS } from "./words.js";
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
 /** @typedef {import("./specified.js").Held} Held */
 
-const { structure, damper, ratios, limits, numbers } = WORDS.specification;
+const { structure, damper, ratios, limits, numbers, contact_time: contactTime } = WORDS.specification;
 const FIRST = "prototype";
 /** How a quantity of the damper is said. */
 const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "from a list"]]);
@@ -160,6 +160,7 @@ function fieldsOf(held, records) {
     group("Structure", "structure", structure.filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined).map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)])),
     excitationFields(held, records),
     ...damper.map((each) => damperField(held, each)),
+    group("Contact", contactTime.name, [number(held, contactTime.name, contactTime)]),
     group("Limits", "limits", limited.map((each) => number(held, `limits.${each.name}`, each))),
     group("What is judged", "measure", [
       picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) => held.set("measure", value)),
@@ -195,15 +196,17 @@ function damperField(held, unit) {
 
 /** Values, each with a name where it has one. @param {Held} held @param {string} path @param {SpecifiedField} each */
 function list(held, path, each) {
-  const written = held.get(path).map((/** @type {any} */ one) => (typeof one === "object" ? `${one.name} ${shown(one[each.name], each)}` : shown(one, each))).join(", ");
-  const box = el("input", { type: "text", value: written, oninput: () => held.set(path, box.value.split(",").map(entry)) });
+  const time = contactTime.name;
+  const one = (/** @type {any} */ value) => (typeof value === "object" ? `${value.name ?? ""} ${shown(value[each.name], each)}${value[time] ? ` (${short(1e3 * value[time], 4)} ms)` : ""}`.trim() : shown(value, each));
+  const box = el("input", { type: "text", value: held.get(path).map(one).join(", "), oninput: () => held.set(path, box.value.split(",").map(entry)) });
   /** @param {string} part */
   function entry(part) {
-    const [, name, value] = /^\s*(.*?)\s*(\S*)\s*$/.exec(part) ?? [];
+    const [, name, value, ms] = /^\s*(.*?)\s*([^\s(]*)\s*(?:\(\s*(\S+)\s*ms\s*\))?\s*$/.exec(part) ?? [];
     const found = read(value, each) ?? null;
-    return name ? { name, [each.name]: found } : found;
+    return name || ms ? { ...(name ? { name } : {}), [each.name]: found, ...(ms ? { [time]: Number(ms) / 1e3 } : {}) } : found;
   }
-  return el("label", { class: "field", "data-field": path }, el("span", {}, "Values, with names as in rubber 0.3, steel 0.8"), box, el("span", { class: "faults" }));
+  const told = each.name === "restitution" ? "Values, with names as in rubber 0.3, steel 0.8; with a contact time as in rubber 0.3 (4 ms)" : "Values, with names as in light 1.2, heavy 2.5";
+  return el("label", { class: "field", "data-field": path }, el("span", {}, told), box, el("span", { class: "faults" }));
 }
 
 /** @param {SpecifiedField} each @returns {(one: any) => number} */

@@ -57,6 +57,7 @@ export const WORDS: {
     /** Quantities of the damper, each with the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;
+    contact_time: SpecifiedField;
     /** `under_records`: whether they hold under ground-motion records alone; `over_bands`: over bands alone. */
     limits: (SpecifiedField & { under_records: boolean; over_bands: boolean })[];
     numbers: SpecifiedField[];

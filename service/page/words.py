@@ -17,7 +17,7 @@ from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.remarks import TAG, TAG_WORDS
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
-from damperlab.studies.specification.damper import LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
+from damperlab.studies.specification.damper import CONTACT_TIME, LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
 from damperlab.studies.specification.measure import LIMITS, MEASURES, RECORD_MEASURES
@@ -116,6 +116,7 @@ def _specification() -> dict[str, Any]:
             for name, quantity in SPECIFIED.items()
             if name not in CHOSEN
         },
+        "contact_time": _specified(CONTACT_TIME.name, CONTACT_TIME.meaning),
         "limits": [
             _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
             | {
@@ -127,7 +128,7 @@ def _specification() -> dict[str, Any]:
         "numbers": [
             _specified(name, about["description"]) | {"usual_value": about.get("default")}
             for name, about in specification_schema()["properties"].items()
-            if about.get("type") in ("number", "integer") and name not in SPECIFIED
+            if about.get("type") in ("number", "integer") and name not in (*SPECIFIED, CONTACT_TIME.name)
         ],
         "tables": {
             "measures": {name: each.words for name, each in MEASURES.items()},

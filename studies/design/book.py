@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,7 +15,7 @@ from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import Build, Law, Place, Spot
 from damperlab.studies.design.curve import Curve
-from damperlab.studies.design.suites import RECORD_VARIABLES, known_of, suites_of
+from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, known_of, suites_of
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.specification.excitation import Amplitude
@@ -54,6 +55,16 @@ class Wanted:
     build: Build
     amplitude: Under
     frequencies: tuple[float, ...]
+
+
+class _Kind(NamedTuple):
+    """What is one value for all designs of a study: the base amplitude Z [m], whether they have a particle, what of the base is
+    constant, and the contact time over 1/ω_n."""
+
+    amplitude_m: float
+    particle: bool
+    law: Law
+    contact_time: float
 
 
 @dataclass
@@ -135,25 +146,24 @@ class Book:
             for point in self._points(each):
                 if point not in self._known:
                     lacking.setdefault((each.amplitude.reference_m, spot), set()).add(point[1])
-        groups: dict[tuple[float, bool, Law, frozenset[float]], set[Place]] = {}
-        for (amplitude, (law, place)), frequencies in lacking.items():
-            groups.setdefault((amplitude, place[2] > 0.0, law, frozenset(frequencies)), set()).add(place)
+        groups: dict[tuple[_Kind, frozenset[float]], set[Place]] = {}
+        for (amplitude, (law, place, contact)), frequencies in lacking.items():
+            kind = _Kind(amplitude, place[2] > 0.0, law, contact)
+            groups.setdefault((kind, frozenset(frequencies)), set()).add(place)
         made: list[Study | Suite] = [*suites_of(self.asked, under_records)]
-        for kind in sorted({key[:3] for key in groups}):
+        for kind in sorted({kind for kind, _ in groups}):
             sets = [
-                _Group(designs, key[3])
-                for key, designs in sorted(groups.items(), key=lambda one: sorted(one[0][3]))
-                if key[:3] == kind
+                _Group(designs, frequencies)
+                for (other, frequencies), designs in sorted(groups.items(), key=lambda one: sorted(one[0][1]))
+                if other == kind
             ]
             for group in _merged(sets):
-                made += [self._study(*kind, grid, group.frequencies) for grid in group.grids]
+                made += [self._study(kind, grid, group.frequencies) for grid in group.grids]
         return tuple({study.digest: study for study in made}.values())
 
     def _study(
         self,
-        amplitude_m: float,
-        particle: bool,
-        law: Law,
+        kind: "_Kind",
         grid: list[NDArray[np.float64]],
         frequencies: Iterable[float],
         **more: object,
@@ -161,6 +171,7 @@ class Book:
         """Make the study of a grid of dampers at frequencies; `more` takes the place of what is said for every study."""
         damping, restitution, mass, clearance, friction = (axis.tolist() for axis in grid)
         axes: dict[str, object] = {"frequency_ratio": sorted(set(frequencies))}
+        particle = kind.particle
         if particle:
             axes |= {"restitution": restitution, "mass_ratio": mass}
         document = {
@@ -169,8 +180,10 @@ class Book:
             "particle": particle,
             "metrics": [*self.variables, *ABOUT_THE_RUN],
         }
-        if law:
-            constant, amplitude, structure_kg, natural_hz = law
+        if kind.contact_time:
+            document["contact"] = {"model": "dwell", "contact_time": kind.contact_time}
+        if kind.law:
+            constant, amplitude, structure_kg, natural_hz = kind.law
             physical = {
                 "mass_kg": structure_kg,
                 "natural_frequency_hz": natural_hz,
@@ -181,20 +194,20 @@ class Book:
             physical |= {"clearance_m": clearance} if particle else {}
             return parse_harmonic(document | {"axes": axes, "physical": physical} | more)
         axes |= {"friction_ratio": friction} | ({"clearance_ratio": clearance} if particle else {})
-        return parse_harmonic(document | {"axes": axes} | self._physical(amplitude_m) | more)
+        return parse_harmonic(document | {"axes": axes} | self._physical(kind.amplitude_m) | more)
 
     def from_starts(self, wanted: Wanted, starts: int, seed: int) -> tuple[Study, ...]:
         """Make the study that computes a build from several starts."""
         assert isinstance(wanted.amplitude, Amplitude)  # a record begins at rest
-        law, place = wanted.build.spot(self.asked.structure, wanted.amplitude)
+        law, place, contact = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
             "metrics": [*self.variables, *ABOUT_THE_RUN, "amplitude_ratio_worst", "attractors"],
             "start": {"kind": "ensemble", "n": starts, "seed": seed},
         }
         grid = [np.array([value]) for value in place]
-        reference_m = wanted.amplitude.reference_m
-        return (self._study(reference_m, place[2] > 0.0, law, grid, wanted.frequencies, **more),)
+        kind = _Kind(wanted.amplitude.reference_m, place[2] > 0.0, law, contact)
+        return (self._study(kind, grid, wanted.frequencies, **more),)
 
     def _physical(self, amplitude_m: float) -> dict[str, object]:
         """Give the block that gives a study its units, where there are any."""
@@ -220,7 +233,7 @@ class Book:
                 self.from_many_starts.append(cube)
                 self.spent += cube["status"].size
                 continue
-            law = _law_of(cube)
+            law, contact = _law_of(cube), contact_time_of(cube)
             names = [BESIDE.get(name, name) if law else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
@@ -231,7 +244,7 @@ class Book:
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
-                spot: Spot = (law, place)
+                spot: Spot = (law, place, contact)
                 self._frequencies.setdefault(spot, set()).update(frequencies)
                 for at, row in zip(frequencies, columns[index].tolist(), strict=True):
                     if (spot, at) not in self._known:

@@ -12,9 +12,9 @@ Law = tuple[()] | tuple[str, float, float, float]
 """What of the base is constant over the frequencies: nothing to say of a displacement; of a velocity or an acceleration its
 word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency. Under a
 ground-motion record its id, its scale, and the same two of the structure."""
-Spot = tuple[Law, Place]
+Spot = tuple[Law, Place, float]
 """A damper under an amplitude, at every frequency: in ratios under a displacement, else with d [m] and F [N] in their place,
-and under a record with m [kg] in the place of β."""
+and under a record with m [kg] in the place of β. Last the contact time over 1/ω_n; 0 where impacts take no time."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Build:
         The damper; without mass there is no particle.
     mass_kg, natural_frequency_hz, damping_ratio : float
         By which share the structure is off: 0.01 is one per cent above nominal.
+    contact_time_s : float
+        How long particle and wall touch; 0 where impacts take no time.
     """
 
     clearance_m: float
@@ -36,6 +38,7 @@ class Build:
     mass_kg: float = 0.0
     natural_frequency_hz: float = 0.0
     damping_ratio: float = 0.0
+    contact_time_s: float = 0.0
 
     def place(self, structure: Structure, amplitude_m: float) -> Place:
         """Give the ratios under a base amplitude."""
@@ -54,13 +57,20 @@ class Build:
             return self._under_record(structure, amplitude)
         ratios = self.place(structure, amplitude.reference_m)
         constant = amplitude.excitation.motion.constant
+        contact = self._contact_time(structure)
         if constant is None:
-            return (), ratios
+            return (), ratios, contact
         mass = structure.mass_kg * (1.0 + self.mass_kg)
         frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
-        return law, (*ratios[:3], clearance, self.friction_force_n)
+        return law, (*ratios[:3], clearance, self.friction_force_n), contact
+
+    def _contact_time(self, structure: Structure) -> float:
+        """Give the contact time over 1/ω_n of the structure as it is."""
+        if self.particle_mass_kg == 0.0:
+            return 0.0
+        return self.contact_time_s * structure.angular_frequency * (1.0 + self.natural_frequency_hz)
 
     def _under_record(self, structure: Structure, case: Case) -> Spot:
         mass = structure.mass_kg * (1.0 + self.mass_kg)
@@ -68,9 +78,9 @@ class Build:
         damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
         law = (case.source.id, case.scale, mass, frequency)
         if self.particle_mass_kg == 0.0:
-            return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n)
+            return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), 0.0
         damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
-        return law, (damping, *damper)
+        return law, (damping, *damper), self._contact_time(structure)
 
     def own(self, frequency_ratio: float) -> float:
         """Turn a frequency over the nominal natural frequency into one over this structure's."""
@@ -110,6 +120,7 @@ def design_document(build: Build, asked: Specification) -> dict[str, float | Non
     if mass == 0.0:
         found |= dict.fromkeys(("clearance_m", "clearance_ratio", "restitution"))
     if asked.in_units:
+        found["contact_time_s"] = build.contact_time_s if mass and build.contact_time_s else None
         found["cavity_length_m"] = None if mass == 0.0 else 2.0 * build.clearance_m
         found["base_amplitude_m"] = amplitude if asked.excitations else None
     if not asked.excitations:

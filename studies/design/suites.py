@@ -45,18 +45,18 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
 
     A suite computes every record at every scale; dampers are asked for under all of them at once.
     """
-    cases: dict[tuple[float, bool, Place, float], set[tuple[str, float]]] = {}
-    for law, place in lacking:
+    cases: dict[tuple[float, bool, float, Place, float], set[tuple[str, float]]] = {}
+    for law, place, contact in lacking:
         assert law  # under a record there is one
         record, scale, mass, frequency = law
-        cases.setdefault((mass, place[2] > 0.0, place, frequency), set()).add((record, scale))
-    groups: dict[tuple[float, bool, frozenset[tuple[str, float]]], list[list[float]]] = {}
-    for (mass, particle, place, frequency), each in sorted(cases.items(), key=lambda one: one[0]):
-        groups.setdefault((mass, particle, frozenset(each)), []).append([frequency, *place])
+        cases.setdefault((mass, place[2] > 0.0, contact, place, frequency), set()).add((record, scale))
+    groups: dict[tuple[float, bool, float, frozenset[tuple[str, float]]], list[list[float]]] = {}
+    for (mass, particle, contact, place, frequency), each in sorted(cases.items(), key=lambda one: one[0]):
+        groups.setdefault((mass, particle, contact, frozenset(each)), []).append([frequency, *place])
     return tuple(
-        _suite(asked, mass, particle, wanted, grid)
-        for (mass, particle, wanted), rows in sorted(
-            groups.items(), key=lambda one: (*one[0][:2], sorted(one[0][2]))
+        _suite(asked, mass, particle, contact, wanted, grid)
+        for (mass, particle, contact, wanted), rows in sorted(
+            groups.items(), key=lambda one: (*one[0][:3], sorted(one[0][3]))
         )
         for grid in cover(np.array(rows), most=max(8, len(rows)))
     )
@@ -66,6 +66,7 @@ def _suite(
     asked: Specification,
     mass_kg: float,
     particle: bool,
+    contact_time: float,
     wanted: frozenset[tuple[str, float]],
     grid: list[np.ndarray],
 ) -> Suite:
@@ -83,13 +84,15 @@ def _suite(
         "tail_s": records.tail_s,
         "metrics": [*RECORD_VARIABLES, "status"],
     }
+    if contact_time:
+        document["contact"] = {"model": "dwell", "contact_time": contact_time}
     motions = {name: motion for name, motion in records.motions.items() if name in ids}
     return replace(read_suite(document), motions=motions)
 
 
 def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
     """Give what a suite's cube says of every damper under every case: `RECORD_VARIABLES`, infinite first where it failed."""
-    mass = float(json.loads(cube.attrs["study"])["mass_kg"])
+    mass, contact = float(json.loads(cube.attrs["study"])["mass_kg"]), contact_time_of(cube)
     order = ("record", "scale", *AXES)
     columns = np.stack(
         [cube[name].transpose(*order).values.astype(np.float64) for name in RECORD_VARIABLES], axis=-1
@@ -104,4 +107,11 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
         place: Place = (damping, restitution, particle, clearance, friction)
         if particle == 0.0:
             place = (damping, 0.0, 0.0, 0.0, friction)
-        yield ((records[index[0]], scale, mass, frequency), place), tuple(columns[index].tolist())
+        law = (records[index[0]], scale, mass, frequency)
+        yield (law, place, contact if particle else 0.0), tuple(columns[index].tolist())
+
+
+def contact_time_of(cube: xr.Dataset) -> float:
+    """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 where impacts take no time."""
+    contact = json.loads(cube.attrs["study"]).get("contact", {})
+    return float(contact.get("contact_time", 0.0))

@@ -62,7 +62,8 @@ def _damper(found: Found) -> Iterator[str]:
     clearance = quantity(asked, "clearance_m", build.clearance_m)
     cavity = f" (a free cavity length of {spelled(2 * build.clearance_m, 'm')})" if asked.in_units else ""
     mass = quantity(asked, "particle_mass_kg", build.particle_mass_kg)
-    material = material_of(asked, build)
+    touching = f"in contact for {1e3 * build.contact_time_s:.4g} ms" if build.contact_time_s else ""
+    material = ", ".join(filter(None, (material_of(asked, build), touching)))
     rebound = f"a coefficient of restitution of {build.restitution:.4g}"
     yield (
         f"Build a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "

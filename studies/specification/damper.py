@@ -1,6 +1,8 @@
 """What may be chosen of a damper, its limits and tolerances, read from a document."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import tau
 from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
@@ -28,6 +30,11 @@ ACCELERATION = Quantity("acceleration", "acceleration [m/s²]", 1e-12, 1e12, "gi
 STICK = Quantity(
     "stick_fraction", "share of time", 1e-3, 1.0, "give a share, such as 0.5 for half of the time"
 )
+CONTACT_TIME = Quantity(
+    "contact_time_s", "time for which particle and wall touch [s]", 0.0, 1e3, "give it in s"
+)
+LONGEST = tau
+"""Longest contact time over 1/ω_n: a natural period."""
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 
@@ -107,6 +114,7 @@ class DamperFields(SceneFields):
                     choice.stop * scale,
                     tuple(each * scale for each in choice.values),
                     choice.names,
+                    choice.contact_times_s,
                 )
         if choose == {} and "choose" not in self.document:
             told = "{field} is missing: there is nothing to choose."
@@ -135,11 +143,15 @@ class DamperFields(SceneFields):
             )
             return None
         found: dict[float, str] = {}
+        touching: dict[float, float] = {}
+        more = (CONTACT_TIME.name,) if quantity is RESTITUTION else ()
         for index, entry in enumerate(entries):
-            place, name = f"{field}[{index}]", ""
+            place, name, time_s = f"{field}[{index}]", "", 0.0
             if isinstance(entry, Mapping):
-                self._unknown(place, entry, ("name", quantity.name))
+                self._unknown(place, entry, ("name", quantity.name, *more))
                 name = str(entry.get("name", ""))
+                if more and CONTACT_TIME.name in entry:
+                    time_s = self._contact_time(f"{place}.{CONTACT_TIME.name}", entry[CONTACT_TIME.name])
                 if quantity.name not in entry:
                     told = f"{{field}} names no {quantity.name}."
                     self._fault(place, describe(entry), f"a mapping with {quantity.name}", "add it", told)
@@ -150,12 +162,44 @@ class DamperFields(SceneFields):
                 continue
             if value in found:
                 self._fault(place, f"{value!r} a second time", "each value once", "remove one of the two")
-            found[value] = name[:MAX_NAME]
+            found[value], touching[value] = name[:MAX_NAME], time_s
         if len(found) < len(entries):
             return None
         values = tuple(sorted(found))
         names = tuple(found[value] for value in values) if any(found.values()) else ()
-        return Choice(values[0], values[-1], values, names)
+        times = tuple(touching[value] for value in values) if any(touching.values()) else ()
+        return Choice(values[0], values[-1], values, names, times)
+
+    def _contact_time(self, field: str, raw: object) -> float:
+        """Read how long particle and wall touch [s]; 0 where that is at fault."""
+        if not self._in_units:
+            told = "{field} is in seconds, and the specification is in ratios."
+            advice = "add mass_kg, natural_frequency_hz and the amplitude of the base"
+            self._fault(field, describe(raw), "a contact time beside a structure in units", advice, told)
+            return 0.0
+        return self._read(field, raw, CONTACT_TIME) or 0.0
+
+    def _touching(self, choices: dict[str, Choice], structure: Structure) -> None:
+        """Read one contact time for all that a restitution may be, and hold contact times against the natural period."""
+        choice, name = choices.get("restitution"), CONTACT_TIME.name
+        if choice is None:
+            return
+        if name in self.document:
+            if choice.contact_times_s:
+                told = "{field} and a material of `choose.restitution` give a contact time."
+                self._fault(
+                    name, describe(self.document[name]), "one of the two", "keep one of the two", told
+                )
+            time_s = self._contact_time(name, self.document[name])
+            choice = choices["restitution"] = replace(choice, contact_times_s=(time_s,) if time_s else ())
+        most = LONGEST / structure.angular_frequency
+        longest = max(choice.contact_times_s, default=0.0)
+        if self._in_units and longest > most:
+            told = (
+                f"{{field}} of {longest:g} s is longer than a natural period of the structure, {most:.3g} s."
+            )
+            advice = "give it in seconds; a contact takes milliseconds"
+            self._fault(name, f"{longest:g}", f"at most {most:.3g}", advice, told)
 
     def _limit_values(self) -> dict[str, float]:
         """Read what `limits` says, as far as it can be read alone."""
@@ -232,8 +276,8 @@ class DamperFields(SceneFields):
             self._fault(field, f"{factor * most:g}", f"at least {factor * choice.start:g}", advice, told)
             return
         values = tuple(value for value in choice.values if value <= most)
-        choices[name] = Choice(
-            choice.start, values[-1] if values else most, values, choice.names[: len(values)]
+        choices[name] = replace(
+            choice, stop=values[-1] if values else most, values=values, names=choice.names[: len(values)]
         )
         bounds[name] = field
 

@@ -9,7 +9,7 @@ from damperlab.studies.faults import Fault, StudyFaults, describe, listing, near
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity
-from damperlab.studies.specification.damper import DamperFields
+from damperlab.studies.specification.damper import CONTACT_TIME, DamperFields
 from damperlab.studies.specification.measure import MEASURES, MIXED_MEASURES, RECORD_MEASURES, Measure
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
 from damperlab.studies.text import MAX_BYTES, Format, load_text
@@ -21,6 +21,7 @@ KEYS = (
     "choose",
     *CHOSEN,
     *(ratio for ratio in RATIO_OF.values() if ratio != "restitution"),
+    CONTACT_TIME.name,
     "tolerances",
     "limits",
     "measure",
@@ -147,6 +148,7 @@ class _Reader(DamperFields):
         # of records no quantity is over an amplitude of the base
         largest_m = max((each.highest_m for each in excitations), default=1.0)
         choices = self._choices(largest_m, structure)
+        self._touching(choices, structure)
         limits, bounds = self._limits(choices)
         tolerances = self._tolerances(choices, largest_m, structure)
         if self.faults or measure is None or confidence is None or minutes is None:

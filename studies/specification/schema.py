@@ -4,9 +4,10 @@ from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.physical import DAMPING, EXCITATION_FREQUENCY, MASS, NATURAL_FREQUENCY
-from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
+from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import (
     ANYTHING,
+    CONTACT_TIME,
     LENGTH,
     LIMIT_KEYS,
     LIMIT_QUANTITIES,
@@ -88,7 +89,7 @@ def specification_schema() -> Schema:
                 {name: _choice(quantity) for name, quantity in QUANTITIES.items()},
                 "What may be chosen: a range, or a list.",
             ),
-            **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
+            **{name: quantity.schema() for name, quantity in (QUANTITIES | {CONTACT_TIME.name: CONTACT_TIME}).items()},
             "tolerances": _object(
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
@@ -151,12 +152,15 @@ def _span(quantity: Quantity) -> Schema:
 
 
 def _choice(quantity: Quantity) -> Schema:
+    properties: Schema = {"name": {"type": "string"}, quantity.name: quantity.schema()}
+    if quantity is RESTITUTION:
+        properties[CONTACT_TIME.name] = CONTACT_TIME.schema()
     named = {
         "type": "object",
         "description": "a value with its name, such as a material",
         "required": [quantity.name],
         "additionalProperties": False,
-        "properties": {"name": {"type": "string"}, quantity.name: quantity.schema()},
+        "properties": properties,
     }
     values = {
         "type": "array",

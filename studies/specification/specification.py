@@ -68,12 +68,16 @@ class Choice:
         The only values allowed, ascending; empty for a range.
     names : tuple of str
         What the values are called, such as materials; empty without names.
+    contact_times_s : tuple of float
+        Of a restitution, how long the particle and the wall touch [s]: of each value of a list, or one for all; empty where
+        impacts take no time.
     """
 
     start: float
     stop: float
     values: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
+    contact_times_s: tuple[float, ...] = ()
 
     @property
     def free(self) -> bool:
@@ -94,6 +98,12 @@ class Choice:
         if self.logarithmic:
             return self.start * math.exp(share * math.log(self.stop / self.start))
         return self.start + share * (self.stop - self.start)
+
+    def contact_time_s(self, value: float) -> float:
+        """Give how long particle and wall touch at one of the values [s]; 0 where impacts take no time."""
+        if len(self.contact_times_s) > 1:
+            return self.contact_times_s[self.values.index(value)]
+        return next(iter(self.contact_times_s), 0.0)
 
 
 @dataclass(frozen=True)

@@ -407,3 +407,52 @@ def test_time_spent_sticking_is_limited_over_bands_and_under_records(document: d
     }
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 1.5}})
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 0}})
+
+
+RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
+
+
+def test_materials_have_contact_times() -> None:
+    document = changed("choose.restitution", [{"name": "steel", "restitution": 0.8}, RUBBER])
+    del document["restitution"]
+    choice = parse_specification(document).choices["restitution"]
+    assert choice.contact_times_s == (0.004, 0.0)
+    assert [choice.contact_time_s(value) for value in choice.values] == [0.004, 0.0]
+    # one for all of a range
+    document = PROTOTYPE | {"contact_time_s": 0.002}
+    assert parse_specification(document).choices["restitution"].contact_time_s(0.47) == 0.002
+    assert parse_specification(PROTOTYPE).choices["restitution"].contact_time_s(0.47) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "field"),
+    [
+        ("contact_time_s", 5.0, "contact_time_s"),  # milliseconds, taken for seconds
+        ("contact_time_s", -0.001, "contact_time_s"),
+        ("contact_time_s", "short", "contact_time_s"),
+        (
+            "choose.clearance_m",
+            [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}],
+            "choose.clearance_m[1].contact_time_s",
+        ),
+    ],
+)
+def test_faults_of_contact_times_are_named(key: str, value: object, field: str) -> None:
+    assert field in faults_of(changed(key, value))
+
+
+def test_a_contact_time_stands_once_and_in_units() -> None:
+    document = changed("choose.restitution", [0.8, RUBBER])
+    del document["restitution"]
+    assert list(faults_of(document | {"contact_time_s": 0.004})) == ["contact_time_s"]
+    ratios = {
+        "structure": {"damping_ratio": 0.0038},
+        "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
+        "choose": {"clearance_ratio": {"start": 1.0, "stop": 20.0}},
+        "friction_ratio": 0.3,
+        "mass_ratio": 0.1,
+        "restitution": 0.47,
+        "contact_time_s": 0.004,
+    }
+    with pytest.raises(StudyFaults, match="is in seconds, and the specification is in ratios"):
+        parse_specification(ratios)
