@@ -116,7 +116,8 @@ def _specification() -> dict[str, Any]:
             for name, quantity in SPECIFIED.items()
             if name not in CHOSEN
         },
-        "contact_time": _specified(CONTACT_TIME.name, CONTACT_TIME.meaning),
+        "contact_time": _specified(CONTACT_TIME.name, CONTACT_TIME.meaning)
+        | {"unit": "ms", "scale": 1e3, "usual_value": 0},
         "limits": [
             _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
             | {

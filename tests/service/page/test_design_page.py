@@ -85,11 +85,19 @@ def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callabl
     values.fill("soft rubber 0.25, 0.9")
     chosen = json.loads(text.input_value())["choose"]["restitution"]
     assert chosen == [{"name": "soft rubber", "restitution": 0.25}, 0.9]
+    values.fill("soft rubber 0.25 (4 ms), 0.9")
+    chosen = json.loads(text.input_value())["choose"]["restitution"]
+    assert chosen == [{"name": "soft rubber", "restitution": 0.25, "contact_time_s": 0.004}, 0.9]
+    # it is read back as it was written
+    text.fill(text.input_value())
+    expect(values).to_have_value("soft rubber 0.25 (4 ms), 0.9")
     restitution.get_by_label("It is").select_option("range")
     assert json.loads(text.input_value())["choose"]["restitution"] == {"start": 0.25, "stop": 0.9}
     restitution.get_by_label("It is").select_option("given")
     asked = json.loads(text.input_value())
     assert (asked["restitution"], "restitution" in asked["choose"]) == (0.25, False)
+    page.get_by_role("group", name="Contact").get_by_role("spinbutton").fill("2.5")
+    assert json.loads(text.input_value())["contact_time_s"] == 0.0025
     page.get_by_label("Constant over the band").select_option("base_acceleration_m_per_s2")
     assert json.loads(text.input_value())["excitation"].keys() == {
         "base_acceleration_m_per_s2",
