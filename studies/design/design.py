@@ -162,9 +162,8 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     book.stage = "each quantity moved alone"
     margins = yield from within(margins_of(search, build, worst(judged)), left, "each quantity moved alone")
     book.stage = "all quantities moved at once"
-    together = yield from within(
-        together_of(search, build, worst(judged)), left, "all quantities moved at once"
-    )
+    at_once = together_of(search, build, worst(judged), margins or {})
+    together = yield from within(at_once, left, "all quantities moved at once")
     front: tuple[tuple[float, Score], ...] | None = ()
     if "particle_mass_kg" in search.lattice.names:
         book.stage = "response against mass"

@@ -13,6 +13,8 @@ from damperlab.studies.specification.specification import CHOSEN
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
+FEW = 3
+"""How many of them are looked at first."""
 WITHIN = 1.1
 """How much above the stated worst case one may come that is moved, where no limit says it."""
 
@@ -44,10 +46,18 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             values = (_value(search, build, name, sign * share) for share in MOVES)
             kept = [each for each in values if each is not None]
             moved[name, sign] = [(each, replace(build, **{name: each})) for each in kept]
-    yield from search.known((each for row in moved.values() for _, each in row), 0)
-    # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a closer one
-    near = (list(takewhile(lambda one: not _fails(search, one[1], stated), row)) for row in moved.values())
-    yield from search.known((each for row in near for _, each in row), CLOSE)
+    # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
+    near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
+    for first, last in ((0, FEW), (FEW, len(MOVES))):
+        further = {
+            key: [each for _, each in row[first:last]]
+            for key, row in moved.items()
+            if len(near[key]) == first
+        }
+        yield from search.known((each for row in further.values() for each in row), 0)
+        for key, row in further.items():
+            near[key] += takewhile(lambda each: not _fails(search, each, stated), row)
+    yield from search.known((each for row in near.values() for each in row), CLOSE)
     found: dict[str, Margin] = {}
     for name in names:
         ends: list[float] = []
@@ -65,32 +75,41 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
     return found
 
 
-def together_of(search: Search, build: Build, stated: Score) -> Step[Together | None]:
+def together_of(
+    search: Search, build: Build, stated: Score, alone: dict[str, Margin]
+) -> Step[Together | None]:
     """Move all quantities at once, in every combination of up and down, until a limit or the bound is exceeded.
 
-    A coarse look shows where that fails at the latest. What it leaves is looked at closely from the largest share down, as
-    far as one at which every combination holds.
+    Parameters
+    ----------
+    search, build, stated
+        As of `margins_of`.
+    alone : dict of Margin
+        What that found: no share by which one of them fails alone is looked at.
 
     Returns
     -------
     Together or None
         None of a single quantity, which is moved alone.
     """
-    names = _moved(search, build)
-    if len(names) < 2:
+    if len(alone) < 2:
         return None
-    moved: list[list[Build]] = []
-    fails: float | None = None
-    for share in MOVES:
-        here = [_off(search, build, signs, share) for signs in corners(names)]
-        yield from search.known(here, 0)
-        if any(_fails(search, each, stated) for each in here):
-            fails = share
-            break
-        moved.append(here)
-    for share, here in reversed(list(zip(MOVES, moved, strict=False))):
-        yield from search.known(here, CLOSE)
-        if not any(_fails(search, each, stated) for each in here):
+    seen = [
+        abs(value - getattr(build, name)) / _size(search, build, name)
+        for name, margin in alone.items()
+        for value in (margin.fails_below, margin.fails_above)
+        if value is not None
+    ]
+    fails = min(MOVES, key=lambda share: abs(share - min(seen))) if seen else None
+    for share in reversed(MOVES):
+        if fails is not None and share >= fails:
+            continue
+        here = [_off(search, build, signs, share) for signs in corners(list(alone))]
+        for level in (0, CLOSE):
+            yield from search.known(here, level)
+            if any(_fails(search, each, stated) for each in here):
+                break
+        else:
             return Together(share, fails)
         fails = share
     return Together(0.0, fails)
@@ -105,13 +124,17 @@ def _moved(search: Search, build: Build) -> list[str]:
     return names
 
 
+def _size(search: Search, build: Build, name: str) -> float:
+    """Give what shares of a quantity are of: itself, or its range where it is 0."""
+    return float(getattr(build, name) or search.asked.choices[name].stop)
+
+
 def _value(search: Search, build: Build, name: str, share: float) -> float | None:
     """Give a quantity that is off by a share of itself, or of its range where it is 0; None where there is no such value."""
-    value: float = getattr(build, name)
-    size = value or search.asked.choices[name].stop
+    value, size = getattr(build, name), _size(search, build, name)
     top = 1.0 if name == "restitution" else inf
     low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
-    moved = value + share * size
+    moved = float(value + share * size)
     return moved if low <= moved <= top else None
 
 
