@@ -12,6 +12,7 @@ from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
+from damperlab.studies.design.contenders import contend
 from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import front_of
@@ -132,6 +133,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     search = Search(asked, book)
     _require(search)
     best = yield from search.run()
+    if search.corners:
+        book.stage = "others that may be better, with their tolerances"
+        yield from contend(search)
+        best = search.best()
     build = book.ahead = search.lattice.build(best)
     compared = search.robust[best]
     judged = [compared]

@@ -94,7 +94,7 @@ class Search:
             (best,) = self._top(1)
             self.robust[best] = self.score(self.lattice.build(best))
         try:
-            yield from self._polish()
+            yield from self.polish()
         except BudgetSpent:
             self.stopped = "budget"
         return self.best()
@@ -149,7 +149,7 @@ class Search:
             if finer <= self.effort.finest or (finer <= ENOUGH and noisy and not gained):
                 return
 
-    def _polish(self) -> Asks:
+    def polish(self) -> Asks:
         """Know as closely as can be every candidate whose worst case may be less than what the best is sure to keep."""
         while True:
             known = [each for each in self.robust if all(map(self.close, self.with_corners(each)))]
@@ -178,6 +178,10 @@ class Search:
     def close(self, build: Build) -> bool:
         """Whether a build is known as closely as one can be."""
         return self._level.get(build, -1) >= CLOSEST
+
+    def looked_at(self, build: Build) -> bool:
+        """Whether anything is known of a build under all amplitudes."""
+        return build in self._level
 
     def first_look(self) -> list[Wanted]:
         """Give what the first look at the lattice takes."""

@@ -6,6 +6,7 @@ from math import inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.design.contenders import at_least
 from damperlab.studies.design.lattice import Candidate
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import Search
@@ -24,16 +25,20 @@ class Shortfall:
         One of those that were looked at, their errors counted.
     between : float
         One that was not looked at, beside those that were: an estimate by `dip`, no bound.
+    assumed : bool
+        Whether `computed` rests on what is assumed of one that was not judged with its tolerances.
     """
 
     computed: float
     between: float
+    assumed: bool = False
 
 
 def shortfall_of(search: Search, best: Candidate) -> Shortfall | None:
     """Hold what the recommended damper does at most against what others may do at least.
 
-    A candidate that was not judged with its tolerances is taken to lose the least share by them that a judged one does.
+    A candidate that was not judged with its tolerances does at least what is known of their corners; beside that it is taken to
+    lose the least share by them that a judged one does.
     Between candidates the response may dip beside those that no neighbour along a quantity is better than; what it may
     dip along every quantity alone is added up.
 
@@ -57,16 +62,19 @@ def shortfall_of(search: Search, best: Candidate) -> Shortfall | None:
     kept = share_kept(finite, search.robust)
     dips = dips_of(finite, tuple(map(search.lattice.listed, search.lattice.names)))
     computed = between = recommended.value
+    assumed = False
     for each, drawn in finite.items():
         judged = search.robust.get(each)
-        if max(drawn.violation, judged.violation if judged else 0.0) > 0.0:
+        known = judged or at_least(search, each)
+        if known.violation > 0.0:
             continue
-        lowest = kept * (drawn.value - drawn.noise)
-        if judged:
-            lowest = judged.value - judged.noise
+        lowest = known.value - known.noise
+        if not judged and known.value < recommended.most:
+            lowest = max(lowest, kept * (drawn.value - drawn.noise))
+            assumed |= bool(search.corners) and lowest < computed
         computed = min(computed, lowest)
         between = min(between, lowest - kept * dips.get(each, 0.0))
-    return Shortfall(recommended.most - max(computed, 0.0), recommended.most - max(between, 0.0))
+    return Shortfall(recommended.most - max(computed, 0.0), recommended.most - max(between, 0.0), assumed)
 
 
 def share_kept(drawn: dict[Candidate, Score], judged: dict[Candidate, Score]) -> float:

@@ -299,7 +299,7 @@ def _known(found: Found) -> Iterator[str]:
     else:
         yield f"{points}. The search is complete: it ended with {step}."
     if found.shortfall is not None and found.compared.most > 0.0:
-        yield _shortfall(found.shortfall, found.compared.most, bool(found.asked.tolerances))
+        yield _shortfall(found.shortfall, found.compared.most)
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
     yield (
@@ -312,11 +312,13 @@ def _digits(per_cent: float) -> str:
     return f"{per_cent:.2g}" if per_cent < 10.0 else f"{per_cent:.0f}"
 
 
-def _shortfall(shortfall: Shortfall, most: float, tolerances: bool) -> str:
+def _shortfall(shortfall: Shortfall, most: float) -> str:
     computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
     none = "none is better" if computed < HARDLY else f"none is better by more than {_digits(computed)} %"
     taken = (
-        "; those not judged with their tolerances are taken to lose the least by them" if tolerances else ""
+        "; those not judged with their tolerances are taken to lose the least by them"
+        if shortfall.assumed
+        else ""
     )
     may = (
         "no better one is expected"

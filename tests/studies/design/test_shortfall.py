@@ -101,6 +101,6 @@ def test_where_limits_are_exceeded_nothing_is_said_of_the_measure() -> None:
     [(1.0, "100 %"), (1.234, "123 %"), (0.1234, "12 %"), (0.05678, "5.7 %"), (9.99e-4, "0.1 %")],
 )
 def test_shares_are_told_without_powers_of_ten(share: float, told: str) -> None:
-    sentence = _shortfall(Shortfall(share, share), 1.0, False)
+    sentence = _shortfall(Shortfall(share, share), 1.0)
     assert f"by more than {told}, errors" in sentence
     assert f"up to {told}." in sentence
