@@ -44,15 +44,15 @@ def design_report(found: Found) -> str:
         parts.append(
             drawing(
                 draw_alternatives(found),
-                "Response over the band under the largest base amplitude, each damper as drawn, at every frequency computed.",
+                "Response over the band under the largest amplitude, each damper as drawn, at every frequency computed.",
             )
         )
     if found.shown:
         parts += [
-            "<h2>Under other base amplitudes</h2>",
+            "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper from half the least to twice the largest base amplitude; its force and clearance stay. "
+                "The drawn damper from half the least to twice the largest amplitude; its force and clearance stay. "
                 "Dots mark the peaks at the frequencies that were computed.",
             ),
         ]

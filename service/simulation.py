@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, listing, unknown_key
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
-from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE, Method
+from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
@@ -76,8 +76,8 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     Parameters
     ----------
     document : object
-        As read from JSON: the ratios by name, ``particle``, ``contact``, ``cycles``, ``history``, ``samples``, ``method``,
-        ``starts``, ``seed``.
+        As read from JSON: the ratios by name, ``particle``, ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``,
+        ``method``, ``starts``, ``seed``.
     cycles_limit : int
         Most excitation cycles, for r ≥ 1; of a slower excitation, whose cycles cost more, natural periods.
     samples_limit : int
@@ -125,6 +125,12 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     method = document.get("method", Simulated.method)
     if method not in ("event", "rk4"):
         faults.append(Fault("method", describe(method), "event or rk4", "choose one of the two"))
+    excitation = document.get("excitation", Simulated.excitation)
+    if excitation not in EXCITATIONS:
+        advice = "write force for a force on the structure"
+        faults.append(Fault("excitation", describe(excitation), listing(EXCITATIONS), advice))
+    elif excitation == "force" and method == "rk4":
+        faults.append(Fault("excitation", "force", "base with method rk4", "write method event"))
     contact: Contact | None = None
     if "contact" in document:
         try:
@@ -180,7 +186,13 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             contact_time_of(contact),
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
         )
-    design = Design(ratios["damping_ratio"], ratios["frequency_ratio"], ratios["friction_ratio"], particle)
+    design = Design(
+        ratios["damping_ratio"],
+        ratios["frequency_ratio"],
+        ratios["friction_ratio"],
+        particle,
+        forced=excitation == "force",
+    )
     return Asked(design, cycles, history, samples, method, starts, seed)
 
 

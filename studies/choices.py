@@ -10,11 +10,11 @@ from pydantic import (
     Tag,
 )
 
-from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.reads import Reads
-from damperlab.studies.vocabulary import CONTACT_MODELS, METHODS, START_KINDS
+from damperlab.studies.vocabulary import CONTACT_MODELS, EXCITATIONS, METHODS, START_KINDS
 
 
 def real(quantity: Quantity) -> Reads:
@@ -68,6 +68,30 @@ class Choice(BaseModel):
     """What the parts of a study have in common: immutable, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def read_excitation(raw: object) -> Literal["force"] | None:
+    """Read what excites the structure; None for a shaken base, which need not be said."""
+    if raw is None or raw == "base":
+        return None
+    if raw == "force":
+        return "force"
+    advice = "write force for a force on the structure, or leave it out"
+    raise StudyFaults([Fault("", describe(raw), listing(EXCITATIONS), advice)])
+
+
+ExcitationField = Annotated[
+    Literal["force"] | None,
+    Reads(
+        read_excitation,
+        {
+            "type": ["string", "null"],
+            "enum": [*EXCITATIONS, None],
+            "description": "what excites the structure: its base (the default), or a force F₀ sin ωt on it, where the base "
+            "stands still and the static displacement F₀/k takes the place of the base amplitude in every ratio",
+        },
+    ),
+]
 
 
 class InstantContact(Choice):

@@ -116,6 +116,8 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
     if isinstance(contact, dict) and contact.get("model", "instant") != "instant":
         found = f"{contact.get('model')}"
         yield Fault("contact.model", found, "instant with solver rk4", "write instant, or use solver event")
+    if document.get("excitation") == "force":
+        yield Fault("excitation", "force", "base with solver rk4", "leave it out, or use solver event")
     start = _start_of(document)
     if start != "rest":
         yield Fault("start", f"{start}", "rest with solver rk4", "leave `start` out")

@@ -34,6 +34,7 @@ from damperlab.studies.choices import (
     Continuation,
     Ensemble,
     EventSolver,
+    ExcitationField,
     InstantContact,
     Rk4Solver,
     Solver,
@@ -121,6 +122,7 @@ class Study(Choice):
             {"type": "boolean", "default": True, "description": "false: a scene without a particle"},
         ),
     ] = True
+    excitation: ExcitationField = None
     contact: Contact = InstantContact()
     metrics: Annotated[
         tuple[str, ...],
@@ -215,6 +217,11 @@ class Study(Choice):
         return {name: {"units": unit, "long_name": words} for name, (unit, words) in named.items()}
 
     @property
+    def forced(self) -> bool:
+        """Whether a force on the structure excites it, in place of a shaken base."""
+        return self.excitation == "force"
+
+    @property
     def identities(self) -> Coordinates:
         """The coordinates: equal ratios are equal points."""
         return self.coordinates
@@ -253,6 +260,8 @@ class Study(Choice):
         )
         if not self.particle:
             del settings["contact"]
+        if self.forced:
+            settings["excitation"] = self.excitation
         if self.over_amplitudes and self.physical is not None:
             # what force, clearance and base amplitude become as ratios
             structure = {

@@ -40,6 +40,8 @@ def study_digest(study: "Study") -> str:
     )
     if not study.particle:
         del settings["contact"]
+    if study.forced:  # said of nothing else, so that a digest from before forces is the same
+        settings["excitation"] = study.excitation
     feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
     return content.hexdigest()
 

@@ -230,8 +230,9 @@ class Tuning:
     damping_detuning: float = asked(
         0.0, "Relative error of the tuned mass damper's damping.", above=-1, most=MOST_DETUNING
     )
-    excitation: Excitation = asked(
-        "base", "Excitation: base motion, or a force on the structure (X over its static deflection)."
+    excitation: Excitation | None = asked(
+        None,
+        "Excitation: base motion, or a force on the structure (X over its static displacement); that of the study by default.",
     )
 
 
@@ -351,6 +352,10 @@ class Simulated:
         least=2,
         # a file has them all
         doors=("http", "client"),
+    )
+    excitation: Excitation = asked(
+        "base",
+        "Excitation: base motion, or a force on the structure, whose static displacement F₀/k stands for Z in every ratio.",
     )
     starts: int = asked(
         0,

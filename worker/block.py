@@ -11,6 +11,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
 from damperlab.worker.scenes import scenes
+from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
 from damperlab.worker.steady.linear import linear_response
@@ -52,7 +53,9 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     linear = ~(has_friction(points) | has_particle(points, study.particle))
     if linear.any():
         began = thread_time()
-        closed = linear_response(points["damping_ratio"][linear], points["frequency_ratio"][linear])
+        closed = linear_response(
+            points["damping_ratio"][linear], points["frequency_ratio"][linear], study.forced
+        )
         if isinstance(study.start, Ensemble):
             closed |= _one_response(closed["amplitude_ratio"])
         for name, column in closed.items():
@@ -81,7 +84,7 @@ def _settings(study: Study) -> Settings:
 def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:
     """Each point from rest."""
     settings = _settings(study)
-    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
+    for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         response, _ = settle(zeta, r, friction, particle, settings, at_rest(r, friction, particle))
         values["run_time"][i] = thread_time() - began
@@ -98,7 +101,7 @@ def _solve_stepped(
     )  # fixed steps measure none: one kernel for every study
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
-    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen):
+    for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         response = settle_stepped(zeta, r, friction, particle, solver.steps_per_cycle, settings)
         values["run_time"][i] = thread_time() - began
@@ -113,8 +116,8 @@ def _solve_rows(
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
         chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
-    last: tuple[int, float, State] | None = None  # row, frequency and end of the point before
-    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
+    last: tuple[int, float | Forced, State] | None = None  # row, frequency and end of the point before
+    for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         row = i // frequencies
         start = at_rest(r, friction, particle)
@@ -132,7 +135,7 @@ def _solve_ensembles(
 ) -> None:
     """Each point from rest and from drawn states."""
     settings = _settings(study)
-    for i, zeta, r, friction, particle in kernel_arguments(points, study.particle, chosen, study.contact):
+    for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         place = [float(points[name][i]) for name in DIMENSIONS]
         starts = drawn_starts(ensemble.n, ensemble.seed, place, zeta, r, friction, particle)

@@ -10,6 +10,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.physics.compliant_wall import wall_constants
+from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import Particle, Wall
 from damperlab.worker.steady.response import INTEGRATED
 
@@ -25,6 +26,11 @@ def rebound_of(restitution: float) -> float:
 def wants_energies(study: Study) -> bool | None:
     """True where a study stores a measure that needs integrals over the motion; None leaves them out of its kernels."""
     return True if INTEGRATED & set(study.metrics) else None
+
+
+def excitation_of(frequency_ratio: float, forced: bool) -> float | Forced:
+    """Return a frequency as kernels take it: bare of a shaken base, named of a force on the structure."""
+    return Forced(frequency_ratio) if forced else frequency_ratio
 
 
 def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
@@ -65,20 +71,18 @@ def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> W
 
 
 def kernel_arguments(
-    points: dict[str, NDArray[np.float64]],
-    particle: bool,
-    chosen: NDArray[np.intp],
-    contact: Contact | None = None,
-) -> Iterator[tuple[int, float, float, float | None, Particle | None]]:
-    """Index, ζ, r, friction and particle of the chosen points, absent = None; without `contact` impacts take no time."""
+    study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
+) -> Iterator[tuple[int, float, float | Forced, float | None, Particle | None]]:
+    """Index, ζ, excitation, friction and particle of the chosen points of a study, absent = None."""
+    contact = study.contact
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)
-    rattles = has_particle(points, particle)
+    rattles = has_particle(points, study.particle)
     for i in chosen:
         yield (
             int(i),
             float(points["damping_ratio"][i]),
-            float(points["frequency_ratio"][i]),
+            excitation_of(float(points["frequency_ratio"][i]), study.forced),
             float(points["friction_ratio"][i]) if rubs[i] else None,
             Particle(
                 float(points["clearance_ratio"][i]),

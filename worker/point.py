@@ -8,10 +8,11 @@ from typing import Any, Literal
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.lower import rebound_of
+from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import (
@@ -56,12 +57,15 @@ class Design:
         γ_F ≥ 0.
     particle : Particle, optional
         d/Z > 0, e in [0, 1], β ≥ 0 and its contact; None for a scene without a particle.
+    forced : bool
+        A force on the structure instead of a shaken base; lengths are over F₀/k.
     """
 
     damping_ratio: float
     frequency_ratio: float
     friction_ratio: float = 0.0
     particle: Particle | None = None
+    forced: bool = False
 
     def __post_init__(self) -> None:
         """Take integers for floats: a kernel is compiled for one type."""
@@ -71,6 +75,11 @@ class Design:
             particle = with_floats(self.particle)
             particle = particle._replace(restitution=rebound_of(particle.restitution))
             object.__setattr__(self, "particle", particle)
+
+    @property
+    def excitation(self) -> float | Forced:
+        """The frequency, as kernels take it."""
+        return excitation_of(self.frequency_ratio, self.forced)
 
 
 @dataclass(frozen=True)
@@ -111,6 +120,8 @@ def simulate_ready(
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
+        if design.forced:
+            raise ValueError("rk4 knows a shaken base only: leave `excitation` out, or use the event solver")
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
         one = design.particle
@@ -149,14 +160,16 @@ def _steady(
 ) -> tuple[dict[str, Any], Any]:
     """The steady response, and a state on it at phase 0; a particle without mass does not act."""
     z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
-    rest = at_rest(r, friction, particle)
+    rest = at_rest(design.excitation, friction, particle)
     if friction is None and acting is None:
-        closed = linear_response(np.array([z]), np.array([r]))
+        closed = linear_response(np.array([z]), np.array([r]), design.forced)
         detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
-        scale = r * r / (detuning**2 + loss**2) if detuning or loss else 0.0
+        push = 1.0 if design.forced else r * r
+        scale = push / (detuning**2 + loss**2) if detuning or loss else 0.0
         state = rest._replace(v=-loss * scale, w=r * detuning * scale)
         return {name: column[0] for name, column in closed.items()}, state
-    response, end = settle(z, r, friction, acting, settings, at_rest(r, friction, acting))
+    one = design.excitation
+    response, end = settle(z, one, friction, acting, settings, at_rest(one, friction, acting))
     if acting is None:  # a particle without mass is carried along from where it rests
         end = rest._replace(v=end.v, w=end.w, slip=end.slip)
     return dict(zip(Response._fields, response, strict=True)), end
@@ -177,15 +190,14 @@ def _march(
 ) -> Simulation:
     """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
     particle = design.particle
-    r = design.frequency_ratio
-    scene = make_scene(design.damping_ratio, r, friction, particle, True)
+    scene = make_scene(design.damping_ratio, design.excitation, friction, particle, True)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
     meter = None if measured else Meter(sums)  # what has been measured is only shown
     peaks = np.zeros((cycles, 2))
-    state = at_rest(r, friction, particle) if start is None else start
-    stored = stored_energy(state, r, particle)
+    state = at_rest(design.excitation, friction, particle) if start is None else start
+    stored = stored_energy(state, base_rate_at_start(design.excitation), particle)
     log = empty_log(_LOG_SEGMENTS)
     history = min(history, cycles, _LONGEST_HISTORY)
     samples: list[np.ndarray] = []
@@ -204,7 +216,7 @@ def _march(
             sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
             done += 1
     if measured is None:
-        measured = _measures(scene.base, particle, sums, peaks[:done], counts, stored, state, done, outcome)
+        measured = _measures(design, sums, peaks[:done], counts, stored, state, done, outcome)
         measured["run_time"] = thread_time() - began
     else:
         measured["run_time"] = thread_time() - began
@@ -226,7 +238,7 @@ def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None
     """A state at phase 0 as it is shown; NaN where it is not known."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
-        "u_rate": state.w + design.frequency_ratio if known else nan,
+        "u_rate": state.w + base_rate_at_start(design.excitation) if known else nan,
         "p": None,
         "p_rate": None,
     }
@@ -238,8 +250,7 @@ def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None
 
 
 def _measures(
-    base: Any,
-    particle: Particle | None,
+    design: Design,
     sums: np.ndarray,
     peaks: np.ndarray,
     counts: np.ndarray,
@@ -252,12 +263,12 @@ def _measures(
     if outcome != ARRIVED or cycles == 0:
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}
-    r = base.frequency_ratio
-    time = 2.0 * pi * cycles / r
+    time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
     sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
-    residual = energy_residual(sums, stored, stored_energy(state, r, particle))
+    end = stored_energy(state, base_rate_at_start(design.excitation), design.particle)
+    residual = energy_residual(sums, stored, end)
     return {
         "amplitude_ratio": float(peaks[:, 0].mean()),
         "amplitude_ratio_max": float(peaks[:, 0].max()),

@@ -42,11 +42,14 @@ class Scene(NamedTuple):
         Whether friction acts.
     contact : str
         Model of the particle's contact; empty where no particle acts.
+    forced : bool
+        Whether a force on the structure excites it, in place of a shaken base.
     """
 
     purpose: Purpose
     friction: bool
     contact: str = ""
+    forced: bool = False
 
     @property
     def name(self) -> str:
@@ -56,7 +59,8 @@ class Scene(NamedTuple):
             "friction" if self.friction else "",
             self.contact and f"particle-{self.contact}",
         ]
-        return "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
+        name = "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
+        return f"{name}-forced" if self.forced else name
 
     @property
     def seconds(self) -> float:
@@ -71,6 +75,7 @@ def every_scene() -> list[Scene]:
     found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
+    found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
     return sorted(found, key=lambda scene: -scene.seconds)
@@ -79,7 +84,11 @@ def every_scene() -> list[Scene]:
 def usual_scenes() -> list[Scene]:
     """Scenes of a study, a point and an earthquake with what they are by default, the dearest first."""
     purposes = ("steady", "orbit", "transient", "record")
-    return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
+    return [
+        one
+        for one in every_scene()
+        if one.purpose in purposes and one.contact in ("", "instant") and not one.forced
+    ]
 
 
 def scene_named(name: str) -> Scene:
@@ -102,7 +111,10 @@ def scenes(study: AnyStudy) -> list[Scene]:
         return sorted(Scene("stepped", f, "instant" if p else "") for f in rubs for p in rattles)
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
     return sorted(
-        Scene(purpose, f, study.contact.model if p else "") for f in rubs for p in rattles if f or p
+        Scene(purpose, f, study.contact.model if p else "", study.forced)
+        for f in rubs
+        for p in rattles
+        if f or p
     )
 
 

@@ -46,7 +46,7 @@ def simulate(
     Raises
     ------
     ValueError
-        For rk4 without `cycles`, or with a contact time.
+        For rk4 without `cycles`, with a contact time, or under a force.
     """
     for scene in scenes_of(design, cycles, method, settings, followed or history > 0):
         warm(scene)
@@ -69,9 +69,9 @@ def scenes_of(
         acting = contact if design.particle is not None and design.particle.mass_ratio > 0.0 else ""
         if friction or acting:
             purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
-            found.append(Scene(purpose, friction, acting))
+            found.append(Scene(purpose, friction, acting, design.forced))
         if is_followed(design, 0, followed):
-            found.append(Scene("orbit", friction, contact))
+            found.append(Scene("orbit", friction, contact, design.forced))
     else:
-        found.append(Scene("transient", friction, contact))
+        found.append(Scene("transient", friction, contact, design.forced))
     return found

@@ -17,7 +17,7 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Starts next to rest: the velocity of the base, at the start, off by so many times `NUDGE`."""
+"""Starts next to rest: the velocity of the base, under a force the particle's place, off by so many times `NUDGE`."""
 
 NUDGE = 2.0**-46
 """About 64 roundings: less than any start is known by."""
@@ -105,14 +105,15 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
         of_particle = (particle.restitution, particle.mass_ratio, particle.clearance_ratio)
     place = (z, *of_particle, design.friction_ratio, r)
     if friction is None and particle is None:
-        closed = linear_response(np.array([z]), np.array([r]))
+        closed = linear_response(np.array([z]), np.array([r]), design.forced)
         response = Response(**{name: column[0].item() for name, column in closed.items()})
         return Attractors(starts, 0, [Attractor(starts, response, from_rest=True, from_next_to_rest=True)])
     for scene in scenes_of(design, settings=settings):
         warm(scene)
-    drawn = list(drawn_starts(starts, seed, place, z, r, friction, particle))
-    every = drawn + list(_next_to(at_rest(r, friction, particle)))
-    responses = [settle(z, r, friction, particle, settings, start)[0] for start in every]
+    one = design.excitation
+    drawn = list(drawn_starts(starts, seed, place, z, one, friction, particle))
+    every = drawn + list(_next_to(at_rest(one, friction, particle)))
+    responses = [settle(z, one, friction, particle, settings, start)[0] for start in every]
     met = []
     for group in attractors(responses):
         members = [index for index in group if index < starts]
@@ -124,4 +125,7 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
 
 def _next_to(rest: State) -> Iterator[State]:
     for times in NUDGES:
+        if rest.w == 0.0:  # under a force the base has no velocity
+            yield rest._replace(gap=rest.gap * (1.0 + times * NUDGE))
+            continue
         yield rest._replace(w=copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w))

@@ -231,16 +231,18 @@ def _particle(scene: Scene) -> Particle | None:
 
 
 def _steady(scene: Scene) -> None:
+    from damperlab.worker.lower import excitation_of
     from damperlab.worker.steady.settle import Settings, settle
     from damperlab.worker.steady.start import at_rest, carried, moving
 
     friction, particle = 0.5 if scene.friction else None, _particle(scene)
     settings = Settings(1, 0.5, 1e-2, True if scene.purpose == "steady" else None)
-    rest = at_rest(1.0, friction, particle)
-    settle(0.1, 1.0, friction, particle, settings, rest)
+    one = excitation_of(1.0, scene.forced)
+    rest = at_rest(one, friction, particle)
+    settle(0.1, one, friction, particle, settings, rest)
     # what ensembles and continuations start from
-    moving(0.0, 0.0, 0.0, 0.0, 1.0, friction, particle)
-    carried(rest, 1.0, 1.0)
+    moving(0.0, 0.0, 0.0, 0.0, one, friction, particle)
+    carried(rest, one, one)
 
 
 def _stepped(scene: Scene) -> None:
@@ -254,7 +256,7 @@ def _stepped(scene: Scene) -> None:
 def _point(scene: Scene) -> None:
     from damperlab.worker.point import Design, show_orbit, simulate_ready
 
-    design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene))
+    design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene), scene.forced)
     method: Literal["event", "rk4"] = "rk4" if scene.purpose == "rk4" else "event"
     show_orbit(design) if scene.purpose == "orbit" else simulate_ready(design, 1, 1, method)
 

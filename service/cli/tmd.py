@@ -28,6 +28,7 @@ def tmd(
     from damperlab.service.comparisons import columns_document
     from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
     from damperlab.studies.answers.phrases import FREQUENCY, Phrases
+    from damperlab.studies.answers.selection import excitation_of
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
@@ -41,8 +42,8 @@ def tmd(
 
     def tell() -> None:
         say(words_of(answer)["note"])
-        # a force has no base amplitude that its static deflection could be over
-        of_force = tuning.excitation == "force"
+        # a force beside a shaken base has no base amplitude that its static displacement could be over
+        of_force = answer.attrs["excitation"] != excitation_of(cube)
         phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
         better = ", ".join(phrases.span(FREQUENCY, low, high) for low, high in answer.attrs["hybrid_better"])
         say(

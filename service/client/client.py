@@ -19,7 +19,7 @@ from damperlab.studies.field import given
 from damperlab.studies.html import card
 from damperlab.studies.questions import Compared, Simulated
 from damperlab.studies.text import MOST_STUDIES, load_text
-from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criterion, Method, State
+from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criterion, Excitation, Method, State
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
@@ -247,6 +247,7 @@ class Client:
         cycles: int | None = None,
         history: int | None = None,
         samples: int | None = None,
+        excitation: Excitation = Simulated.excitation,
         method: Method = Simulated.method,
         starts: int = Simulated.starts,
         seed: int = Simulated.seed,
@@ -278,7 +279,7 @@ class Client:
                 "mass_ratio": mass_ratio,
                 "clearance_ratio": clearance_ratio,
             }
-        asked = given(Simulated(cycles, method, history, samples, starts, seed))
+        asked = given(Simulated(cycles, method, history, samples, excitation, starts, seed))
         document: dict[str, Any] = {**ratios, **asked, "particle": particle}
         if contact is not None:
             document["contact"] = contact

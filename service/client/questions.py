@@ -160,7 +160,7 @@ class Questions(Asked):
         mass_ratio: float | None = None,
         detuning: float = Tuning.detuning,
         damping_detuning: float = Tuning.damping_detuning,
-        excitation: Excitation = Tuning.excitation,
+        excitation: Excitation | None = Tuning.excitation,
         **at: float,
     ) -> "TmdComparison":
         """Compare one design with a tuned mass damper.

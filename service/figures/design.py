@@ -68,7 +68,8 @@ def draw_amplitudes(found: Found) -> Figure:
         ticks_1_2_5(axes.yaxis)
         # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
         axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
-        axes.set_ylabel("Response over base amplitude")
+        force = found.shown[0].excitation.motion.force
+        axes.set_ylabel(f"Response over {'static displacement' if force else 'base amplitude'}")
         axes.legend(title=found.shown[0].excitation.motion.words, ncols=3)
     return figure
 

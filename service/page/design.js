@@ -145,7 +145,7 @@ function answered(design) {
 /** @param {any} design @param {number} metres @param {string} unit */
 function overBand(design, metres, unit) {
   const { answer } = design;
-  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest base amplitude", name: `design-${design.id}`, height: 420 });
+  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest amplitude", name: `design-${design.id}`, height: 420 });
   const inHertz = answer.response.frequency_hz !== undefined;
   curve.draw(
     () => [{ x: answer.response[inHertz ? "frequency_hz" : "frequency_ratio"], y: answer.response.value.map((/** @type {number | null} */ each) => each === null ? null : each * metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0] }, name: "as drawn" }],

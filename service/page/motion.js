@@ -131,10 +131,10 @@ function unitsOf(shown) {
 
 /** The point as a request. @param {import("./study.js").Session} session @param {number} r @param {number} cycles @returns {any} */
 function design({ selection, record }, r, cycles) {
-  const { particle, contact } = record.definition;
+  const { particle, contact, excitation } = record.definition;
   /** @type {Record<string, any>} */
   const ratios = Object.fromEntries(designDimensions(record.definition).map((name) => [name, selection.value(name)]));
-  return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), history: cycles, samples: SAMPLES };
+  return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), ...(excitation ? { excitation } : {}), history: cycles, samples: SAMPLES };
 }
 
 /** What the figures show. @param {any} record @param {any} answer @param {History} history */

@@ -10,14 +10,14 @@ from damperlab.studies.answers.band import FREQUENCY, WHY, runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.phrases import Phrases, noted, said
-from damperlab.studies.answers.selection import in_ratios, require_stored
+from damperlab.studies.answers.selection import excitation_of, in_ratios, require_stored
 from damperlab.studies.answers.verdict import NEXT_BAND, say_next
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS
+from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS, Excitation
 
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
@@ -63,14 +63,12 @@ def tmd_comparison(
     """
     at = dict(in_ratios(cube, at or {}))
     require_stored(cube, "study", METRIC, otherwise="")
-    criterion, excitation, mass_ratio = tuning.criterion, tuning.excitation, tuning.mass_ratio
+    criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
+    excitation = _excitation(cube, tuning.excitation)
     if criterion not in CRITERIA:
         raise QueryFault(
             Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
         )
-    if excitation not in EXCITATIONS:
-        advice = "write force for a force on the structure"
-        raise QueryFault(Fault("excitation", describe(excitation), "base or force", advice))
     for name in ("detuning", "damping_detuning"):
         share = getattr(tuning, name)
         if not -1 < share <= MOST_DETUNING:
@@ -128,16 +126,31 @@ def tmd_comparison(
     }
 
     def words(phrases: Phrases) -> dict[str, Any]:
-        # a force has no base amplitude that its static deflection could be over
+        # a force beside a shaken base has no base amplitude that its static displacement could be over
         spelled = phrases
-        if excitation == "force":
+        if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
-        return {"verdict": _verdict(answer, spelled), "note": _words(answer, spelled)}
+        return {"verdict": _verdict(answer, spelled), "note": _words(answer, spelled, excitation_of(cube))}
 
     if r.size == 1:
         answer.attrs["next_frequencies"] = dict(NEXT_BAND)
     answer.attrs |= noted(curve.attrs, said(cube, words))
     return answer
+
+
+def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
+    """Give the excitation to compare under: that of the study, or a force beside a study of a shaken base where asked."""
+    own = excitation_of(cube)
+    if asked is None:
+        return own
+    if asked not in EXCITATIONS:
+        advice = "write force for a force on the structure"
+        raise QueryFault(Fault("excitation", describe(asked), "base or force", advice))
+    if own == "force" and asked != own:
+        raise QueryFault(
+            Fault("excitation", describe(asked), "force with a study of a force", "leave it out")
+        )
+    return asked
 
 
 def _check_mass(mass_ratio: float, advice: str) -> None:
@@ -180,7 +193,7 @@ def _verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
     ]
 
 
-def _words(answer: xr.Dataset, phrases: Phrases) -> str:
+def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
     found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
     in_units = bool(phrases.unit("mass_ratio") and phrases.unit(FREQUENCY))
@@ -195,11 +208,13 @@ def _words(answer: xr.Dataset, phrases: Phrases) -> str:
         f"ζ = {found['tmd_damping_ratio']:.6g} over its own frequency "
         f"({found['tmd_damping_over_structure']:.6g} over the structure's)."
     ]
-    if found["excitation"] == "force":
+    if found["excitation"] != excitation:
         sentences.append(
-            "It and the structure without a damper answer to a force here, X over the static deflection; the study's "
+            "It and the structure without a damper answer to a force here, X over the static displacement; the study's "
             "damper is shaken through its base."
         )
+    elif excitation == "force":
+        sentences.append("A force on the structure excites both; ratios are over its static displacement.")
     if r.size == 1:
         at = phrases.equal(FREQUENCY, r[0], ".10g")
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")

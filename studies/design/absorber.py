@@ -1,6 +1,7 @@
 """The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
 
-Under ground-motion records it is stepped, which is exact for a linear structure; it stays tuned for a harmonic base.
+Under ground-motion records it is stepped, which is exact for a linear structure; it stays tuned for a harmonic base, or for a
+force where nothing else shakes the structure.
 """
 
 import math
@@ -15,7 +16,7 @@ from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
-from damperlab.studies.tmd.transfer import highest
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 from damperlab.studies.tmd.under_record import measures_under
 
 AGAINST_BASE = "worst_relative_displacement"
@@ -53,7 +54,8 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     records = asked.records
     if mass_ratio <= 0.0 or (records and any(each.id not in records.motions for each in records.sources)):
         return None
-    absorber = minimax(mass_ratio, asked.structure.damping_ratio, "base")
+    forced = bool(asked.excitations) and all(each.motion.force for each in asked.excitations)
+    absorber = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
     every = [_worst(asked, absorber, shares) for shares in _corners(asked)]
     return Beside(absorber, max(every), every[0])
 
@@ -65,7 +67,7 @@ def curve(
     return (
         asked.measure.factor
         * amplitude.base_m(r)
-        * _response(asked, absorber, asked.structure.damping_ratio, r)
+        * _response(asked, amplitude.excitation, absorber, asked.structure.damping_ratio, r)
     )
 
 
@@ -87,7 +89,11 @@ def _worst(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> f
         tuned.damping_ratio,
     )
     omega = asked.structure.angular_frequency * (1.0 + shift)
-    over = (_peak(asked, each, absorber, damping, shift) for each in asked.excitations)
+    stiffness = (1.0 + shares.get("mass_kg", 0.0)) * (1.0 + shift) ** 2
+    over = (
+        _peak(asked, each, absorber, damping, shift) / (stiffness if each.motion.force else 1.0)
+        for each in asked.excitations
+    )
     return max((*over, *_under_records(asked, absorber, damping, omega)))
 
 
@@ -105,17 +111,25 @@ def _peak(
 ) -> float:
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     factor, level = asked.measure.factor, excitation.highest_m
-    if asked.measure.name != AGAINST_BASE and excitation.motion.order == 0:
-        return factor * level * highest(absorber, damping, "base", (low, high)).value
+    force = excitation.motion.force
+    if force or (asked.measure.name != AGAINST_BASE and excitation.motion.order == 0):
+        top = highest(absorber, damping, "force" if force else "base", (low, high))
+        return factor * level * top.value
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
     base_m = excitation.base_m(level, r * (1.0 + shift))
-    return float((factor * base_m * _response(asked, absorber, damping, r)).max())
+    return float((factor * base_m * _response(asked, excitation, absorber, damping, r)).max())
 
 
 def _response(
-    asked: Specification, absorber: Absorber, damping: float, r: NDArray[np.float64]
+    asked: Specification,
+    excitation: Excitation,
+    absorber: Absorber,
+    damping: float,
+    r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Amplitude ratio, absolute or against the base; see `damperlab.studies.tmd.transfer.amplitude_ratio`."""
+    if excitation.motion.force:
+        return amplitude_ratio(r, absorber, damping, "force")
     square = r * r
     link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
     structure = 1 + 2j * damping * r

@@ -151,7 +151,7 @@ def _alternative(found: Found, name: str) -> dict[str, Any] | None:
         "design": design_document(other.build, found.asked),
         "worst": worst_document(found.asked, other.score),
         "feasible": other.score.violation == 0.0,
-        "ratio": other.score.value / found.compared.value,
+        "ratio": _times(other.score.value, found),
     }
 
 
@@ -165,8 +165,13 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "damping_ratio": beside.absorber.damping_ratio,
         "worst": {"value": beside.value, "units": found.asked.unit},
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
-        "ratio": beside.value / found.compared.value,
+        "ratio": _times(beside.value, found),
     }
+
+
+def _times(value: float, found: Found) -> float | None:
+    """Give a value over that of the recommended damper; None over one that lets nothing move."""
+    return value / found.compared.value if found.compared.value > 0.0 else None
 
 
 def _under_each(found: Found) -> list[Score]:

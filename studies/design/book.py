@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.follow_up import cover
+from damperlab.studies.answers.selection import excitation_of
 from damperlab.studies.definition import Study, parse_harmonic
-from damperlab.studies.design.build import Build, Law, Place, Spot
+from damperlab.studies.design.build import FORCE, Build, Law, Place, Spot
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, known_of, suites_of
 from damperlab.studies.ground.suite import Suite
@@ -58,7 +59,7 @@ class Wanted:
 
 
 class _Kind(NamedTuple):
-    """What is one value for all designs of a study: the base amplitude Z [m], whether they have a particle, what of the base is
+    """What is one value for all designs of a study: the base amplitude Z [m], whether they have a particle, what is
     constant, and the contact time over 1/ω_n."""
 
     amplitude_m: float
@@ -182,7 +183,9 @@ class Book:
         }
         if kind.contact_time:
             document["contact"] = {"model": "dwell", "contact_time": kind.contact_time}
-        if kind.law:
+        if kind.law == FORCE:
+            document["excitation"] = "force"
+        elif len(kind.law) == 4:
             constant, amplitude, structure_kg, natural_hz = kind.law
             physical = {
                 "mass_kg": structure_kg,
@@ -234,7 +237,7 @@ class Book:
                 self.spent += cube["status"].size
                 continue
             law, contact = _law_of(cube), contact_time_of(cube)
-            names = [BESIDE.get(name, name) if law else name for name in DESIGN]
+            names = [BESIDE.get(name, name) if AMPLITUDE in cube.sizes else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
@@ -277,7 +280,7 @@ class Book:
             rows = np.array([self._known[spot, r] for r in known]).reshape(len(known), len(self.variables))
             self._curves[build, amplitude] = Curve(
                 np.array(known),
-                np.array([amplitude.base_m(build.nominal(r)) for r in known]),
+                np.array([build.base_m(amplitude, r) for r in known]),
                 dict(zip(self.variables, rows.T, strict=True)),
                 self.asked.measured(amplitude),
             )
@@ -285,9 +288,9 @@ class Book:
 
 
 def _law_of(cube: xr.Dataset) -> Law:
-    """Give what of the base a study holds constant, with what it is of."""
+    """Give what a study holds constant, with what it is of."""
     if AMPLITUDE not in cube.sizes:
-        return ()
+        return FORCE if excitation_of(cube) == "force" else ()
     physical = json.loads(cube.attrs["study"])["physical"]
     amplitude = float(cube[AMPLITUDE].values[0])
     return physical["constant"], amplitude, physical["mass_kg"], physical["natural_frequency_hz"]

@@ -2,19 +2,21 @@
 
 from dataclasses import dataclass, replace
 
+from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
 
 Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
 
-Law = tuple[()] | tuple[str, float, float, float]
-"""What of the base is constant over the frequencies: nothing to say of a displacement; of a velocity or an acceleration its
-word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency. Under a
-ground-motion record its id, its scale, and the same two of the structure."""
+Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
+"""What is constant over the frequencies: nothing to say of a base displacement; of a force its word; of a base velocity or
+acceleration its word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
+frequency. Under a ground-motion record its id, its scale, and the same two of the structure."""
+FORCE = ("force",)
 Spot = tuple[Law, Place, float]
-"""A damper under an amplitude, at every frequency: in ratios under a displacement, else with d [m] and F [N] in their place,
-and under a record with m [kg] in the place of β. Last the contact time over 1/ω_n; 0 where impacts take no time."""
+"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F [N] in
+their place, and under a record with m [kg] in the place of β. Last the contact time over 1/ω_n; 0 where they take no time."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Build:
     contact_time_s: float = 0.0
 
     def place(self, structure: Structure, amplitude_m: float) -> Place:
-        """Give the ratios under a base amplitude."""
+        """Give the ratios under a base amplitude, or a static displacement."""
         mass = structure.mass_kg * (1.0 + self.mass_kg)
         stiffness = mass * (structure.angular_frequency * (1.0 + self.natural_frequency_hz)) ** 2
         damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
@@ -55,16 +57,26 @@ class Build:
         """Give what a study asks for of this build under an amplitude of an excitation, whatever the frequency."""
         if isinstance(amplitude, Case):
             return self._under_record(structure, amplitude)
-        ratios = self.place(structure, amplitude.reference_m)
+        ratios = self.place(structure, self._reference_m(amplitude))
         constant = amplitude.excitation.motion.constant
         contact = self._contact_time(structure)
         if constant is None:
-            return (), ratios, contact
+            return FORCE if amplitude.excitation.motion.force else (), ratios, contact
         mass = structure.mass_kg * (1.0 + self.mass_kg)
         frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
         return law, (*ratios[:3], clearance, self.friction_force_n), contact
+
+    def _reference_m(self, amplitude: Amplitude) -> float:
+        """Give the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
+        if not amplitude.excitation.motion.force:
+            return amplitude.reference_m
+        return amplitude.reference_m / ((1.0 + self.mass_kg) * (1.0 + self.natural_frequency_hz) ** 2)
+
+    def base_m(self, amplitude: Amplitude, frequency_ratio: float) -> float:
+        """Give the base amplitude Z [m], or the static displacement, at a frequency over this structure's natural one."""
+        return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
     def _contact_time(self, structure: Structure) -> float:
         """Give the contact time over 1/ω_n of the structure as it is."""

@@ -143,10 +143,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     left: list[str] = []
     scan = amplitudes_of(asked, AMPLITUDES)
     amplitudes = over_bands(scan)
-    looks = [(len(amplitudes), "base amplitude"), (len(asked.cases), "case")]
+    looks = [(len(amplitudes), "amplitude"), (len(asked.cases), "case")]
     of_what = " and ".join(counted(count, what) for count, what in looks if count)
     book.stage = f"{of_what} of the recommended damper"
-    yield from within(search.known([build], CLOSE + 1, scan), left, "further base amplitudes of the range")
+    yield from within(search.known([build], CLOSE + 1, scan), left, "further amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
     as_good = sum(
@@ -182,8 +182,8 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         yield from within(started(search, build, over), left, "other starts than rest")
         levels = np.geomspace(*beyond_of(excitation), SHOWN)
         shown = tuple(Amplitude(excitation, float(each)) for each in levels)
-        book.stage = "the recommended damper beyond its base amplitudes"
-        yield from within(search.known([build], CLOSE, shown), left, "base amplitudes beyond the range")
+        book.stage = "the recommended damper beyond its amplitudes"
+        yield from within(search.known([build], CLOSE, shown), left, "amplitudes beyond the range")
     scores = [search.score(each) for each in builds]
     stated = worst([*judged, *scores])
     return Found(
@@ -229,5 +229,5 @@ def _require(search: Search) -> None:
         f"{{field}} allows {found}; the first look at {len(search.lattice.first()):,} dampers takes {first:,}, and as many "
         "are kept for what follows."
     )
-    advice = "give more minutes, choose fewer quantities, or give one base amplitude in place of a range"
+    advice = "give more minutes, choose fewer quantities, or give one amplitude in place of a range"
     raise StudyFaults([Fault("budget_minutes", found, f"at least {2 * first:,} points", advice, told)])

@@ -47,7 +47,7 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
     """
     cases: dict[tuple[float, bool, float, Place, float], set[tuple[str, float]]] = {}
     for law, place, contact in lacking:
-        assert law  # under a record there is one
+        assert len(law) == 4  # that of a record
         record, scale, mass, frequency = law
         cases.setdefault((mass, place[2] > 0.0, contact, place, frequency), set()).add((record, scale))
     groups: dict[tuple[float, bool, float, frozenset[tuple[str, float]]], list[list[float]]] = {}

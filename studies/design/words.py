@@ -281,7 +281,9 @@ def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
 
 
 def _times(other: float, ours: float) -> str:
-    ratio = other / ours if ours > 0.0 else float("inf")
+    if ours == 0.0:
+        return ", as much" if other == 0.0 else ""
+    ratio = other / ours
     return f", {ratio:.3g} times as much" if abs(ratio - 1.0) > SAME else ", as much"
 
 

@@ -1,4 +1,4 @@
-"""What shakes a structure: how its base moves, over a band and a range of amplitudes."""
+"""What shakes a structure: how its base moves, or a force on it, over a band and a range of amplitudes."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -14,7 +14,7 @@ Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 @dataclass(frozen=True)
 class Motion:
-    """Which amplitude of the base is the same at every frequency.
+    """Which amplitude is the same at every frequency: of the base, or of a force on the structure.
 
     Parameters
     ----------
@@ -23,13 +23,16 @@ class Motion:
     unit, words : str
         For sentences.
     constant : str or None
-        What a study calls it, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement.
+        What a study calls it, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement, and for a force.
+    force : bool
+        Whether it is a force on the structure, whose base stands still.
     """
 
     key: str
     unit: str
     words: str
     constant: str | None = None
+    force: bool = False
 
     @property
     def order(self) -> int:
@@ -43,6 +46,7 @@ MOTIONS = {
         Motion("base_amplitude_m", "m", "base amplitude"),
         Motion("base_velocity_m_per_s", "m/s", "base velocity", "velocity"),
         Motion("base_acceleration_m_per_s2", "m/s²", "base acceleration", "acceleration"),
+        Motion("force_n", "N", "force amplitude", force=True),
     )
 }
 """What may be constant over the band; each an amplitude, not an effective value."""
@@ -50,12 +54,13 @@ MOTIONS = {
 
 @dataclass(frozen=True)
 class Excitation:
-    """How the base moves: at every frequency of the band with every amplitude of the range.
+    """How the base moves, or a force acts: at every frequency of the band with every amplitude of the range.
 
     Parameters
     ----------
     lowest_m, highest_m : float
-        Base amplitude Z at the nominal natural frequency; equal where there is one.
+        Base amplitude Z at the nominal natural frequency, or the static displacement F₀/k of a force on the nominal
+        structure; equal where there is one.
     low, high : float
         The band as frequency ratios of the nominal structure; equal where there is one frequency.
     motion : Motion
@@ -74,7 +79,7 @@ class Excitation:
     def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
         """Give the base amplitude Z [m] at frequencies over the nominal one, of what is `reference_m` at that one.
 
-        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω².
+        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω²; a force makes Z = F₀/k.
         """
         return reference_m / frequency_ratio**self.motion.order
 
@@ -101,7 +106,7 @@ class Amplitude:
     excitation : Excitation
         Which one.
     reference_m : float
-        Base amplitude Z at the nominal natural frequency.
+        Base amplitude Z at the nominal natural frequency, or static displacement.
     """
 
     excitation: Excitation

@@ -41,11 +41,12 @@ BASE = {
         1e12,
         "give it in m/s²",
     ),
+    "force_n": Quantity(
+        "force_n", "amplitude F₀ of a force on the structure [N]", 1e-12, 1e12, "give it in N"
+    ),
 }
 
 REFUSED_EXCITATIONS = {
-    "force_n": "A force on the structure is another scene than a shaken base: there the friction damper works against the "
-    "structure's own velocity and the base stays at rest, which the solver does not compute",
     "sweep": "A sweep through the band is a transient. One so slow that the response is steady at every frequency is the "
     "same as a band",
 }
@@ -213,12 +214,15 @@ class SceneFields(RecordFields):
         given = [key for key in MOTIONS if key in raw]
         motion = MOTIONS[given[0]] if given else MOTIONS["base_amplitude_m"]
         for key in given[1:]:
-            told = f"{{field}} and `{field}.{given[0]}` are both said to be constant over the band, which cannot be."
+            told = (
+                f"{{field}} and `{field}.{given[0]}` are given together: one excitation has one of them, and several of a "
+                "list act one at a time."
+            )
             self._fault(
                 f"{field}.{key}",
                 describe(raw[key]),
                 f"one of {listing(MOTIONS)}",
-                "keep one of them",
+                "keep one of them, or make a list of two excitations",
                 told,
             )
         if given:
@@ -232,6 +236,14 @@ class SceneFields(RecordFields):
                 "add it, or give `base_amplitude_m`",
                 told,
             )
+        if motion.force and not self._has("structure", "stiffness_n_per_m"):
+            needed = [key for key in ("mass_kg", "natural_frequency_hz") if not self._has("structure", key)]
+            for key in needed:
+                told = "{field} is missing: a force makes a displacement only with the stiffness of the structure."
+                advice = "add it, or give the stiffness"
+                self._fault(
+                    f"structure.{key}", NOTHING, "mass and natural frequency, or stiffness", advice, told
+                )
         asked = [key for key in ("frequency_hz", "frequency_ratio") if key in raw]
         if len(asked) != 1:
             allowed = "either frequency_hz or frequency_ratio, a number or {start, stop}"
@@ -266,5 +278,5 @@ class SceneFields(RecordFields):
                 told,
             )
             return None
-        factor = structure.angular_frequency**motion.order
+        factor = structure.per_metre(motion)
         return Excitation(level[0] / factor, level[1] / factor, low, high, motion)

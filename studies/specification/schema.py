@@ -52,7 +52,7 @@ LIMIT_WORDS = {
 }
 
 
-WORDS = "How the base moves: at every frequency of the band with every amplitude of the range."
+WORDS = "How the base moves, or what force acts: at every frequency of the band with every amplitude of the range."
 MEASURE_WORDS = (
     f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records one of {', '.join(RECORD_MEASURES)}; "
     f"under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."

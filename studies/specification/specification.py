@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from damperlab.studies.specification.excitation import Amplitude, Excitation
+from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
     LIMITS,
     MEASURES,
@@ -54,6 +54,10 @@ class Structure:
     def stiffness_n_per_m(self) -> float:
         """k = M ω_n²."""
         return self.mass_kg * self.angular_frequency**2
+
+    def per_metre(self, motion: Motion) -> float:
+        """Give what a base amplitude of 1 m at the natural frequency makes of what is constant, or a static displacement."""
+        return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
 
 @dataclass(frozen=True)
@@ -213,13 +217,13 @@ class Specification:
 
     @property
     def largest_m(self) -> float:
-        """The largest base amplitude Z at the nominal natural frequency, of any excitation; what ratios are over."""
+        """The largest base amplitude Z at the nominal natural frequency, or static displacement, of any excitation; what
+        ratios are over."""
         return max(each.highest_m for each in self.excitations)
 
     def level(self, amplitude: Amplitude) -> float:
         """Give the amplitude of what is constant over the band, in its unit."""
-        order = amplitude.excitation.motion.order
-        return amplitude.reference_m * float(self.structure.angular_frequency**order)
+        return amplitude.reference_m * self.structure.per_metre(amplitude.excitation.motion)
 
     @cached_property
     def digest(self) -> str:

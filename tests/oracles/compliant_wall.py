@@ -31,7 +31,7 @@ FLOATS = Numbers(float, sin, cos, pi, 16, 60)
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none), and the stiffness and damping of its walls over k."""
+    """Ratios of a design point with friction (0 for none), and its walls' stiffness and damping over k; shaken, or `forced`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -40,6 +40,7 @@ class Scene:
     mass_ratio: float
     stiffness: float
     damping: float
+    forced: bool = False
 
 
 class March:
@@ -62,13 +63,21 @@ class March:
         self.u, self.u_rate, self.p, self.p_rate = of(0), of(0), of(0), of(0)
         self.side = 0  # wall that the particle is in
         self.pushed = False
-        self.slip = -1 if self.gamma else 0
-        self.held = False
+        self.forced = scene.forced
+        self.slip = -1 if self.gamma and not self.forced else 0
+        self.held = bool(self.gamma) and self.forced
         self.impacts = self.turns = 0
         self.loss = of(0)
 
     def _base(self) -> list[Any]:
         """Taylor coefficients of the base."""
+        return [self.numbers.of(0)] * self.numbers.terms if self.forced else self._sine()
+
+    def _force(self) -> list[Any]:
+        """Taylor coefficients of the force on the mass."""
+        return self._sine() if self.forced else [self.numbers.of(0)] * self.numbers.terms
+
+    def _sine(self) -> list[Any]:
         phase = self.r * self.t
         base = [self.numbers.sin(phase), self.r * self.numbers.cos(phase)]
         for n in range(self.numbers.terms - 2):
@@ -77,7 +86,7 @@ class March:
 
     def _expand(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
         """Taylor coefficients of u, p, the base, and the force of the wall."""
-        base, u, p = self._base(), [self.u, self.u_rate], [self.p, self.p_rate]
+        base, pull_on, u, p = self._base(), self._force(), [self.u, self.u_rate], [self.p, self.p_rate]
         force = []
         for n in range(self.numbers.terms - 2):
             below = (n + 1) * (n + 2)
@@ -86,7 +95,7 @@ class March:
                 depth = self.side * (u[n] - p[n]) - (self.d if n == 0 else 0)
                 push = self.k * depth + self.c * self.side * (n + 1) * (u[n + 1] - p[n + 1])
             force.append(push)
-            pull = -2 * self.zeta * (n + 1) * (u[n + 1] - base[n + 1]) - (u[n] - base[n])
+            pull = pull_on[n] - 2 * self.zeta * (n + 1) * (u[n + 1] - base[n + 1]) - (u[n] - base[n])
             if n == 0:
                 pull -= self.slip * self.gamma
             u.append(base[n + 2] if self.held else (pull - self.side * push) / below)
@@ -96,7 +105,7 @@ class March:
     def _judge(self, force: Any) -> None:
         """Stick or slip of a mass that is at rest on the base."""
         base = self._base()
-        load = -2 * base[2] - (self.u - base[0]) - self.side * force
+        load = self._force()[0] - 2 * base[2] - (self.u - base[0]) - self.side * force
         self.held = bool(abs(load) <= self.gamma)
         self.slip = 0 if self.held else (1 if load > 0 else -1)
 
@@ -106,9 +115,10 @@ class March:
         """Functions that become negative at an event."""
         watches: dict[str, Callable[[Any], Any]] = {}
         if self.gamma and self.held:
+            pull_on = self._force()
 
             def load(h: Any) -> Any:
-                rest = -_curvature(base, h) - (_value(u, h) - _value(base, h))
+                rest = _value(pull_on, h) - _curvature(base, h) - (_value(u, h) - _value(base, h))
                 return self.gamma - abs(rest - self.side * _value(force, h))
 
             watches["onset"] = load
@@ -133,6 +143,7 @@ class March:
     def step_to(self, end: Any) -> None:
         """One step, cut at its first event, which is carried out."""
         u, p, base, force = self._expand()
+        pull_on = self._force()
         in_wall = self.side != 0
         h = min(end - self.t, self.contact_step if in_wall else self.free_step)
         what = ""
@@ -166,7 +177,9 @@ class March:
             self.turns += what == "turn"
             self._judge(push)
             if what == "onset" and self.held:  # at the limit up to rounding
-                load = -_curvature(base, h) - (self.u - _value(base, h)) - self.side * push
+                load = (
+                    _value(pull_on, h) - _curvature(base, h) - (self.u - _value(base, h)) - self.side * push
+                )
                 self.held, self.slip = False, (1 if load > 0 else -1)
 
 

@@ -17,7 +17,7 @@ _TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none) and a particle with a contact time."""
+    """Ratios of a design point with friction (0 for none) and a particle with a contact time; shaken, or `forced`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -26,6 +26,7 @@ class Scene:
     restitution: float
     mass_ratio: float
     contact_time: float
+    forced: bool = False
 
 
 def end_state(
@@ -37,8 +38,9 @@ def end_state(
 
     t, end = 0.0, 2.0 * pi * cycles / r
     y = np.array(start, dtype=float)
-    slip = float(np.sign(y[1] - r)) if gamma else 0.0
-    held = False
+    shaken, force = (0.0, 1.0) if scene.forced else (1.0, 0.0)
+    slip = float(np.sign(y[1] - shaken * r)) if gamma else 0.0
+    held = bool(gamma) and slip == 0.0
     joined_until = 0.0
     speed, wall = 0.0, 0.0
     impacts = 0
@@ -47,7 +49,8 @@ def end_state(
         return 1.0 + beta if joined_until > t else 1.0
 
     def hold_force(at: float, u: float) -> float:
-        return inertia() * r * r * sin(r * at) - (u - sin(r * at))
+        push = force + shaken * inertia() * r * r
+        return push * sin(r * at) - (u - shaken * sin(r * at))
 
     def judge() -> None:
         """Stick or slip of a mass that is at rest on the base."""
@@ -68,13 +71,13 @@ def end_state(
             held: bool = held,
             slip: float = slip,
         ) -> list[float]:
-            base, rate = sin(r * at), r * cos(r * at)
-            spring = 2 * zeta * (q[1] - rate) + (q[0] - base) + slip * gamma
+            base, rate = shaken * sin(r * at), shaken * r * cos(r * at)
+            spring = 2 * zeta * (q[1] - rate) + (q[0] - base) + slip * gamma - force * sin(r * at)
             acceleration = -r * r * base if held else -spring / mass
             return [q[1], acceleration, q[3], acceleration if joined else 0.0]
 
         def turn(at: float, q: np.ndarray, slip: float = slip) -> float:
-            return float(slip * (q[1] - r * cos(r * at)))
+            return float(slip * (q[1] - shaken * r * cos(r * at)))
 
         def onset(at: float, q: np.ndarray) -> float:
             return gamma - abs(hold_force(at, q[0]))
@@ -105,7 +108,7 @@ def end_state(
         )
         t, y = float(solved.t[-1]), solved.y[:, -1].copy()
         kind = next((n for n, at in zip(watches, solved.t_events, strict=True) if len(at)), "")
-        rate = r * cos(r * t)
+        rate = shaken * r * cos(r * t)
         if kind == "turn":
             y[1] = rate
             if joined:

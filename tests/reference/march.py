@@ -25,11 +25,13 @@ class Simulation:
         gamma: Real,
         particle: tuple[Real, Real, Real] | None,
         observers: tuple[Observer, ...] = (),
+        forced: bool = False,
     ) -> None:
         convert = numbers.convert
         self.numbers = numbers
         self.zeta, self.r, self.gamma = convert(zeta), convert(r), convert(gamma)
         self.particle = particle is not None
+        self.forced = forced
         self.delta, self.e, self.beta = (convert(x) for x in (particle or (1, 0, 0)))
         self.zero = convert(0)
         self.step = 2 * numbers.pi / SAMPLES / max(self.r, convert(1))
@@ -37,7 +39,7 @@ class Simulation:
         exponent = -numbers.digits * 3 // 8
         self.join_speed = convert(10) ** exponent * max(self.r, convert(1))
         self.tiny = numbers.rounding**3
-        self.state = State(self.zero, self.zero, -self.r, self.zero, self.zero)
+        self.state = State(self.zero, self.zero, self.zero if forced else -self.r, self.zero, self.zero)
         # How many leading derivatives of a watched function vanish at the start of a segment.
         self.vanishing: dict[str, int] = {}
         self.slip = 0  # friction direction: sign of v', 0 while stuck or without friction
@@ -51,6 +53,8 @@ class Simulation:
 
     def base(self) -> tuple[Real, Real]:
         """Return displacement and velocity of the base now."""
+        if self.forced:
+            return self.zero, self.zero
         cos_base, sin_base = self.numbers.cos_sin(self.r * self.state.time)
         return sin_base, self.r * cos_base
 
@@ -74,9 +78,9 @@ class Simulation:
         return 1 + self.beta if wall else self.zero + 1
 
     def inertia_force(self, wall: int) -> tuple[Real, Real]:
-        """Return F = mu r^2 sin(r t) - v and its rate at v' = 0: friction must balance it in stick."""
+        """Return the push less v and its rate at v' = 0: friction must balance it in stick."""
         cos_base, sin_base = self.numbers.cos_sin(self.r * self.state.time)
-        scale = self.mass(wall) * self.r**2
+        scale = self.zero + 1 if self.forced else self.mass(wall) * self.r**2
         return scale * sin_base - self.state.v, scale * self.r * cos_base
 
     # ---- regime ---------------------------------------------------------------------------------------
@@ -110,6 +114,7 @@ class Simulation:
             state.time,
             (state.v, state.v_rate),
             stuck,
+            self.forced,
         )
 
     def noise(self, order: int) -> Real:
@@ -123,7 +128,7 @@ class Simulation:
         if state.wall:
             slip, stuck, vanishing = self.friction_regime(state.wall)
             motion = self.motion(state.wall, slip, stuck)
-            v, base = motion.at(self.zero)
+            v, base, _ = motion.at(self.zero)
             push = [state.wall * (v[order] + base[order]) for order in (2, 3, 4)]
             held = next((x > 0 for k, x in enumerate(push) if abs(x) > self.noise(2 + k)), True)
             if held:
@@ -148,11 +153,11 @@ class Simulation:
         if self.slip:
             found.append(turn(self.slip))
         if state.stuck:
-            found += [loose(sign, motion.mu, self.r, self.gamma) for sign in (1, -1)]
+            found += [loose(sign, self.gamma) for sign in (1, -1)]
         if state.wall:
             found.append(release(state.wall))
         elif self.particle:
-            v, base = motion.at(self.zero)
+            v, base, _ = motion.at(self.zero)
             flight = (state.gap, v[0] + base[0], state.p_rate)
             found += [clearance(sign, self.delta, *flight) for sign in (1, -1)]
         return found
@@ -216,7 +221,7 @@ class Simulation:
 
     def _arrive(self, h: Real, sample: Sample) -> None:
         state = self.state
-        v, base = sample
+        v, base, _ = sample
         if state.stuck:
             self.stuck_time += h
         if not state.wall and self.particle:
@@ -281,7 +286,7 @@ class Simulation:
         kept, self.state = self.state, joined
         try:
             slip, stuck, _ = self.friction_regime(joined.wall)
-            v, base = self.motion(joined.wall, slip, stuck).at(self.zero)
+            v, base, _ = self.motion(joined.wall, slip, stuck).at(self.zero)
             push = [joined.wall * (v[order] + base[order]) for order in (2, 3, 4)]
             return next((x > 0 for k, x in enumerate(push) if abs(x) > self.noise(2 + k)), False)
         finally:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from tests.reference.numbers import Numbers, Real
 
-Sample = tuple[list[Real], list[Real]]  # v and the base s, each with four derivatives
+Sample = tuple[list[Real], list[Real], list[Real]]  # v, the base s and the push, each with four derivatives
 
 
 class Motion:
-    """Solution of mu v'' + 2 zeta v' + v + load = mu r^2 sin(r t) from a state at t = start_time.
+    """Solution of mu v'' + 2 zeta v' + v + load = P sin(r t) from a state at t = start_time.
+
+    The push P sin(r t) is the inertia of what moves with a shaken base, P = mu r^2, or a force, P = 1, with the base at rest.
 
     v is the displacement relative to the base s = sin(r t); mu is 1, or 1 + beta while the particle
     rides on a wall; load is the friction force (constant while slipping). The solution is
     particular + homogeneous, v = A sin rt + B cos rt - load + exp(-a h)(P cos wh + Q sin wh), with
-    h = t - start_time. At undamped resonance (zeta = 0, mu r^2 = 1) the particular part is -(r/2) t cos rt.
+    h = t - start_time. At undamped resonance (zeta = 0, mu r^2 = 1, so P = 1) the particular part is -(r/2) t cos rt.
 
     A motion with ``stuck=True`` is v = constant: the mass moves with the base.
     """
@@ -30,6 +32,7 @@ class Motion:
         start_time: Real,
         start: tuple[Real, Real],
         stuck: bool = False,
+        forced: bool = False,
     ) -> None:
         self._numbers = numbers
         self._r = r
@@ -37,6 +40,8 @@ class Motion:
         self._stuck = stuck
         self._load = load
         self.mu = mu
+        self.forced = forced
+        self._push = 1 + 0 * r if forced else mu * r * r
         v, v_rate = start
         self._v = v
         if stuck:
@@ -50,8 +55,8 @@ class Motion:
         if self._secular:
             self._steady = self._secular_orders(r)
         else:
-            a = mu * r * r * stiffness / determinant
-            b = -mu * r * r * drag / determinant
+            a = self._push * stiffness / determinant
+            b = -self._push * drag / determinant
             self._steady = []
             for _ in range(self.ORDERS):
                 self._steady.append((a, 0, b, 0))
@@ -83,15 +88,18 @@ class Motion:
         return a0 * sin_base + b0 * cos_base
 
     def at(self, h: Real) -> Sample:
-        """Return v and the base s, each with four derivatives, at h after the start of the motion."""
+        """Return v, the base s and the push, each with four derivatives, at h after the start of the motion."""
         time = self._start_time + h
         r = self._r
         cos_base, sin_base = self._numbers.cos_sin(r * time)
         base = [sin_base, r * cos_base]
         for order in range(2, self.ORDERS):
             base.append(-r * r * base[order - 2])
+        push = [self._push * x for x in base]
+        if self.forced:
+            base = [0 * x for x in base]
         if self._stuck:
-            return [self._v] + [0 * self._v] * (self.ORDERS - 1), base
+            return [self._v] + [0 * self._v] * (self.ORDERS - 1), base, push
         shrink = self._numbers.exp(-self._decay * h)
         cos_free, sin_free = self._numbers.cos_sin(self._omega * h)
         cos_free, sin_free = shrink * cos_free, shrink * sin_free
@@ -100,4 +108,4 @@ class Motion:
             for order, (p, q) in enumerate(self._free)
         ]
         v[0] -= self._load
-        return v, base
+        return v, base, push

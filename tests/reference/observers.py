@@ -33,7 +33,7 @@ class PeakObserver:
 
     def observe(self, motion: Motion, start: Place, end: Place) -> None:
         """Take the ends of the step and, where the rate changes sign, the extremum between."""
-        self._take(0, lambda x: [a + b for a, b in zip(*x, strict=True)], motion, start, end)
+        self._take(0, lambda x: [a + b for a, b in zip(x[0], x[1], strict=True)], motion, start, end)
         self._take(1, lambda x: x[0], motion, start, end)
 
     def _take(
@@ -58,7 +58,7 @@ class PeakObserver:
 
 
 class EnergyObserver:
-    """Work of the base, int mu u'' s' dt, and viscous loss, int 2 zeta v'^2 dt, over k Z^2.
+    """Work of the base, int mu u'' s' dt, or of a force, int sin(r t) v' dt, and viscous loss, int 2 zeta v'^2 dt, over k Z^2.
 
     Five-point Gauss quadrature in every scan step: error of order (step)^10, about 1e-26 of the work.
     """
@@ -77,8 +77,9 @@ class EnergyObserver:
         """Integrate over one step."""
         middle, half = (start[0] + end[0]) / 2, (end[0] - start[0]) / 2
         for node, weight in self._rule:
-            v, base = motion.at(middle + half * node)
-            self.work_in += half * weight * motion.mu * (v[2] + base[2]) * base[1]
+            v, base, push = motion.at(middle + half * node)
+            power = push[0] * v[1] if motion.forced else motion.mu * (v[2] + base[2]) * base[1]
+            self.work_in += half * weight * power
             self.viscous_loss += half * weight * 2 * self._zeta * v[1] ** 2
 
     def end_cycle(self) -> None:

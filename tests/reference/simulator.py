@@ -5,7 +5,8 @@ It shares no code with the solver under test. Between events the state is the ex
 (`tests.reference.roots`). Slow and plain on purpose.
 
 The model, dimensionless: v'' + 2 zeta v' + v + gamma Sgn(v') = r^2 sin(r tau), u = v + sin(r tau), p'' = 0,
-|u - p| <= delta, with Newton's impact law (restitution e, mass ratio beta) at the walls.
+|u - p| <= delta, with Newton's impact law (restitution e, mass ratio beta) at the walls. A force on the structure has
+sin(r tau) on the right, and u = v.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ def simulate(
     start: State | None = None,
     peaks: bool = False,
     energy: bool = False,
+    forced: bool = False,
 ) -> dict[str, Any]:
     """Simulate the hybrid damper from rest and return its state after whole excitation cycles.
 
@@ -47,6 +49,8 @@ def simulate(
         State at phase 0 to go on from (the result's ``end``); None for rest in the absolute frame.
     peaks
         Also return ``peaks``: the true extrema (max |u|, max |v|) of every cycle.
+    forced
+        A force F0 sin(r tau) on the structure instead of a shaken base; lengths are over F0/k.
     energy
         Also return ``work_in, viscous, friction, impact, stored`` (over k Z^2) and ``energy_residual``.
 
@@ -61,7 +65,7 @@ def simulate(
     numbers: Numbers = DoubleNumbers() if digits is None else ExtendedNumbers(digits)
     seen_peaks, seen_energy = PeakObserver(numbers), EnergyObserver(numbers, numbers.convert(zeta))
     observers: tuple[Observer, ...] = (seen_peaks,) * peaks + (seen_energy,) * energy
-    run = Simulation(numbers, zeta, r, gamma, particle, observers)
+    run = Simulation(numbers, zeta, r, gamma, particle, observers, forced)
     if start is not None:
         convert = numbers.convert
         run.state = replace(

@@ -28,12 +28,12 @@ def test_closed_form_solves_the_equation_of_motion(zeta: object, r: object, mu: 
     z, f, m, load = (numbers.convert(x) for x in (zeta, r, mu, "0.3"))
     start = (numbers.convert("1.7"), numbers.convert("-0.4"))
     motion = Motion(numbers, z, f, m, load, numbers.convert("2.3"), start)
-    begun, _ = motion.at(numbers.convert(0))
+    begun, *_ = motion.at(numbers.convert(0))
     assert abs(begun[0] - start[0]) + abs(begun[1] - start[1]) < 1e-36
     h, step = numbers.convert("1.9"), numbers.convert("1e-12")
-    v, base = motion.at(h)
+    v, base, push = motion.at(h)
     size = 10 * max(1, abs(v[2]), f * f)
-    assert abs(m * v[2] + 2 * z * v[1] + v[0] + load - m * f * f * base[0]) < size * 1e-37
+    assert abs(m * v[2] + 2 * z * v[1] + v[0] + load - push[0]) < size * 1e-37
     ahead, behind = motion.at(h + step), motion.at(h - step)
     for k in range(4):  # derivatives against central differences: error step^2 times the third derivative
         for which in (0, 1):

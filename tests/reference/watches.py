@@ -23,12 +23,11 @@ def turn(slip: int) -> Watch:
     return Watch("turn", lambda x, h: (slip * x[0][1], slip * x[0][2], slip * x[0][3]))
 
 
-def loose(sign: int, mu: Real, r: Real, gamma: Real) -> Watch:
-    """Stick ends where the force mu r^2 sin(r t) - v reaches the friction limit, sign * gamma."""
-    scale = sign * mu * r * r
+def loose(sign: int, gamma: Real) -> Watch:
+    """Stick ends where the push less v reaches the friction limit, sign * gamma."""
     return Watch(
         "loose+" if sign > 0 else "loose-",
-        lambda x, h: (gamma - scale * x[1][0] + sign * x[0][0], -scale * x[1][1], -scale * x[1][2]),
+        lambda x, h: (gamma - sign * (x[2][0] - x[0][0]), -sign * x[2][1], -sign * x[2][2]),
     )
 
 

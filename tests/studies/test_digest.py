@@ -44,6 +44,8 @@ def axes(**changes: Any) -> dict[str, Any]:
         {"steady": {"max_cycles": 4e3}},
         {"metrics": list(reversed(STANDARD))},
         {"particle": True},
+        {"excitation": "base"},
+        {"excitation": None},
     ],
 )
 def test_spelling_order_and_free_text_do_not_count(same: dict[str, Any]) -> None:
@@ -70,6 +72,7 @@ def test_every_part_of_the_question_counts() -> None:
         {"particle": False},
         {"metrics": ["amplitude_ratio"]},
         {"steady": {"max_cycles": 4001}},
+        {"excitation": "force"},
         {"steady": {"tolerance": 1e-5}},
         {"steady": {"periodic_tolerance": 1e-8}},
         {"physical": {"base_amplitude_m": 0.001}},

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
@@ -18,7 +19,7 @@ class Point(NamedTuple):
     """One design point, as `settle` takes it."""
 
     damping_ratio: float
-    frequency_ratio: float
+    frequency_ratio: float | Forced
     friction: float | None
     particle: Particle
 

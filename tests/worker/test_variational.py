@@ -17,6 +17,7 @@ from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
@@ -47,6 +48,7 @@ from damperlab.worker.steady.variational import propagate
 
 MODELS = ("instant", "dwell", "compliant")
 POINTS = 60
+FORCED = 20
 WARM_UP = 30
 LOOKED_AT = 12
 STEP = 1e-5
@@ -143,14 +145,16 @@ def compared(state: State, point: Point, scene: Scene) -> Half | None:
 
 
 @lru_cache
-def halves(model: str, has_friction: bool) -> list[Half]:
-    """Half cycles of drawn points, some time after the start from rest."""
+def halves(model: str, has_friction: bool, forced: bool = False) -> list[Half]:
+    """Half cycles of drawn points, some time after the start from rest; of fewer points under a force."""
     times = np.geomspace(0.003, 0.3, 5)
     found = []
     log = empty_transitions(4096)
     drawn = (p for p in drawn_points(4711) if (p.friction is not None) == has_friction)
-    for i, drawn_point in enumerate(islice(drawn, POINTS)):
+    for i, drawn_point in enumerate(islice(drawn, FORCED if forced else POINTS)):
         point = with_contact(drawn_point, model, float(times[i % 5]))
+        if forced:
+            point = point._replace(frequency_ratio=Forced(drawn_point.frequency_ratio))
         scene = make_scene(*point, None)
         scene.counts[BUDGET] = 300_000
         state = point.rest()
@@ -165,11 +169,12 @@ def halves(model: str, has_friction: bool) -> list[Half]:
 
 @pytest.mark.parametrize("has_friction", [True, False], ids=["friction", "no friction"])
 @pytest.mark.parametrize("model", MODELS)
-def test_jacobians_are_central_differences(model: str, has_friction: bool) -> None:
-    for half in halves(model, has_friction):
+@pytest.mark.parametrize("forced", [False, True], ids=["base", "force"])
+def test_jacobians_are_central_differences(model: str, has_friction: bool, forced: bool) -> None:
+    for half in halves(model, has_friction, forced):
         off = np.abs(half.jacobian - half.differences) - half.allowed
         assert off.max() <= 0.0, half
-    assert len(halves(model, has_friction)) >= POINTS * LOOKED_AT // 2
+    assert len(halves(model, has_friction, forced)) >= (FORCED if forced else POINTS) * LOOKED_AT // 2
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -5,6 +5,7 @@ import numpy as np
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.linear import march_alone
+from damperlab.worker.solver.motion.sine_base import base_rate_at_start
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,
@@ -29,12 +30,8 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
 
     Parameters
     ----------
-    damping_ratio, frequency_ratio : float
-        ζ and r.
-    friction : float or None
-        γ_F.
-    particle : Particle or None
-        The particle.
+    damping_ratio, frequency_ratio, friction, particle
+        As in `damperlab.worker.steady.settle.settle`.
     cycles : int
         Excitation cycles.
     meter : Meter or None
@@ -58,7 +55,8 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     state = at_rest(frequency_ratio, friction, particle)
-    stored = stored_energy(state, frequency_ratio, particle)
+    base_rate = base_rate_at_start(frequency_ratio)
+    stored = stored_energy(state, base_rate, particle)
     outcome = ARRIVED
     largest = 0.0
     total = 0.0
@@ -80,13 +78,13 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
                 meter.sums[RELATIVE_PEAK] = 0.0
     residual = 0.0
     if meter is not None:
-        residual = energy_residual(meter.sums, stored, stored_energy(state, frequency_ratio, particle))
+        residual = energy_residual(meter.sums, stored, stored_energy(state, base_rate, particle))
     p = 0.0
     p_rate = 0.0
     if particle is not None:
         p = state.v - state.wall * (particle.clearance_ratio - state.gap)
         p_rate = state.p_rate
-    end = (state.v, state.w + frequency_ratio, p, p_rate)
+    end = (state.v, state.w + base_rate, p, p_rate)
     return end, outcome, counts, (residual, largest, total / cycles)
 
 

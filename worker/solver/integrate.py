@@ -18,6 +18,7 @@ from damperlab.worker.solver.dwell import dwell_on
 from damperlab.worker.solver.excitation.base import (
     add_start_of_base,
     expand_base,
+    expand_excitation,
     handed_on,
     phase_after,
     phase_until,
@@ -194,7 +195,7 @@ def _to_event(
         # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
-        expand_base(scene.base, segment.phase, curves.shaken)
+        expand_excitation(scene.base, segment.phase, curves.shaken)
     if kind != NOTHING:
         phase_end = phase_after(scene.base, segment.phase, curves.shaken, t)
     return Segment(segment.start, end, segment.phase, phase_end, segment.regime, t, segment.bounds), kind

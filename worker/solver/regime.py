@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Phase, RecordBase, phase_at, phase_until
+from damperlab.worker.solver.excitation.base import Excitation, Phase, phase_at, phase_until
 from damperlab.worker.solver.motion.propagator import Medium
-from damperlab.worker.solver.motion.sine_base import SineBase
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
@@ -81,7 +80,7 @@ class Segment(NamedTuple):
 
 
 @inlined
-def window_at(base: SineBase | RecordBase, k: int) -> Span:
+def window_at(base: Excitation, k: int) -> Span:
     """Window k as a whole."""
     return Span(phase_at(base, k), phase_until(base, k), base.window, True)
 

@@ -11,7 +11,7 @@ from damperlab.worker.solver.excitation.base import base_on_addresses, drive_of
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
 from damperlab.worker.solver.motion.propagator import Medium, make_medium, medium_on_addresses
-from damperlab.worker.solver.motion.sine_base import make_sine_base
+from damperlab.worker.solver.motion.sine_base import Forced, make_sine
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.state import COUNTS, Particle
 
@@ -21,8 +21,8 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    base : SineBase or RecordBase
-        The base.
+    base : SineBase, RecordBase or SineForce
+        What excites it.
     free : Medium
         The motion of the primary mass alone.
     loaded : Medium, Contact or None
@@ -69,17 +69,19 @@ def curves_of(scene: Scene) -> Curves:
 @kernel
 def make_scene(
     damping_ratio: float,
-    frequency_ratio: float,
+    frequency_ratio: float | Forced,
     friction: float | None,
     particle: Particle | None,
     energies: bool | None,
 ) -> Scene:
-    """Scene of one design point on a harmonic base.
+    """Scene of one design point under a harmonic excitation.
 
     Parameters
     ----------
-    damping_ratio, frequency_ratio : float
-        ζ and r.
+    damping_ratio : float
+        ζ.
+    frequency_ratio : float or Forced
+        r of a shaken base, or of a force on the structure.
     friction : float or None
         γ_F > 0.
     particle : Particle or None
@@ -87,13 +89,13 @@ def make_scene(
     energies : True or None
         Whether a meter will ask for integrals (`state.Meter`).
     """
-    base = make_sine_base(damping_ratio, frequency_ratio, energies)
+    base = make_sine(damping_ratio, frequency_ratio, energies)
     return scene_on(base, friction, particle, energies)
 
 
 @kernel
 def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
-    """Scene on a given base; counts are 0."""
+    """Scene under a given excitation; counts are 0."""
     free = make_medium(base, 1.0, energies)
     work = np.empty((4, TERMS))
     counts = zero_counts(COUNTS)

@@ -17,17 +17,17 @@ from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.state import State
 
-SPAN, EVENT, PUSH, BASE_RATE, V = range(5)
-"""Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s' and v there."""
+SPAN, EVENT, PUSH, BASE_RATE, FORCE, V = range(6)
+"""Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s', sin φ and v there."""
 
-BEFORE = 5
-AFTER = 12
+BEFORE = 6
+AFTER = 13
 """First columns of the state just before and just after."""
 
 W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED = range(7)
 """Columns of a state, from BEFORE or AFTER on; SPEED is that of its `Dwell`."""
 
-WIDTH = 19
+WIDTH = 20
 
 
 class Transitions(NamedTuple):
@@ -91,6 +91,7 @@ def _append(log: Transitions, span: float, event: int, before: State, after: Sta
     rows[at + EVENT] = event
     rows[at + PUSH] = phase.push
     rows[at + BASE_RATE] = phase.rate
+    rows[at + FORCE] = phase.first
     rows[at + V] = before.v
     _side(rows, at + BEFORE, before)
     _side(rows, at + AFTER, after)

@@ -58,4 +58,6 @@ def unbalanced(work, losses, stored_before, stored_after, peak):
     it gave in the other) the energy that goes to and fro is the measure instead.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
+    if scale == 0.0:  # a force that friction withstands moves nothing
+        return 0.0
     return abs(work - losses - (stored_after - stored_before)) / scale

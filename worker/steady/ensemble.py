@@ -7,6 +7,7 @@ from math import cos, hypot, log, pi, sin
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import Particle, State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.start import at_rest, moving
@@ -24,7 +25,7 @@ def drawn_starts(
     seed: int,
     coordinates: Sequence[float],
     damping_ratio: float,
-    frequency_ratio: float,
+    excitation: float | Forced,
     friction: float | None,
     particle: Particle | None,
 ) -> Iterator[State]:
@@ -37,22 +38,26 @@ def drawn_starts(
     coordinates : sequence of float
         The six coordinates of the point. With the seed they alone decide the draw, so it is the same in every block, order
         and study; a longer ensemble begins with the shorter one.
-    damping_ratio, frequency_ratio, friction, particle
-        As for `settle`.
+    damping_ratio, excitation, friction, particle
+        As for `settle`; the second is its `frequency_ratio`.
 
     Yields
     ------
     State
         The mass moves as in a harmonic motion u = a sin(rτ + ψ) seen at τ = 0: ψ uniform, ln a uniform between the
-        amplitude of the base and that of the structure alone (at least 2 Z, at most `HIGHEST`). The particle is anywhere in
-        its cavity, uniformly, with a velocity relative to the mass that is uniform within ± a r.
+        amplitude of the base, or the static displacement under a force, and the amplitude of the structure alone (at least
+        2 Z, at most `HIGHEST`). The particle is anywhere in its cavity, uniformly, with a velocity relative to the mass
+        that is uniform within ± a r.
     """
-    yield at_rest(frequency_ratio, friction, particle)
+    yield at_rest(excitation, friction, particle)
+    forced = isinstance(excitation, Forced)
+    frequency_ratio = excitation.frequency_ratio if isinstance(excitation, Forced) else excitation
     bits = np.asarray(coordinates, dtype="<f8").view("<u8")
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *map(int, bits)])))
     loss = 2.0 * damping_ratio * frequency_ratio
     below = hypot((1.0 - frequency_ratio) * (1.0 + frequency_ratio), loss)
-    alone = hypot(1.0, loss) / below if below > 0.0 else HIGHEST
+    pushed = 1.0 if forced else hypot(1.0, loss)
+    alone = pushed / below if below > 0.0 else HIGHEST
     most = log(min(max(alone, 2.0), HIGHEST))
     for _ in range(n - 1):
         size, turn, place, speed = random.random(4).tolist()
@@ -60,7 +65,7 @@ def drawn_starts(
         phase = 2.0 * pi * turn
         u_rate = a * frequency_ratio * cos(phase)
         p_rate = u_rate + (2.0 * speed - 1.0) * a * frequency_ratio if particle is not None else 0.0
-        yield moving(a * sin(phase), u_rate, 2.0 * place - 1.0, p_rate, frequency_ratio, friction, particle)
+        yield moving(a * sin(phase), u_rate, 2.0 * place - 1.0, p_rate, excitation, friction, particle)
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:

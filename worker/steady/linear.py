@@ -8,13 +8,17 @@ from damperlab.studies.variables import ResponseClass, Status
 Values = NDArray[np.float64]
 
 
-def linear_response(damping_ratio: Values, frequency_ratio: Values) -> dict[str, np.ndarray]:
+def linear_response(
+    damping_ratio: Values, frequency_ratio: Values, forced: bool = False
+) -> dict[str, np.ndarray]:
     """Every result variable of points in which neither friction nor a particle acts.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio : ndarray, shape (N,)
         ζ and r.
+    forced : bool
+        A force on the structure instead of a shaken base; lengths are over F₀/k.
 
     Returns
     -------
@@ -25,7 +29,8 @@ def linear_response(damping_ratio: Values, frequency_ratio: Values) -> dict[str,
     -----
     With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| = √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)].
     Work in and viscous loss of a cycle, over k Z², are π r²·Im-part products: the residual compares the two as
-    computed. An amplitude from the closed form is known to a few roundings.
+    computed. A force has 1 in the place of r², and the base is at rest. An amplitude from the closed form is known to a few
+    roundings.
     """
     r = frequency_ratio
     loss = 2.0 * damping_ratio * r
@@ -33,10 +38,15 @@ def linear_response(damping_ratio: Values, frequency_ratio: Values) -> dict[str,
     bottom = np.hypot(detuning, loss)
     bounded = bottom > 0.0
     bottom = np.where(bounded, bottom, np.nan)
-    amplitude = np.hypot(1.0, loss) / bottom
-    relative = r * r / bottom
-    # the force that the base transmits is −(2ζv' + v); its component in phase with s' does the work
-    work_in = np.pi * loss * r**4 / bottom**2
+    if forced:
+        relative = 1.0 / bottom
+        amplitude = relative
+        work_in = np.pi * loss / bottom**2
+    else:
+        relative = r * r / bottom
+        amplitude = np.hypot(1.0, loss) / bottom
+        # the force that the base transmits is −(2ζv' + v); its component in phase with s' does the work
+        work_in = np.pi * loss * r**4 / bottom**2
     viscous = np.pi * loss * relative**2
     stored = 0.5 * (relative**2 + (r * amplitude) ** 2)
     residual = np.abs(work_in - viscous) / np.maximum(work_in, stored)
@@ -46,7 +56,7 @@ def linear_response(damping_ratio: Values, frequency_ratio: Values) -> dict[str,
         "amplitude_ratio": amplitude,
         "amplitude_ratio_max": amplitude.copy(),
         "amplitude_ratio_rms": amplitude.copy(),
-        "relative_amplitude_ratio": relative,
+        "relative_amplitude_ratio": relative.copy(),
         "amplitude_error": 8.0 * np.finfo(float).eps * amplitude,
         "energy_residual": residual,
         "response_class": np.where(bounded, ResponseClass.LINEAR, ResponseClass.UNKNOWN).astype(np.int8),

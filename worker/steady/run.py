@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
+from damperlab.worker.solver.excitation.base import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene
@@ -148,7 +149,7 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
     for i in range(COLUMNS):
         notes.trace[0, i] = 0.0
     notes.trace[0, IMPACTS_SO_FAR] = scene.counts[IMPACTS]
-    notes.trace[0, STORED] = stored_energy(state, scene.base.frequency_ratio, scene.particle)
+    notes.trace[0, STORED] = stored_energy(state, phase_at(scene.base, 0).rate, scene.particle)
 
 
 @kernel
@@ -183,7 +184,7 @@ def advance(
         if row >= 0:
             clear_peaks(meter.sums)
             state, outcome = half_cycle_on_addresses(state, scene, meter, None)
-            stored = stored_energy(state, scene.base.frequency_ratio, scene.particle)
+            stored = stored_energy(state, phase_at(scene.base, 0).rate, scene.particle)
             note_half(trace[row + 1 + i], meter.sums, counts[IMPACTS], stored)
         else:
             state, outcome = half_cycle_on_addresses(state, scene, None, None)

@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.state import NEAR_WALL, Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,
     BASE_RATE,
     BEFORE,
     EVENT,
+    FORCE,
     GAP,
     P_RATE,
     RIDING,
@@ -59,7 +60,7 @@ def field(
     side: int,
     free: Any,
     loaded: Any,
-    base: SineBase,
+    base: SineBase | SineForce,
     friction: float | None,
     particle: Particle | None,
     wall: Wall | None,
@@ -86,7 +87,10 @@ def field(
         offset = slip * friction
     a = 0.0
     if not held:
-        a = inertia - compliance * (base.two_zeta * w + rows[at + V] + offset) - push
+        taken = base.two_zeta * w + rows[at + V] + offset
+        if isinstance(base, SineForce):
+            taken -= rows[at + FORCE]
+        a = inertia - compliance * taken - push
     if particle is not None:
         if not riding:
             return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - inertia)
@@ -106,7 +110,7 @@ def leaving_speed(
     count: int,
     free: Any,
     loaded: Any,
-    base: SineBase,
+    base: SineBase | SineForce,
     friction: float | None,
     particle: Particle,
 ) -> float:

@@ -8,6 +8,7 @@ from math import inf
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.excitation.base import largest_push
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
 from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
@@ -134,8 +135,9 @@ def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
     """The locked state that the run is in, or creeps towards; of lag 0 where friction does not hold the mass for good."""
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
-            limit, creeps = creep_limit(state, scene.friction, scene.base.frequency_ratio)
-            if creeps or is_locked(state, scene.friction, scene.base.frequency_ratio, notes.ring, half):
+            push = largest_push(scene.base)
+            limit, creeps = creep_limit(state, scene.friction, push, scene.base.frequency_ratio)
+            if creeps or is_locked(state, scene.friction, push, notes.ring, half):
                 return Orbit(limit, _LOCKED_LAG, 0.0)
     return no_orbit(state)
 

@@ -49,8 +49,10 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
 
     Parameters
     ----------
-    damping_ratio, frequency_ratio : float
-        ζ and r.
+    damping_ratio : float
+        ζ.
+    frequency_ratio : float or Forced
+        r of a shaken base, or of a force on the structure: all lengths are then over F₀/k.
     friction : float or None
         γ_F > 0, or None: no friction in the kernel.
     particle : Particle or None

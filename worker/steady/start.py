@@ -2,19 +2,31 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
+from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
 from damperlab.worker.solver.state import State
 
 
 @kernel
 def at_rest(frequency_ratio, friction, particle):
-    """Everything at rest in the absolute frame, particle centred: v' = −r."""
+    """Everything at rest in the absolute frame, particle centred: v' = −r, or 0 under a force, which begins with 0."""
     slip = 0.0
     if friction is not None:
-        slip = -1.0
+        slip = 0.0 if isinstance(frequency_ratio, Forced) else -1.0
     gap = 0.0
     if particle is not None:
         gap = particle.clearance_ratio
-    return State(0.0, -frequency_ratio, slip, 1.0, gap, 0.0, 0.0, 0, 0, dwell_at_rest(particle))
+    return State(
+        0.0,
+        0.0 - base_rate_at_start(frequency_ratio),
+        slip,
+        1.0,
+        gap,
+        0.0,
+        0.0,
+        0,
+        0,
+        dwell_at_rest(particle),
+    )
 
 
 @kernel
@@ -25,10 +37,10 @@ def carried(state, frequency_before, frequency_ratio):
     ----------
     state : State
         At phase 0.
-    frequency_before, frequency_ratio : float
+    frequency_before, frequency_ratio : float or Forced
         r of the state, and the new one.
     """
-    p_rate = state.p_rate + (frequency_ratio - frequency_before)
+    p_rate = state.p_rate + (base_rate_at_start(frequency_ratio) - base_rate_at_start(frequency_before))
     return State(state.v, state.w, state.slip, state.wall, state.gap, p_rate, state.riding, 0, 0, state.dwell)
 
 
@@ -45,7 +57,7 @@ def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
     p_rate : float
         Velocity of the particle.
     """
-    w = u_rate - frequency_ratio
+    w = u_rate - base_rate_at_start(frequency_ratio)
     slip = 0.0
     if friction is not None:
         slip = 1.0 if w > 0.0 else -1.0

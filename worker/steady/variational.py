@@ -15,7 +15,7 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.contact_motion import Contact
 from damperlab.worker.solver.motion.propagator import Medium
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
 from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall
 from damperlab.worker.solver.transitions import (
@@ -43,7 +43,7 @@ SIZE = 4
 @inlined
 def propagate(
     log: Transitions,
-    base: SineBase,
+    base: SineBase | SineForce,
     free: Medium,
     loaded: Medium | Contact | None,
     friction: float | None,
@@ -75,7 +75,7 @@ def propagate(
 @inlined
 def _propagate(
     log_arrays: Transitions,
-    base: SineBase,
+    base: SineBase | SineForce,
     free_arrays: Medium,
     loaded_arrays: Any,
     friction: float | None,

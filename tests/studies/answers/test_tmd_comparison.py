@@ -1,5 +1,6 @@
 """The comparison with a tuned mass damper: what is known in closed form comes out of it."""
 
+import json
 import math
 
 import numpy as np
@@ -60,6 +61,19 @@ def test_a_force_has_its_own_transfer_function_and_it_is_said(cube, whole):
     np.testing.assert_allclose(answer["tmd"], base / np.hypot(1, 2 * 0.0038 * r), rtol=1e-11)
     assert "answer to a force" in answer.attrs["note"]
     assert "force" not in tmd_comparison(cube, Tuning("hinf")).attrs["note"]
+
+
+def test_a_study_of_a_force_is_compared_under_a_force(cube, whole):
+    forced = cube.copy()
+    forced.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"excitation": "force"})
+    answer = tmd_comparison(forced, Tuning("hinf"))
+    assert answer.attrs["excitation"] == "force"
+    beside = tmd_comparison(cube, Tuning("hinf", excitation="force"))
+    np.testing.assert_array_equal(answer["tmd"], beside["tmd"])
+    assert "A force on the structure excites both" in answer.attrs["note"]
+    assert "shaken through its base" not in answer.attrs["note"]
+    with pytest.raises(QueryFault, match="force with a study of a force"):
+        tmd_comparison(forced, Tuning(excitation="base"))
 
 
 def test_masses_are_equal_unless_told_otherwise_and_then_it_is_said(cube):

@@ -102,6 +102,23 @@ def test_ratios_say_the_same_as_units() -> None:
         assert ratios.choices[name].stop * scale == pytest.approx(asked.choices[name].stop, rel=1e-14)
 
 
+def test_a_force_makes_its_static_displacement() -> None:
+    document = PROTOTYPE | {"excitation": {"force_n": {"start": 0.2, "stop": 0.6}, "frequency_hz": 2.5}}
+    asked = parse_specification(document)
+    (one,) = asked.excitations
+    assert one.motion.force
+    stiffness = asked.structure.stiffness_n_per_m
+    assert (one.lowest_m, one.highest_m) == pytest.approx((0.2 / stiffness, 0.6 / stiffness), rel=1e-14)
+    assert asked.level(one.largest) == pytest.approx(0.6, rel=1e-14)
+
+
+def test_a_force_needs_the_stiffness_of_the_structure() -> None:
+    excitation = {"force_n": 1.0, "frequency_ratio": 1.0}
+    found = faults_of(PROTOTYPE | {"structure": {"damping_ratio": 0.01}, "excitation": excitation})
+    assert {"structure.mass_kg", "structure.natural_frequency_hz"} <= found.keys()
+    assert "stiffness" in found["structure.mass_kg"]
+
+
 def test_a_cavity_limit_cuts_the_clearance_at_half_of_it() -> None:
     asked = parse_specification(changed("limits.cavity_length_m", 0.02))
     assert asked.choices["clearance_m"].stop == 0.01
@@ -146,9 +163,10 @@ def test_every_fault_is_named_at_once() -> None:
 @pytest.mark.parametrize(
     ("path", "value", "field", "words"),
     [
-        ("excitation.force_n", 3.0, "excitation.force_n", "another scene"),
-        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "cannot be"),
-        ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "cannot be"),
+        ("excitation.force_n", 3.0, "excitation.force_n", "given together"),
+        ("excitation.force_n", -3.0, "excitation.force_n", "given together"),
+        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "given together"),
+        ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "given together"),
         ("excitation.sweep", 0.1, "excitation.sweep", "so slow"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
         ("measure", "worst_acceleration", "measure", "not among the results"),

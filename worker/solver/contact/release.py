@@ -1,7 +1,7 @@
 """A wall that stops pushing."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Phase, largest_base_acceleration
+from damperlab.worker.solver.excitation.base import Phase, largest_push, less_force
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
@@ -15,9 +15,10 @@ def release(state: State, phase: Phase, scene: Scene) -> State:
     if scene.friction is not None:
         sticks = state.slip == 0.0
         offset = state.slip * scene.friction
-    opening = state.wall * phase.push if sticks else state.wall * (base.two_zeta * state.w + state.v + offset)
+    slips = less_force(base, phase, base.two_zeta * state.w + state.v + offset)
+    opening = state.wall * phase.push if sticks else state.wall * slips
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
-    scale = largest_base_acceleration(base) + abs(state.w) + abs(state.v) + abs(offset)
+    scale = largest_push(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > 1e-9 * scale else 3
     return in_flight(
         state,

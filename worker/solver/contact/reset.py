@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
+from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from damperlab.worker.solver.excitation.base import Phase, largest_base_acceleration
+from damperlab.worker.solver.excitation.base import Phase, force_to_hold, largest_push, less_force
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ATTACHMENTS,
@@ -56,7 +56,7 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
             if scene.particle is not None:
                 if state.riding > 0.0:
                     inertia = 1.0 + scene.particle.mass_ratio
-            force = hold_force(state.v, phase.push, inertia)
+            force = force_to_hold(scene.base, phase, state.v, inertia)
             slip = 1.0 if force > 0.0 else -1.0
             return stopped(state, slip, state.p_rate, state.riding, 0)
     if scene.particle is not None:
@@ -80,20 +80,22 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     A particle that dwells on its wall has no such choice.
     """
-    base_acceleration = largest_base_acceleration(scene.base)
-    slip = slip_direction(hold_force(state.v, phase.push, 1.0), breakaway(friction, base_acceleration, 1.0))
+    base, largest = scene.base, largest_push(scene.base)
+    slip = slip_direction(force_to_hold(base, phase, state.v, 1.0), breakaway(friction, largest, 1.0))
     riding = 0.0
     gap_order = 0
     p_rate = state.p_rate
     if scene.particle is not None:
         if state.riding > 0.0:
             p_rate = phase.rate
-            free_acceleration = -phase.push if slip == 0.0 else -(state.v + slip * friction)
+            free_acceleration = (
+                -phase.push if slip == 0.0 else -less_force(base, phase, state.v + slip * friction)
+            )
             if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
                 inertia = 1.0 + scene.particle.mass_ratio
-                force = hold_force(state.v, phase.push, inertia)
-                slip = slip_direction(force, breakaway(friction, base_acceleration, inertia))
+                force = force_to_hold(base, phase, state.v, inertia)
+                slip = slip_direction(force, breakaway(friction, largest, inertia))
             else:
                 gap_order = 2
     return stopped(state, slip, p_rate, riding, gap_order)
@@ -183,7 +185,8 @@ def _part(
             slip = 1.0 if w > 0.0 else -1.0
         sticks = slip == 0.0
         offset = slip * scene.friction
-    u_acceleration = -phase.push if sticks else -(base.two_zeta * w + state.v + offset)
+    slips = less_force(base, phase, base.two_zeta * w + state.v + offset)
+    u_acceleration = -phase.push if sticks else -slips
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
@@ -217,12 +220,12 @@ def _is_steady_end(
     left = _CHATTER_LEFT * base.window
     if impulse_left > left * closing:
         return False
-    base_acceleration = largest_base_acceleration(base)
-    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + base_acceleration))
+    largest = largest_push(base)
+    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + largest))
     if change > _STEADY_PUSH * closing:
         return False
     if scene.friction is not None:
-        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + base_acceleration) * left)
+        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + largest) * left)
         return slips_on
     return True
 
@@ -238,8 +241,8 @@ def _join(
             slip = 1.0 if w > 0.0 else -1.0
         else:
             inertia = 1.0 + scene.particle.mass_ratio
-            limit = breakaway(scene.friction, largest_base_acceleration(scene.base), inertia)
-            force = hold_force(state.v, phase.push, inertia)
+            limit = breakaway(scene.friction, largest_push(scene.base), inertia)
+            force = force_to_hold(scene.base, phase, state.v, inertia)
             slip = slip_direction(force, limit)
             slip_order = 1 if slip != 0.0 else 0
             return in_contact(

@@ -1,15 +1,14 @@
 """Bounds on the motion across a span, from its start alone: what makes it safe to skip a search."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.excitation.base import Excitation, Phase, base_derivative_bound, with_force_bound
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment, Span
 from damperlab.worker.solver.state import State
 
 
 @inlined
 def slip_bounds(
-    x: float, w: float, span: float, base: SineBase | RecordBase, phase: Phase, compliance: float
+    x: float, w: float, span: float, base: Excitation, phase: Phase, compliance: float
 ) -> tuple[float, MotionBounds]:
     """Largest |x|, |w| and |u''| over a span of slip.
 
@@ -29,17 +28,18 @@ def slip_bounds(
 
     Notes
     -----
-    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W.
+    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W. A force adds its largest to X.
     """
     two_zeta = base.two_zeta
     shaken = base_derivative_bound(base, phase, 2)
-    w_most = (abs(w) + span * (compliance * abs(x) + shaken)) / (1.0 - compliance * span * (two_zeta + span))
+    pulled = with_force_bound(abs(x), base, 0)
+    w_most = (abs(w) + span * (compliance * pulled + shaken)) / (1.0 - compliance * span * (two_zeta + span))
     x_most = abs(x) + span * w_most
-    return x_most, MotionBounds(w_most, compliance * (two_zeta * w_most + x_most))
+    return x_most, MotionBounds(w_most, compliance * (two_zeta * w_most + with_force_bound(x_most, base, 0)))
 
 
 @inlined
-def motion_bounds(state: State, regime: Regime, span: Span, base: SineBase | RecordBase) -> MotionBounds:
+def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) -> MotionBounds:
     """Bounds on |w| and |u''| over what is left of a window."""
     if regime.sticks:
         return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
@@ -50,7 +50,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: SineBase | Rec
 
 
 @inlined
-def u_derivative_bound(order: int, segment: Segment, base: SineBase | RecordBase) -> float:
+def u_derivative_bound(order: int, segment: Segment, base: Excitation) -> float:
     """Bound on the derivative of u of an order from 2 to 5 over a segment, by differentiating the motion."""
     if segment.regime.sticks:
         return base_derivative_bound(base, segment.phase, order)
@@ -58,31 +58,31 @@ def u_derivative_bound(order: int, segment: Segment, base: SineBase | RecordBase
 
 
 @inlined
-def _in_slip(order: int, segment: Segment, base: SineBase | RecordBase) -> float:
+def _in_slip(order: int, segment: Segment, base: Excitation) -> float:
     two_zeta = base.two_zeta
     compliance = segment.regime.medium.compliance
     if order == 2:
         return segment.bounds.u2
     w1 = w_rate_bound(segment, base)
-    u3 = compliance * (two_zeta * w1 + segment.bounds.w)
+    u3 = compliance * (two_zeta * w1 + with_force_bound(segment.bounds.w, base, 1))
     if order == 3:
         return u3
     w2 = u3 + base_derivative_bound(base, segment.phase, 3)
-    u4 = compliance * (two_zeta * w2 + w1)
+    u4 = compliance * (two_zeta * w2 + with_force_bound(w1, base, 2))
     if order == 4:
         return u4
     w3 = u4 + base_derivative_bound(base, segment.phase, 4)
-    return compliance * (two_zeta * w3 + w2)
+    return compliance * (two_zeta * w3 + with_force_bound(w2, base, 3))
 
 
 @inlined
-def w_rate_bound(segment: Segment, base: SineBase | RecordBase) -> float:
+def w_rate_bound(segment: Segment, base: Excitation) -> float:
     """Bound on the first derivative of w."""
     return segment.bounds.u2 + base_derivative_bound(base, segment.phase, 2)
 
 
 @inlined
-def w_curvature_bound(dropped: int, segment: Segment, base: SineBase | RecordBase) -> float:
+def w_curvature_bound(dropped: int, segment: Segment, base: Excitation) -> float:
     """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! of that of w."""
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)

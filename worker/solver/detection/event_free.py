@@ -1,11 +1,15 @@
 """Proofs that nothing happens in a segment: no function whose zeros are events can have one there."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import Phase, RecordBase, base_derivative_bound
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.excitation.base import (
+    Excitation,
+    Phase,
+    force_to_hold,
+    less_force,
+    push_derivative_bound,
+)
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
@@ -18,11 +22,12 @@ def gap_rate(state: State, phase: Phase) -> float:
 
 
 @inlined
-def wall_acceleration(state: State, phase: Phase, regime: Regime, base: SineBase | RecordBase) -> float:
+def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitation) -> float:
     """u'', which pushes a riding particle."""
     if regime.sticks:
         return -phase.push
-    return -regime.medium.compliance * (base.two_zeta * state.w + state.v + regime.offset)
+    slips = less_force(base, phase, base.two_zeta * state.w + state.v + regime.offset)
+    return -regime.medium.compliance * slips
 
 
 @inlined
@@ -39,10 +44,10 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.medium.compliance
-            force = abs(hold_force(start.v, segment.phase.push, inertia))
-            force_end = abs(hold_force(start.v, segment.phase_end.push, inertia))
-            curvature = base_derivative_bound(base, segment.phase, 4)
-            if max(force, force_end) + share * inertia * curvature >= scene.friction:
+            force = abs(force_to_hold(base, segment.phase, start.v, inertia))
+            force_end = abs(force_to_hold(base, segment.phase_end, start.v, inertia))
+            curvature = push_derivative_bound(base, segment.phase, 2, inertia)
+            if max(force, force_end) + share * curvature >= scene.friction:
                 return False
         else:
             sag = share * w_curvature_bound(0, segment, base)
@@ -73,8 +78,8 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.medium.compliance
-            force = abs(hold_force(state.v, segment.phase.push, inertia))
-            if force + inertia * base_derivative_bound(base, segment.phase, 3) * time >= scene.friction:
+            force = abs(force_to_hold(base, segment.phase, state.v, inertia))
+            if force + push_derivative_bound(base, segment.phase, 1, inertia) * time >= scene.friction:
                 return False
         elif state.slip_order > 0 or abs(state.w) <= time * w_rate_bound(segment, base):
             return False

@@ -1,7 +1,8 @@
-"""Where the base is and what it does next: shaken as a sine, or as a record that is linear from sample to sample.
+"""What excites the structure, now and next: a base shaken as a sine or as a record, or a force that is a sine.
 
-The integrator asks the functions here alone. The compiler knows which kind of base it is given and keeps that branch only, so
-that a kernel of a sine holds nothing of records.
+The integrator asks the functions here alone. The compiler knows which kind of excitation it is given and keeps that branch
+only, so that a kernel of a shaken base holds nothing of records and forces. Under a force the base stands still, and the
+particle, on which no force acts, flies straight in its frame.
 """
 
 from typing import NamedTuple
@@ -10,9 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
+from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import Drive
-from damperlab.worker.solver.motion.sine_base import SineBase, sine_base_on_addresses
+from damperlab.worker.solver.motion.sine_base import (
+    SineBase,
+    SineForce,
+    sine_base_on_addresses,
+    sine_force_on_addresses,
+)
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
@@ -50,17 +57,20 @@ class RecordBase(NamedTuple):
     rows: NDArray[np.float64]
 
 
+Excitation = SineBase | RecordBase | SineForce
+
+
 class Phase(NamedTuple):
-    """The base at one instant.
+    """The excitation at one instant.
 
     Attributes
     ----------
     first, second : float
         What its rows are multiplied by: sin φ and cos φ, or s'' and s'''.
     position, rate : float
-        s and s'.
+        s and s'; 0 under a force.
     push : float
-        −s'', the force of inertia on a unit mass that moves with the base.
+        −s'', the force of inertia on a unit mass that moves with the base; 0 under a force.
     most : float
         Bound on |s''| until the end of the window.
     """
@@ -80,40 +90,62 @@ def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
 
 
 @inlined
-def phase_at(base: SineBase | RecordBase, k: int) -> Phase:
+def phase_of_force(sine: float, cosine: float) -> Phase:
+    """Phase of a force sin φ whose sine and cosine are given."""
+    return Phase(sine, cosine, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined
+def phase_at(base: Excitation, k: int) -> Phase:
     """Phase at the start of window k."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k]
         return Phase(acceleration, base.jerk[k], base.position[k], base.rate[k], -acceleration, base.most[k])
+    if isinstance(base, SineForce):
+        return phase_of_force(base.sine[k], base.cosine[k])
     return phase_of_sine(base.sine[k], base.cosine[k], base.frequency_ratio)
 
 
 @inlined
-def phase_until(base: SineBase | RecordBase, k: int) -> Phase:
+def phase_until(base: Excitation, k: int) -> Phase:
     """Phase at the end of window k, as window k sees it: a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return Phase(
             acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], -acceleration, base.most[k]
         )
+    if isinstance(base, SineForce):
+        return phase_of_force(base.sine[k + 1], base.cosine[k + 1])
     return phase_of_sine(base.sine[k + 1], base.cosine[k + 1], base.frequency_ratio)
 
 
 @inlined
-def phase_after(base: SineBase | RecordBase, phase: Phase, shaken: Floats, t: float) -> Phase:
-    """Phase a time t later in the same window, from the polynomial of `expand_base`."""
+def phase_after(base: Excitation, phase: Phase, shaken: Floats, t: float) -> Phase:
+    """Phase a time t later in the same window, from the polynomial of `expand_excitation`."""
     if isinstance(base, RecordBase):
         acceleration = phase.first + phase.second * t
         return Phase(
             acceleration, phase.second, value(shaken, t), slope(shaken, t), -acceleration, phase.most
         )
     r = base.frequency_ratio
+    if isinstance(base, SineForce):
+        return phase_of_force(value(shaken, t), slope(shaken, t) / r)
     return phase_of_sine(value(shaken, t), slope(shaken, t) / r, r)
 
 
 @inlined
-def expand_base(base: SineBase | RecordBase, phase: Phase, out: Floats) -> None:
+def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
     """Coefficients of the base displacement s from a phase on."""
+    if isinstance(base, SineForce):
+        for n in range(TERMS):
+            out[n] = 0.0
+    else:
+        expand_excitation(base, phase, out)
+
+
+@inlined
+def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
+    """Coefficients of the base displacement s from a phase on, or of the force."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
     if isinstance(base, RecordBase):
@@ -122,7 +154,7 @@ def expand_base(base: SineBase | RecordBase, phase: Phase, out: Floats) -> None:
 
 
 @inlined
-def add_start_of_base(base: SineBase | RecordBase, phase: Phase, out: Floats) -> None:
+def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
     """Add to coefficients of u what the rows of a record lack: start and tangent of the base."""
     if isinstance(base, RecordBase):
         out[0] += phase.position
@@ -130,22 +162,28 @@ def add_start_of_base(base: SineBase | RecordBase, phase: Phase, out: Floats) ->
 
 
 @inlined
-def travel(base: SineBase | RecordBase, phase: Phase, end: Phase) -> float:
+def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     """Way of the base through a whole window."""
     if isinstance(base, RecordBase):
         t = base.window  # not the difference of positions, which may be far from where they started
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
+    if isinstance(base, SineForce):
+        return 0.0
     return end.position - phase.position
 
 
 @inlined
-def expand_push(base: SineBase | RecordBase, phase: Phase, factor: float, out: Floats) -> None:
-    """Coefficients of `factor` times the push −s''."""
+def expand_push(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
+    """Coefficients of `sign` times what friction must take of a held mass beside its spring: inertia, or a force."""
+    factor = sign * inertia
     if isinstance(base, RecordBase):
         for n in range(TERMS):
             out[n] = 0.0
         out[0] = -factor * phase.first
         out[1] = -factor * phase.second
+    elif isinstance(base, SineForce):
+        for n in range(TERMS):
+            out[n] = sign * (phase.first * base.rows[n] + phase.second * base.rows[TERMS + n])
     else:
         r = base.frequency_ratio
         scale = factor * (r * r)
@@ -154,13 +192,15 @@ def expand_push(base: SineBase | RecordBase, phase: Phase, factor: float, out: F
 
 
 @inlined
-def base_derivative_bound(base: SineBase | RecordBase, phase: Phase, order: int) -> float:
+def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
     """Bound on the derivative of s of an order from 2 to 5 until the end of the window."""
     if isinstance(base, RecordBase):
         if order == 2:
             return phase.most
         if order == 3:
             return abs(phase.second)
+        return 0.0
+    if isinstance(base, SineForce):
         return 0.0
     r = base.frequency_ratio
     if order == 2:
@@ -173,24 +213,67 @@ def base_derivative_bound(base: SineBase | RecordBase, phase: Phase, order: int)
 
 
 @inlined
-def largest_base_acceleration(base: SineBase | RecordBase) -> float:
-    """Largest |s''| of the whole motion; the rounding of forces is measured by it."""
+def with_force_bound(bound: float, base: Excitation, order: int) -> float:
+    """A bound to which that of a derivative of the force is added, of an order from 0 to 3; the same where none acts."""
+    if isinstance(base, SineForce):
+        r = base.frequency_ratio
+        if order == 0:
+            return bound + 1.0
+        if order == 1:
+            return bound + r
+        if order == 2:
+            return bound + r * r
+        return bound + r * r * r
+    return bound
+
+
+@inlined
+def push_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
+    """Bound on the derivative, of order 1 or 2, of the force that friction takes of a held mass."""
+    if isinstance(base, SineForce):
+        return with_force_bound(0.0, base, order)
+    return inertia * base_derivative_bound(base, phase, order + 2)
+
+
+@inlined
+def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> float:
+    """Force that friction must take to keep the mass on the base, over k Z."""
+    if isinstance(base, SineForce):
+        return phase.first - v
+    return hold_force(v, phase.push, inertia)
+
+
+@inlined
+def less_force(base: Excitation, phase: Phase, taken: float) -> float:
+    """What spring, dashpot and friction take of the structure, less the force on it where one acts."""
+    if isinstance(base, SineForce):
+        return taken - phase.first
+    return taken
+
+
+@inlined
+def largest_push(base: Excitation) -> float:
+    """Largest |s''| of the whole motion, or the largest force; the rounding of forces is measured by it."""
     if isinstance(base, RecordBase):
         return base.largest
+    if isinstance(base, SineForce):
+        return 1.0
     return base.frequency_ratio * base.frequency_ratio
 
 
 @inlined
-def drive_of(base: SineBase | RecordBase) -> Drive:
+def drive_of(base: Excitation) -> Drive:
     """What the motion in contact with a compliant wall has to know of the base."""
     if isinstance(base, RecordBase):
-        return Drive(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0)
+        return Drive(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio
-    return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 1.0, r)
+    if isinstance(base, SineForce):
+        return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
+    return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
 
 
 @inlined
-def base_on_addresses(base: SineBase | RecordBase) -> SineBase | RecordBase:
+def base_on_addresses(base: Excitation) -> Excitation:
     """The same base with addresses for arrays; the arrays must outlive it."""
     if isinstance(base, RecordBase):
         return RecordBase(
@@ -205,11 +288,13 @@ def base_on_addresses(base: SineBase | RecordBase) -> SineBase | RecordBase:
             base.largest,
             address(base.rows, 0),
         )
+    if isinstance(base, SineForce):
+        return sine_force_on_addresses(base)
     return sine_base_on_addresses(base)
 
 
 @inlined
-def handed_on(base: SineBase | RecordBase, state: State) -> State:
+def handed_on(base: Excitation, state: State) -> State:
     """The state with which the next half cycle begins: mirrored, so that the phase is 0 again. A record has one part only."""
     if isinstance(base, RecordBase):
         return state

@@ -54,10 +54,10 @@ class Drive(NamedTuple):
         The faster of structure and excitation [ω_n].
     first_rate, second_rate : float
         Rate of the first coordinate over the second, and of the second over the first.
-    push : float
-        −s'' over the first coordinate.
+    push, force : float
+        −s'' and the force on the structure over the first coordinate.
     place, rate : float
-        s over the first and s' over the second; 0 for a record, whose place and rate are no coordinates.
+        s over the first and s' over the second; 0 for a record, whose place and rate are no coordinates, and under a force.
     """
 
     two_zeta: float
@@ -66,6 +66,7 @@ class Drive(NamedTuple):
     first_rate: float
     second_rate: float
     push: float
+    force: float
     place: float
     rate: float
 
@@ -217,10 +218,11 @@ def _equations(drive: Drive, mass_ratio: float, wall: Wall, held: bool) -> Array
     a[0, 1] = 1.0
     a[1, 0] = -kappa
     a[1, 1] = -kappa * drive.two_zeta
-    a[1, 2] = drive.push
+    a[1, 2] = drive.push + kappa * drive.force
     a[1, 4] = -kappa * mu
     a[1, 5] = -kappa * mu * drive.two_zeta
     a[5, 0] = -1.0
+    a[5, 2] = drive.force
     a[5, 1] = -drive.two_zeta
     a[5, 4] = -(wall.stiffness / mu + mu)
     a[5, 5] = -(wall.damping / mu + drive.two_zeta * mu)
@@ -341,7 +343,7 @@ def _fill_rows(
                     rows[absolute] = x + drive.place * full[2]
                     rows[absolute + 1] = w + drive.rate * full[3]
                 if n + 2 < TERMS:
-                    acceleration = -(drive.two_zeta * w + x) - push
+                    acceleration = (drive.force * full[2] - (drive.two_zeta * w + x)) - push
                     rows[absolute + n + 2] = acceleration / ((n + 1) * (n + 2))
             for i in range(units):
                 following[i] = 0.0

@@ -2,12 +2,12 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.motion.propagator import Medium
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def march_alone(state: State, halves: int, base: SineBase, free: Medium) -> State:
+def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Medium) -> State:
     """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
     The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
@@ -18,8 +18,8 @@ def march_alone(state: State, halves: int, base: SineBase, free: Medium) -> Stat
         At phase 0.
     halves : int
         Half cycles.
-    base, free : SineBase, Medium
-        The base and the motion of the primary mass.
+    base, free : SineBase or SineForce, Medium
+        The excitation and the motion of the primary mass.
 
     Returns
     -------

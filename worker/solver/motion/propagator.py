@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.memory import address, address_if
-from damperlab.worker.solver.motion.quadratic_forms import medium_forms
-from damperlab.worker.solver.motion.taylor import TERMS, motion_rows, slope, value
+from damperlab.worker.solver.motion.quadratic_forms import forced_forms, medium_forms
+from damperlab.worker.solver.motion.sine_base import SineForce
+from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_rows, slope, value
 
 
 class Medium(NamedTuple):
@@ -43,8 +44,13 @@ class Medium(NamedTuple):
 @kernel
 def make_medium(base: Any, inertia: float, energies: bool | None) -> Medium:
     """Motion with one inertia, from the Taylor polynomials themselves; `energies` as for `make_sine_base`."""
-    relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     h = base.window
+    if isinstance(base, SineForce):
+        forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)
+        if energies is None:
+            return _medium(forced, forced.copy(), None, inertia, h)
+        return _medium(forced, forced.copy(), forced_forms(base.two_zeta, base.rows, forced, h), inertia, h)
+    relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     if energies is None:
         return _medium(relative, absolute, None, inertia, h)
     forms = medium_forms(base.two_zeta, base.rows, relative, absolute, h)

@@ -107,6 +107,52 @@ def medium_forms(
     return forms
 
 
+@kernel
+def forced_forms(
+    two_zeta: float, force: NDArray[np.float64], rows: NDArray[np.float64], window: float
+) -> NDArray[np.float64]:
+    """Integrals over a window of slip under a force.
+
+    Parameters
+    ----------
+    two_zeta : float
+        2ζ.
+    force : array, shape (2 · TERMS,)
+        Taylor coefficients of the force.
+    rows : array, shape (4 · TERMS,)
+        Of x.
+    window : float
+        Length.
+
+    Returns
+    -------
+    array, shape (3 · PAIRS + 4,)
+        As of `medium_forms`, with ∫ sin(φ + r t) w for the work; the base is at rest.
+    """
+    forms = filled(3 * PAIRS + 4, 0.0)
+    x = np.empty(4)
+    w = np.empty(4)
+    push = filled(4, 0.0)
+    for i in range(_POINTS):
+        at = NODES[i] * window
+        weight = WEIGHTS[i] * window
+        for j in range(4):
+            x[j] = value(rows[j * TERMS : (j + 1) * TERMS], at)
+            w[j] = slope(rows[j * TERMS : (j + 1) * TERMS], at)
+            if j >= 2:
+                push[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
+            forms[MEAN + j] += weight * x[j]
+        pair = 0
+        for j in range(4):
+            for k in range(j, 4):
+                both = weight if j == k else 2.0 * weight
+                forms[WORK + pair] += 0.5 * both * (w[j] * push[k] + w[k] * push[j])
+                forms[LOSS + pair] += both * (two_zeta * w[j] * w[k])
+                forms[SQUARED + pair] += both * (x[j] * x[k])
+                pair += 1
+    return forms
+
+
 @inlined
 def products(a: float, b: float, c: float, d: float) -> tuple[float, ...]:
     """The ten products of two of four numbers."""

@@ -1,4 +1,4 @@
-"""The harmonically shaken base over half a cycle, cut into equal windows.
+"""A harmonic excitation over half a cycle, cut into equal windows: a shaken base, or a force on the structure.
 
 Half a cycle is enough: mirrored (every sign of the mechanics flipped), the second half is the first. So the phase starts
 at 0 again and again, and no digit is ever lost in sin(rτ) for large τ.
@@ -14,6 +14,19 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.memory import address, address_if
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.taylor import base_rows
+
+
+class Forced(NamedTuple):
+    """Frequency of a force on the structure; a bare number is that of a shaken base.
+
+    Attributes
+    ----------
+    frequency_ratio : float
+        r.
+    """
+
+    frequency_ratio: float
+
 
 LARGEST_WINDOW = 0.4
 """Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the Taylor remainder below rounding."""
@@ -46,6 +59,47 @@ class SineBase(NamedTuple):
     cosine: NDArray[np.float64]
     rows: NDArray[np.float64]
     forms: NDArray[np.float64] | None
+
+
+class SineForce(NamedTuple):
+    """A force sin φ on the structure over half a cycle, over its amplitude F₀; the base is at rest and lengths are over F₀/k.
+
+    Its attributes are those of `SineBase`, with the force in the place of s.
+    """
+
+    frequency_ratio: float
+    two_zeta: float
+    window: float
+    windows: int
+    sine: NDArray[np.float64]
+    cosine: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    forms: NDArray[np.float64] | None
+
+
+@inlined
+def base_rate_at_start(frequency_ratio: float | Forced) -> float:
+    """s' at phase 0: 0 where a force acts."""
+    if isinstance(frequency_ratio, Forced):
+        return 0.0
+    return frequency_ratio
+
+
+@kernel
+def make_sine(
+    damping_ratio: float, frequency_ratio: float | Forced, energies: bool | None
+) -> SineBase | SineForce:
+    """Excitation of a frequency; parameters as for `make_sine_base`."""
+    if isinstance(frequency_ratio, Forced):
+        return _as_force(make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
+    return make_sine_base(damping_ratio, frequency_ratio, energies)
+
+
+@inlined
+def _as_force(one: SineBase) -> SineForce:
+    return SineForce(
+        one.frequency_ratio, one.two_zeta, one.window, one.windows, one.sine, one.cosine, one.rows, one.forms
+    )
 
 
 @kernel
@@ -88,4 +142,19 @@ def sine_base_on_addresses(base: SineBase) -> SineBase:
         address(base.cosine, 0),
         address(base.rows, 0),
         address_if(base.forms),
+    )
+
+
+@inlined
+def sine_force_on_addresses(force: SineForce) -> SineForce:
+    """The same force with addresses for arrays; the arrays must outlive it."""
+    return SineForce(
+        force.frequency_ratio,
+        force.two_zeta,
+        force.window,
+        force.windows,
+        address(force.sine, 0),
+        address(force.cosine, 0),
+        address(force.rows, 0),
+        address_if(force.forms),
     )

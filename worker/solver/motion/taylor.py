@@ -75,6 +75,33 @@ def motion_rows(
     return relative.reshape(-1), absolute.reshape(-1)
 
 
+@kernel
+def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np.float64]:
+    """Coefficients of the slipping motion under a force for each unit start (x, w, sin φ, cos φ).
+
+    Parameters
+    ----------
+    two_zeta, compliance : float
+        As for `motion_rows`.
+    force : array, shape (2 · TERMS,)
+        Of the force, as from `base_rows`.
+
+    Returns
+    -------
+    array, shape (4 · TERMS,)
+        Of x, x'' = κ(sin(φ + r t) − 2ζ x' − x); the base is at rest, so of x + s too.
+    """
+    rows = zero_matrix(4, TERMS)
+    rows[0, 0] = 1.0
+    rows[1, 1] = 1.0
+    for row in range(4):
+        for n in range(2, TERMS):
+            push = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
+            taken = two_zeta * (n - 1) * rows[row, n - 1] + rows[row, n - 2]
+            rows[row, n] = compliance * (push - taken) / (n * (n - 1))
+    return rows.reshape(-1)
+
+
 @inlined
 def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: Floats) -> None:
     """Coefficients of a segment from the four rows of its medium."""

@@ -1,4 +1,4 @@
-"""What a meter reads on one segment over a harmonic base: true peaks, time stuck; where asked, energies and mean square."""
+"""What a meter reads on one segment under a harmonic excitation: peaks, time stuck; where asked, energies, mean square."""
 
 from math import sqrt
 
@@ -7,6 +7,7 @@ from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curva
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
+from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
@@ -46,8 +47,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
     v_ends = max(abs(v_start), abs(v_end))
     relative_peak = max(sums[RELATIVE_PEAK], v_ends)
     if scene.friction is None:  # with friction, |v| peaks only where a segment ends
-        r = scene.base.frequency_ratio
-        bulge = half * (segment.bounds.u2 + r * r)
+        bulge = half * w_rate_bound(segment, scene.base)
         if v_ends + 0.25 * bulge > relative_peak and abs(v_end - v_start) <= bulge:
             return False
     sums[PEAK] = peak
@@ -66,8 +66,11 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
         sine = segment.phase.first
         cosine = segment.phase.second
         if regime.sticks:
-            f = base.forms
             v = start.v
+            if isinstance(base, SineForce):  # at rest: no work is done
+                sums[SQUARE] += v * v * base.window
+                return
+            f = base.forms
             sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
             moved = f[0] * sine + f[1] * cosine
             square = f[2] * (sine * sine) + (2.0 * f[3] * (sine * cosine) + f[4] * (cosine * cosine))
@@ -79,7 +82,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
         sums[VISCOUS_LOSS] += quadratic(f, LOSS, p)
-        u = x + sine
+        u = x + segment.phase.position
         u_rate = start.w + segment.phase.rate
         square = quadratic(f, SQUARED, products(u, u_rate, sine, cosine))
         if scene.friction is not None:
@@ -129,17 +132,25 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
             outer * (u0 * u0 + u1 * u1) + middle * (ua * ua + ud * ud) + inner * (ub * ub + uc * uc)
         )
         if regime.sticks:
-            sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
+            if not isinstance(base, SineForce):
+                sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
             return
         xa, xb, xc, xd = values(curves.relative, a, b, c, d)
         wa, wb, wc, wd = slopes(curves.relative, a, b, c, d)
-        sa, sb, sc, sd = slopes(curves.shaken, a, b, c, d)
         w0 = start.w
         w1 = end.w
         two_zeta = base.two_zeta
         sums[VISCOUS_LOSS] += two_zeta * (
             outer * (w0 * w0 + w1 * w1) + middle * (wa * wa + wd * wd) + inner * (wb * wb + wc * wc)
         )
+        if isinstance(base, SineForce):
+            fa, fb, fc, fd = values(curves.shaken, a, b, c, d)
+            ends = segment.phase.first * w0 + segment.phase_end.first * w1
+            sums[WORK_IN] += outer * ends + middle * (fa * wa + fd * wd) + inner * (fb * wb + fc * wc)
+            if scene.friction is not None:
+                sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)
+            return
+        sa, sb, sc, sd = slopes(curves.shaken, a, b, c, d)
         ends = (two_zeta * w0 + start.v + offset) * rate + (two_zeta * w1 + end.v + offset) * rate_end
         middles = (two_zeta * wa + xa) * sa + (two_zeta * wd + xd) * sd
         inners = (two_zeta * wb + xb) * sb + (two_zeta * wc + xc) * sc

@@ -15,7 +15,7 @@ from damperlab.worker.solver.excitation.base import (
     Phase,
     add_start_of_base,
     expand_push,
-    largest_base_acceleration,
+    largest_push,
 )
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
@@ -99,12 +99,10 @@ def friction_event(
         buffers = buffers_of(scene)
         scratch = buffers.scratch
         if regime.sticks:
-            expand_push(scene.base, phase, -1.0, scratch)
+            expand_push(scene.base, phase, -1.0, 1.0, scratch)
             for i in range(TERMS):
                 scratch[i] += buffers.push[i]
-            limit = breakaway(
-                scene.friction, largest_base_acceleration(scene.base) + abs(buffers.push[0]), 1.0
-            )
+            limit = breakaway(scene.friction, largest_push(scene.base) + abs(buffers.push[0]), 1.0)
             scratch[0] += state.v + limit
             most = curvature_bound(scratch, t)
             found = first_crossing(scratch, 1.0, 0.0, t, most)

@@ -27,8 +27,9 @@ from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.base import (
     Phase,
-    expand_base,
-    largest_base_acceleration,
+    expand_excitation,
+    force_to_hold,
+    largest_push,
     phase_after,
     phase_at,
 )
@@ -93,8 +94,8 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 @kernel
 def _slip_from_rest(v: float, push: float, phase: Phase, scene: Scene, friction: float) -> float:
     """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
-    limit = breakaway(friction, largest_base_acceleration(scene.base) + abs(push), 1.0)
-    return slip_direction(phase.push - v - push, limit)
+    limit = breakaway(friction, largest_push(scene.base) + abs(push), 1.0)
+    return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - push, limit)
 
 
 @kernel
@@ -120,7 +121,7 @@ def while_in_wall(
     """
     base, counts, shaken = scene.base, scene.counts, curves_of(scene).shaken
     opening = phase_at(base, k)
-    expand_base(base, opening, shaken)
+    expand_excitation(base, opening, shaken)
     phase, left = span.phase, span.left
     while left > 0.0 and (state.riding > 0.0 or state.gap < 0.0):
         before = state
@@ -155,7 +156,7 @@ def _in_contact(
     motion = regime.motion
     start = buffers.start
     coordinates_into(state, regime, phase, start)
-    expand_base(scene.base, phase, buffers.shaken)
+    expand_excitation(scene.base, phase, buffers.shaken)
     if motion.fast > 0:
         vibration, settled = vibration_of(start, motion)
         if not settled and regime.between.fast > 0:
@@ -206,7 +207,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
                 scene.counts[TURNS] += 1
                 slip = _slip_from_rest(state.v, push, phase, scene, scene.friction)
             else:
-                force = phase.push - state.v - push
+                force = force_to_hold(scene.base, phase, state.v, 1.0) - push
                 slip = 1.0 if force > 0.0 else -1.0
             w = 0.0
             slip_order = 1 if slip != 0.0 else 0

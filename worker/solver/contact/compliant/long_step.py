@@ -108,7 +108,7 @@ def longest_step(
     limit = 0.0
     if friction is not None:
         if regime.sticks:
-            expand_push(base, phase, 1.0, scratch)
+            expand_push(base, phase, 1.0, 1.0, scratch)
             for i in range(TERMS):
                 scratch[i] -= buffers.push[i]
             scratch[0] -= state.v

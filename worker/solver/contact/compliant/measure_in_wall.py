@@ -11,11 +11,11 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.excitation.base import Excitation, RecordBase
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.sine_base import SineBase
+from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
 from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.scene import Scene
@@ -60,7 +60,10 @@ def measure_contact(
             transmitted = -(base.two_zeta * w + value(buffers.relative, at))
         u = value(buffers.absolute, at) - regime.offset
         depth_rate = slope(buffers.depth, at)
-        work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.shaken, at)
+        if isinstance(base, SineForce):
+            work += GAUSS_WEIGHTS[i] * value(buffers.shaken, at) * w
+        else:
+            work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.shaken, at)
         loss += GAUSS_WEIGHTS[i] * w * w
         mean_square += GAUSS_WEIGHTS[i] * u * u
         struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
@@ -84,10 +87,12 @@ def measure_contact(
 
 
 @inlined
-def _held_force(base: SineBase | RecordBase, buffers: Buffers, t: float) -> float:
+def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
     """Force of the base on a mass that it holds against the wall, from the polynomials."""
     if isinstance(base, RecordBase):
         return value(buffers.push, t) + _record_acceleration(buffers, t)
+    if isinstance(base, SineForce):
+        return 0.0  # at rest: no work is done
     square = base.frequency_ratio * base.frequency_ratio
     return value(buffers.push, t) - square * value(buffers.shaken, t)
 
@@ -179,14 +184,21 @@ def measure_vibration(
     if regime.sticks:
         x1 = x2 = w1 = w2 = 0.0
     rate, scratch = buffers.rate, buffers.scratch
-    rate_into(buffers.shaken, 0, rate)
+    if isinstance(base, SineForce):  # the force does work as the mass moves
+        for i in range(TERMS):
+            rate[i] = buffers.shaken[i]
+    else:
+        rate_into(buffers.shaken, 0, rate)
     if regime.sticks:
         n1 = wall.stiffness * u[8] + wall.damping * u[10]
         n2 = wall.stiffness * u[9] + wall.damping * u[11]
     else:
         n1 = -(base.two_zeta * w1 + x1)
         n2 = -(base.two_zeta * w2 + x2)
-    sums[WORK_IN] += _by_parts(rate, n1, n2, t, before, after, motion.inverse, scratch)
+    if isinstance(base, SineForce):
+        sums[WORK_IN] += _by_parts(rate, w1, w2, t, before, after, motion.inverse, scratch)
+    else:
+        sums[WORK_IN] += _by_parts(rate, n1, n2, t, before, after, motion.inverse, scratch)
     rate_into(buffers.depth, 0, rate)
     cross = _by_parts(rate, y1, y2, t, before, after, motion.inverse, scratch)
     own = y1 * y1 * j11 + 2.0 * y1 * y2 * j12 + y2 * y2 * j22

@@ -7,7 +7,7 @@ from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
-from damperlab.worker.solver.excitation.base import Phase, add_start_of_base, expand_base
+from damperlab.worker.solver.excitation.base import Phase, add_start_of_base, expand_base, expand_excitation
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
@@ -36,7 +36,7 @@ def separate(
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, depth, scratch = buffers.relative, buffers.absolute, buffers.depth, buffers.scratch
     regime = regime_of(state, scene)
-    expand_base(base, phase, buffers.shaken)
+    expand_excitation(base, phase, buffers.shaken)
     if regime.sticks:
         expand_base(base, phase, absolute)
         stick(state.v, relative, absolute)

@@ -1,0 +1,161 @@
+"""A force on the structure in place of a shaken base: against references that know both, and against what the two share."""
+
+from dataclasses import replace
+from math import hypot
+
+import numpy as np
+import pytest
+from tests.oracles.compliant_wall import Scene as Walls
+from tests.oracles.compliant_wall import end_state as walled_end
+from tests.oracles.dwelling import Scene as Dwelling
+from tests.oracles.dwelling import end_state as dwelling_end
+from tests.reference.simulator import simulate as reference
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
+from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.steady.settle import Settings
+
+# ζ, r, γ_F, (d/Z, e, β), cycles: impacts with friction; chatter with stick; rides without friction; rides and sticks; above
+# resonance; friction alone; a mass that friction holds while the particle rests
+SCENES = [
+    (0.0038, 1.0, 0.4, (5.0, 0.47, 0.1), 12),
+    (0.02, 0.9, 0.3, (1.0, 0.6, 0.2), 12),
+    (0.02, 0.9, 0.0, (2.0, 0.0, 0.2), 12),
+    (0.05, 0.5, 0.2, (0.5, 0.0, 0.3), 12),
+    (0.01, 2.0, 0.1, (0.2, 0.3, 0.1), 12),
+    (0.0038, 1.02, 0.7, None, 12),
+    (0.03, 1.0, 0.95, (0.2, 0.2, 0.4), 10),
+]
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=str)
+def test_a_march_agrees_with_the_reference_simulator(scene) -> None:
+    """Rounding of hundreds of events, at most some hundred times 1e-14 of a motion of ten, which impacts amplify."""
+    zeta, r, gamma, particle, cycles = scene
+    truth = reference(zeta, r, gamma, particle, cycles, digits=30, peaks=True, forced=True)
+    design = Design(zeta, r, gamma, Particle(*particle) if particle else None, forced=True)
+    found = simulate(design, cycles)
+    for name in ("u", "u_rate", "p", "p_rate"):
+        if particle is None and name.startswith("p"):
+            assert found.state[name] is None
+        else:
+            assert found.state[name] == pytest.approx(float(truth[name]), rel=0.0, abs=1e-11)
+    peaks = np.array([[float(u), float(v)] for u, v in truth["peaks"]])
+    assert found.metrics["amplitude_ratio_max"] == pytest.approx(peaks[:, 0].max(), rel=1e-11)
+    same = pytest.approx(found.metrics["amplitude_ratio"], rel=1e-12)
+    assert found.metrics["relative_amplitude_ratio"] == same
+    assert found.events["turns"] == truth["turns"]
+    time = 2.0 * np.pi * cycles / r
+    assert found.metrics["stick_fraction"] == pytest.approx(float(truth["stuck_time"]) / time, abs=1e-12)
+    assert found.metrics["energy_residual"] <= 1e-12
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Dwelling(0.02, 1.0, 0.0, 5.0, 0.47, 0.1, 0.3, forced=True),
+        Dwelling(0.02, 0.8, 0.0, 1.5, 0.8, 0.4, 7.0, forced=True),
+        Dwelling(0.05, 1.0, 0.4, 2.0, 0.6, 0.2, 0.5, forced=True),
+        Dwelling(0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1.1, forced=True),
+    ],
+    ids=str,
+)
+def test_contact_of_fixed_duration_agrees_with_a_general_integrator(scene: Dwelling) -> None:
+    """Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few."""
+    expected, impacts = dwelling_end(scene, 6)
+    particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
+    design = Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle, forced=True)
+    found = simulate(design, 6)
+    assert impacts >= 3
+    assert found.events["impacts"] == impacts
+    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-8)
+    assert found.metrics["energy_residual"] <= 1e-12
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e2, 4),
+        (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e8, 4),
+        (0.0038, 1.0, 0.4, 2.0, 0.47, 0.1, 10.0, 4),
+        (0.0038, 0.9, 0.8, 0.3, 0.1, 0.1, 1e3, 3),
+        (0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1e2, 3),
+        (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e3, 2),
+    ],
+    ids=str,
+)
+def test_compliant_walls_agree_with_a_plain_march(scene) -> None:
+    """Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify."""
+    zeta, r, gamma, clearance, restitution, mass, stiffness, cycles = scene
+    wall = wall_constants(restitution, contact_time_of_stiffness(restitution, stiffness, mass), mass)
+    expected, march = walled_end(Walls(zeta, r, gamma, clearance, mass, *wall, forced=True), int(cycles))
+    particle = Particle(clearance, restitution, mass, None, Wall(*wall))
+    found = simulate(Design(zeta, r, gamma, particle, forced=True), int(cycles))
+    assert march.impacts >= 3
+    assert (found.events["impacts"], found.events["turns"]) == (march.impacts, march.turns)
+    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-9)
+    assert found.metrics["energy_residual"] <= 1e-12
+
+
+@pytest.mark.parametrize("r", [0.3, 0.97, 1.0, 1.4])
+def test_friction_alone_is_the_relative_motion_on_a_shaken_base(r: float) -> None:
+    """Both are v'' + 2ζv' + v + γ Sgn v' = P sin rτ, with P = 1 and P = r²; only the start from rest differs."""
+    forced = simulate(Design(0.03, r, 0.4, forced=True)).metrics
+    shaken = simulate(Design(0.03, r, 0.4 * r * r)).metrics
+    assert forced["status"] == shaken["status"] == Status.CONVERGED
+    apart = 8.0 * (forced["amplitude_error"] + shaken["amplitude_error"] / r**2) + 1e-9
+    assert forced["amplitude_ratio"] == pytest.approx(
+        shaken["relative_amplitude_ratio"] / r**2, rel=0, abs=apart
+    )
+    assert forced["stick_fraction"] == pytest.approx(shaken["stick_fraction"], abs=1e-7)
+    assert forced["floquet_multiplier"] == pytest.approx(shaken["floquet_multiplier"], abs=1e-6)
+
+
+def test_a_particle_alone_moves_as_on_a_base_that_exerts_the_same_force() -> None:
+    """Without friction a base exerts ks + cs' alone: a force of √(1 + (2ζr)²) kZ, at another phase."""
+    zeta, r, clearance = 0.02, 0.97, 3.0
+    size = hypot(1.0, 2.0 * zeta * r)
+    forced = simulate(Design(zeta, r, 0.0, Particle(clearance, 0.6, 0.1), forced=True)).metrics
+    shaken = simulate(Design(zeta, r, 0.0, Particle(clearance * size, 0.6, 0.1))).metrics
+    assert forced["response_class"] == shaken["response_class"] == ResponseClass.SYMMETRIC
+    assert size * forced["amplitude_ratio"] == pytest.approx(shaken["amplitude_ratio"], rel=1e-9)
+    assert size * forced["impact_speed_max"] == pytest.approx(shaken["impact_speed_max"], rel=1e-9)
+    assert forced["floquet_multiplier"] == pytest.approx(shaken["floquet_multiplier"], rel=1e-7)
+    # the dashpot is between mass and base, which moves in one of them; impacts lose the same
+    lost = [one["dissipation_per_cycle"] * one["dissipation_impact"] for one in (forced, shaken)]
+    assert size**2 * lost[0] == pytest.approx(lost[1], rel=1e-9)
+
+
+def test_the_structure_alone_has_its_closed_form() -> None:
+    zeta, r = 0.05, 1.1
+    receptance = 1.0 / (1.0 - r * r + 2j * zeta * r)
+    found = simulate(Design(zeta, r, forced=True), history=1)
+    assert found.metrics["amplitude_ratio"] == pytest.approx(abs(receptance), rel=1e-14)
+    assert found.metrics["relative_amplitude_ratio"] == found.metrics["amplitude_ratio"]
+    assert found.state["u"] == pytest.approx(receptance.imag, rel=1e-13)
+    assert found.state["u_rate"] == pytest.approx(r * receptance.real, rel=1e-13)
+    # the work of the force is what the dashpot takes
+    lost = 2.0 * np.pi * zeta * r * abs(receptance) ** 2
+    assert found.metrics["dissipation_per_cycle"] == pytest.approx(lost, rel=1e-13)
+    assert np.abs(found.history["u"]).max() == pytest.approx(abs(receptance), rel=1e-3)
+    assert found.history["u"] == pytest.approx(found.history["v"], abs=0.0)
+
+
+@pytest.mark.parametrize("energies", [True, None])
+def test_friction_as_large_as_the_force_holds_the_mass(energies) -> None:
+    """γ_F ≥ 1, so that F_f ≥ F₀: nothing moves, and nothing is divided by the energy of nothing."""
+    settings = Settings(4000, 0.02, 1e-9, energies)
+    found = simulate(Design(0.02, 1.0, 1.0, Particle(5.0, 0.47, 0.1), forced=True), settings=settings).metrics
+    assert (found["status"], found["response_class"]) == (Status.CONVERGED, ResponseClass.LOCKED)
+    assert found["amplitude_ratio"] == 0.0
+    assert found["stick_fraction"] == pytest.approx(1.0, abs=1e-14)
+    assert found["energy_residual"] == 0.0 if energies else np.isnan(found["energy_residual"])
+
+
+def test_fixed_steps_know_a_shaken_base_only() -> None:
+    design = replace(Design(0.02, 1.0), forced=True)
+    with pytest.raises(ValueError, match="shaken base"):
+        simulate(design, 2, method="rk4")
