@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, listing, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
@@ -128,7 +128,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     excitation = document.get("excitation", Simulated.excitation)
     if excitation not in EXCITATIONS:
         advice = "write force for a force on the structure"
-        faults.append(Fault("excitation", describe(excitation), listing(EXCITATIONS), advice))
+        faults.append(Fault("excitation", describe(excitation), " or ".join(EXCITATIONS), advice))
     elif excitation == "force" and method == "rk4":
         faults.append(Fault("excitation", "force", "base with method rk4", "write method event"))
     contact: Contact | None = None

@@ -10,7 +10,7 @@ from pydantic import (
     Tag,
 )
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing
+from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.reads import Reads
@@ -77,7 +77,7 @@ def read_excitation(raw: object) -> Literal["force"] | None:
     if raw == "force":
         return "force"
     advice = "write force for a force on the structure, or leave it out"
-    raise StudyFaults([Fault("", describe(raw), listing(EXCITATIONS), advice)])
+    raise StudyFaults([Fault("", describe(raw), " or ".join(EXCITATIONS), advice)])
 
 
 ExcitationField = Annotated[

@@ -55,6 +55,12 @@ from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
 from damperlab.studies.reads import Reads
+from damperlab.studies.static_displacement import (
+    force_faults,
+    named_after_force,
+    with_static_displacement,
+    without_force,
+)
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -158,13 +164,15 @@ class Study(Choice):
         """Validate the fields and what holds between them, and raise all faults together."""
         if isinstance(raw, Study):
             return raw
-        document, faults = guard(raw)
+        given, faults = guard(raw)
+        document = with_static_displacement(given)
         study: Study | None = None
         try:
             study = handler(with_defaults(document))
         except ValidationError as error:
-            faults.extend(faults_of(error, KEYS))
-        faults.extend(faults_between(document))
+            faults.extend(named_after_force(faults_of(error, KEYS), given))
+        faults.extend(named_after_force(faults_between(without_force(document)), given))
+        faults.extend(force_faults(document))
         if study is not None and study.physical is not None and not faults:
             faults.extend(
                 derived_faults(study.physical, study.particle, study.coordinates["frequency_ratio"])

@@ -35,6 +35,7 @@ MASS = _si("mass_kg", "mass M of the primary structure [kg]")
 NATURAL_FREQUENCY = _si("natural_frequency_hz", "undamped natural frequency ω_n/2π [Hz]", 1e-9, 1e9)
 BASE_AMPLITUDE = _si("base_amplitude_m", "amplitude Z of the base [m]")
 EXCITATION_FREQUENCY = _si("excitation_frequency_hz", "excitation frequency ω/2π [Hz]", 1e-9, 1e9)
+FORCE = _si("force_n", "amplitude F₀ of a force on the structure [N]")
 DAMPING = _si("damping_n_s_per_m", "viscous damping coefficient c [N s/m]", 0.0)
 FRICTION_FORCE = _si("friction_force_n", "Coulomb friction force F_f [N]", 0.0)
 CLEARANCE = _si("clearance_m", "clearance d on either side of the particle, half the free cavity length [m]")
@@ -78,11 +79,13 @@ class Physical(Choice):
     `base_amplitude_m` for it. Where the base amplitude is an axis of a damper whose force and clearance stay, the study
     is one over base amplitudes, see `damperlab.studies.amplitudes`; there `constant` may say that the velocity or the
     acceleration of the base is the same at every frequency, and `base_amplitude_m` is its amplitude at the natural one.
+    Under a force on the structure the static displacement F₀/k is in the place of the base amplitude; `force_n` makes it.
     """
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
     natural_frequency_hz: Annotated[AxisSpec | None, along(NATURAL_FREQUENCY)] = None
     base_amplitude_m: Annotated[AxisSpec | None, along(BASE_AMPLITUDE)] = None
+    force_n: Annotated[AxisSpec | None, along(FORCE)] = None
     excitation_frequency_hz: Annotated[AxisSpec | None, along(EXCITATION_FREQUENCY)] = None
     damping_n_s_per_m: Annotated[AxisSpec | None, along(DAMPING)] = None
     friction_force_n: Annotated[AxisSpec | None, along(FRICTION_FORCE)] = None

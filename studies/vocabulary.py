@@ -66,7 +66,8 @@ START_KINDS: dict[str, str] = {
 """Where the computation of each point starts."""
 
 Excitation = Literal["base", "force"]
-EXCITATIONS: tuple[Excitation, ...] = get_args(Excitation)
+EXCITATIONS: dict[Excitation, str] = {"base": "its base, shaken", "force": "a force on it"}
+"""What excites the structure."""
 
 Reduction = Literal["max", "min", "mean"]
 REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)

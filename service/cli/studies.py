@@ -9,7 +9,7 @@ from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.store.provenance import COARSE_OF
-from damperlab.studies.vocabulary import STATES
+from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
     from damperlab.studies.store.record import Record
@@ -239,6 +239,8 @@ def summary(record: "Record") -> str:
         lines.append(("version", str(record.version)))
     if record.outdated:
         lines.append(("outdated", f"computed by an earlier solver; damperlab recompute {record.id}"))
+    if record.definition.get("excitation"):
+        lines.append(("excitation", EXCITATIONS[record.definition["excitation"]]))
     records = [one["id"] for one in record.definition.get("records", [])]
     if records:
         lines.append(("records", ", ".join(records)))

@@ -21,6 +21,25 @@ export function numberField(label, field, value, onChange) {
 }
 
 /**
+ * What excites the structure.
+ *
+ * @param {any} study
+ * @param {(study: any) => void} redraw
+ */
+export function excitationField(study, redraw) {
+  const now = study.excitation ?? "base";
+  const put = (/** @type {string} */ next) => redraw({ ...study, excitation: next === "base" ? undefined : next });
+  return el(
+    "div",
+    { class: "row", "data-field": "excitation" },
+    picker("The structure is excited by", Object.entries(WORDS.excitations), now, put),
+    help("model/#a-force-on-the-structure", "a force on the structure"),
+    el("span", { class: "faults" }),
+    now === "force" && el("p", { class: "quiet" }, "The base stands still. Z is the static displacement F₀/k: γ_F = F_f/F₀, and the amplitude ratio is X k/F₀."),
+  );
+}
+
+/**
  * How impacts happen.
  *
  * @param {any} study

@@ -7,7 +7,7 @@ import { help } from "./help.js";
 import { count, counted, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
 import { SURVEY, surveyFields } from "./survey_fields.js";
-import { contactField, startField, steadyField } from "./settings_fields.js";
+import { contactField, excitationField, startField, steadyField } from "./settings_fields.js";
 import { OF_PARTICLE, vocabulary } from "./vocabulary.js";
 
 const FIRST_SCENE = "figure-11";
@@ -220,7 +220,8 @@ function fieldsOf(study, change, redraw) {
     el(
       "details",
       { class: "more" },
-      el("summary", {}, "Contact, starts and when a response counts as steady"),
+      el("summary", {}, "Excitation, contact, starts and when a response counts as steady"),
+      excitationField(study, redraw),
       contactField(study, change, redraw),
       startField(study, change, redraw),
       steadyField(study, change),

@@ -40,6 +40,7 @@ export const WORDS: {
   states: string[];
   ended: string[];
   /** Names for people, by the name in documents. */
+  excitations: Record<string, string>;
   contact_models: Record<string, string>;
   start_kinds: Record<string, string>;
   criteria: Record<string, string>;
