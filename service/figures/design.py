@@ -60,14 +60,18 @@ def draw_amplitudes(found: Found) -> Figure:
             curve = found.book.curve(found.build, amplitude)
             r, values = curve.r, curve.measured / curve.base_m
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
-            axes.plot(_frequencies(asked, r), values, color=colours(norm(amplitude.reference_m)), label=name)
             place = int(values.argmax())
-            peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
-        axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
-        axes.set_yscale("log")
-        ticks_1_2_5(axes.yaxis)
-        # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
-        axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
+            held = values[place] == 0.0  # friction withstands the force: nothing to draw on a logarithm
+            colour = colours(norm(amplitude.reference_m))
+            axes.plot(_frequencies(asked, r), values, color=colour, label=f"{name}, held" if held else name)
+            if not held:
+                peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
+        if peaks:
+            axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
+            axes.set_yscale("log")
+            ticks_1_2_5(axes.yaxis)
+            # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
+            axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         force = found.shown[0].excitation.motion.force
         axes.set_ylabel(f"Response over {'static displacement' if force else 'base amplitude'}")
         axes.legend(title=found.shown[0].excitation.motion.words, ncols=3)

@@ -87,7 +87,7 @@ export function motionPanel(session) {
       await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
         xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1, exponentformat: "power" }, showlegend: false, bargap: 0.3,
       }));
-      const damper = { damping: question.damping_ratio, friction: question.friction_ratio, mass: question.mass_ratio ?? 0, clearance: ratios.clearance };
+      const damper = { damping: question.damping_ratio, friction: question.friction_ratio, mass: question.mass_ratio ?? 0, clearance: ratios.clearance, forced: question.excitation === "force" };
       await forces.draw(() => forceTraces(history, damper, session.shown.factor("friction_ratio")), () => ({
         xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
         yaxis: { title: { text: session.shown.has("friction_ratio") ? "force on the structure [N]" : "force on the structure, over kZ" } },

@@ -25,6 +25,7 @@ SOURCES: tuple[str, ...] = (
     "studies/presets.py",
     "studies/quantity.py",
     "studies/spacing.py",
+    "studies/static_displacement.py",
     "studies/variables.py",
     "studies/vocabulary.py",
     "worker/block.py",

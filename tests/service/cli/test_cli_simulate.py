@@ -19,6 +19,13 @@ def test_the_bare_structure_has_no_particle_and_the_closed_form_amplitude() -> N
     assert answer["events"]["impacts"] == 0
 
 
+def test_a_force_on_the_structure_has_the_closed_form_amplitude() -> None:
+    answer = json.loads(run("simulate", "--no-particle", "--excitation", "force", "--json").stdout)
+    assert answer["metrics"]["amplitude_ratio"] == pytest.approx(1 / (2 * 0.0038), rel=1e-9)
+    refused = run("simulate", "--excitation", "force", "--method", "rk4", "--cycles", "3", status=2)
+    assert "excitation" in refused.stderr
+
+
 def test_a_number_of_cycles_ends_exactly_there_and_every_digit_is_printed(tmp_path: Path) -> None:
     from damperlab.service.simulation import compute, read_simulation
 

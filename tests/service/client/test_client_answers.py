@@ -295,6 +295,11 @@ def test_simulation_is_that_of_the_solver(remote: Client, tmp_path: Path) -> Non
     assert "Time in excitation cycles" in (tmp_path / "history.svg").read_text()
 
 
+def test_simulation_under_a_force_is_that_of_the_solver(remote: Client) -> None:
+    found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
+    assert found.metrics["amplitude_ratio"] == pytest.approx(1.0 / np.hypot(1.0 - 1.21, 0.11), rel=1e-12)
+
+
 def test_simulation_for_a_number_of_cycles_ends_where_the_solver_does(remote: Client) -> None:
     from damperlab.worker.point import Design
     from damperlab.worker.simulate import simulate

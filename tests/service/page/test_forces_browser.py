@@ -21,6 +21,11 @@ MODULE = "document.querySelector('script[type=module]').src"
         ({"frequency_ratio": 0.45, "friction_ratio": 0.15, "particle": False}, True),
         ({"frequency_ratio": 1.0, "friction_ratio": 0.3, "particle": False}, False),
         ({"frequency_ratio": 1.0, "friction_ratio": 0.3, "clearance_ratio": 6.0}, False),
+        ({"frequency_ratio": 0.45, "friction_ratio": 0.6, "particle": False, "excitation": "force"}, True),
+        (
+            {"frequency_ratio": 1.0, "friction_ratio": 0.3, "clearance_ratio": 6.0, "excitation": "force"},
+            False,
+        ),
     ],
 )
 def test_the_forces_accelerate_the_structure(
@@ -36,9 +41,10 @@ def test_the_forces_accelerate_the_structure(
         "friction": asked["friction_ratio"],
         "mass": asked.get("mass_ratio", 0),
         "clearance": clearance,
+        "forced": asked.get("excitation") == "force",
     }
     forces = page.evaluate(FORCES, [history, asked["frequency_ratio"], damper, page.evaluate(MODULE)])
-    sums = np.sum([forces["spring"], forces["damping"], forces["friction"]], axis=0)
+    sums = np.sum([forces[name] for name in ("spring", "damping", "friction", "force")], axis=0)
     time, rate = np.array(history["time"]), np.array(history["u_rate"])
     slip, struck = np.array(history["v_rate"]), np.array(history["impact"]) > 0
     step = np.diff(time)

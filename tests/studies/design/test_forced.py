@@ -147,6 +147,16 @@ def test_a_force_that_friction_withstands_moves_nothing() -> None:
     assert "Friction holds" in design_report(found)
 
 
+def test_a_damper_that_withstands_every_force_shown_has_a_report() -> None:
+    choice = {"clearance_m": {"start": 0.0002, "stop": 0.002}}
+    found, _ = pursued(
+        PRESS | {"choose": choice, "friction_force_n": 200.0, "tolerances": {}, "builds": 0}, 4000
+    )
+    assert found.stated.most == 0.0
+    assert "held" in draw_amplitudes(found).axes[0].get_legend().get_texts()[-1].get_text()
+    assert "Friction holds" in design_report(found)
+
+
 def test_a_force_and_a_shaken_base_are_judged_one_at_a_time() -> None:
     band = {"frequency_hz": {"start": LOW, "stop": HIGH}}
     shaken = {"name": "floor", "base_amplitude_m": 1e-4, **band}
