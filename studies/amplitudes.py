@@ -15,6 +15,7 @@ CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
 """What of the base may be the same at every frequency in place of its displacement, and which derivative that is."""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
+STATIC = "static displacement Z of the force"
 """What the dimension is where a velocity or an acceleration is the same at every frequency."""
 
 DIMENSIONS: dict[str, tuple[str, str]] = {

@@ -15,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from damperlab.studies.amplitudes import AMPLITUDE, AT_NATURAL, RATIOS_OF
+from damperlab.studies.amplitudes import AMPLITUDE, AT_NATURAL, RATIOS_OF, STATIC
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.axes import (
     AxisSpec,
@@ -222,6 +222,8 @@ class Study(Choice):
             named = AMPLITUDE_DIMENSIONS
             if self.physical is not None and self.physical.constant is not None:
                 named = named | {AMPLITUDE: (named[AMPLITUDE][0], AT_NATURAL)}
+            if self.forced:
+                named = named | {AMPLITUDE: (named[AMPLITUDE][0], STATIC)}
         return {name: {"units": unit, "long_name": words} for name, (unit, words) in named.items()}
 
     @property

@@ -26,9 +26,9 @@ def tmd(
     check_file(output)
     record, whole = ask(study, data_dir, "tmd", amplitudes=True)
     from damperlab.service.comparisons import columns_document
+    from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
     from damperlab.studies.answers.phrases import FREQUENCY, Phrases
-    from damperlab.studies.answers.selection import excitation_of
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):

@@ -5,6 +5,7 @@ import json
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import noted
 from damperlab.studies.answers.selection import choose
@@ -58,9 +59,10 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
     if AMPLITUDE not in whole.sizes:
         return answer
     metres = json.loads(cube.attrs["study"])["physical"][AMPLITUDE]
+    called = amplitude_called(cube).capitalize()
     words = {
-        "note": f"Base amplitude Z = {metres:g} m.",
-        "in_units": {"note": f"Base amplitude Z = {1e3 * metres:g} mm."},
+        "note": f"{called} Z = {metres:g} m.",
+        "in_units": {"note": f"{called} Z = {1e3 * metres:g} mm."},
     }
     answer.attrs |= noted(
         words, {name: answer.attrs[name] for name in ("note", "in_units") if name in answer.attrs}

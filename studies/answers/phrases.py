@@ -10,6 +10,7 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
 from damperlab.studies.amplitudes import RATIOS_OF
+from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
@@ -88,21 +89,25 @@ class Phrases:
     ----------
     quantities : mapping of InUnits
         What stands in units, by its name in the cube; all else stays a ratio.
+    amplitude : str
+        What Z is called.
     """
 
     quantities: Mapping[str, InUnits] = field(default_factory=dict)
+    amplitude: str = "base amplitude"
 
     @classmethod
     def of(cls, cube: xr.Dataset) -> "Phrases":
         """Give those of a study in units; of one in ratios alone they are those of ratios."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
-        return cls(found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside})
+        named = found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside}
+        return cls(named, amplitude_called(cube))
 
     @classmethod
     def of_ratios(cls, cube: xr.Dataset) -> "Phrases":
         """Give those of ratios; what the cube has in SI units itself stands in units all the same."""
-        return cls({each.source: each for each in in_si(cube)})
+        return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def _has(self, name: str) -> bool:
         return name in self.quantities
@@ -115,6 +120,8 @@ class Phrases:
 
     def label(self, name: str) -> str:
         """Give the name of a dimension: its term, or that of its quantity, with its symbol."""
+        if name == BASE_AMPLITUDE:
+            return f"{self.amplitude} Z"
         return _PRINTED[name].label if self._has(name) else TERMS.get(name, name)
 
     def unit(self, name: str) -> str:
@@ -128,7 +135,7 @@ class Phrases:
             return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
         of_a_dimension = name in TERMS and name not in RESULTS
         named = _SI_SUFFIX.sub("", AMPLITUDES.get(name, name))
-        return f"{_PRINTED[name].label if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
+        return f"{self.label(name) if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
 
     def printed(self, name: str, value: float) -> float:
         """Give a value of a ratio as it is written, without its unit."""

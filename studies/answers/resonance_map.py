@@ -160,7 +160,7 @@ def resonance_map(
             low, high = phrases.number(over, ends[0], "g"), phrases.value(over, ends[-1], "g")
             high += "" if phrases.unit(over) else " m"
             sentences.append(
-                f"The {reduce} over the study's {count_of} base amplitudes from {low} to {high}."
+                f"The {reduce} over the study's {count_of} {phrases.amplitude}s from {low} to {high}."
             )
         if worst:
             sentences.append(say_worst(cube, phrases))

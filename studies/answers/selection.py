@@ -18,7 +18,6 @@ from damperlab.studies.kinds import kind_of
 from damperlab.studies.unit_names import AMPLITUDES
 from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import STEPPED, Status
-from damperlab.studies.vocabulary import Excitation
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
 """What is given beside a metric, so that nobody has to take a value on trust."""
@@ -82,11 +81,6 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
         found = f"a study that does not store {listing(missing)}"
         told = f"The study does not store {listing(missing)}, which `{field}` needs."
         raise QueryFault(Fault(field, found, allowed, advice, told))
-
-
-def excitation_of(cube: xr.Dataset) -> Excitation:
-    """Give what excites the structure in a study: base or force."""
-    return json.loads(cube.attrs.get("study", "{}")).get("excitation") or "base"
 
 
 def _submit(cube: xr.Dataset, *names: str) -> str:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.ends import ends_of_damper
+from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside as within
 from damperlab.studies.answers.selection import (
@@ -264,7 +265,7 @@ def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -
             counted(structures, "structure"),
         )
     else:
-        met = (counted(part.sizes[AMPLITUDE], "base amplitude"),)
+        met = (counted(part.sizes[AMPLITUDE], amplitude_called(part)),)
         met += tuple(f"{part.sizes[n]} {words}" for n, words in _MET.items() if part.sizes[n] > 1)
     long_name = part[metric].attrs.get("long_name", metric)
     sentences = [

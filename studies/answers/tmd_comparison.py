@@ -7,10 +7,11 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, WHY, runs
+from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.phrases import Phrases, noted, said
-from damperlab.studies.answers.selection import excitation_of, in_ratios, require_stored
+from damperlab.studies.answers.selection import in_ratios, require_stored
 from damperlab.studies.answers.verdict import NEXT_BAND, say_next
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.follow_up import cover
-from damperlab.studies.answers.selection import excitation_of
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import FORCE, Build, Law, Place, Spot
 from damperlab.studies.design.curve import Curve
