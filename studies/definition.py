@@ -139,7 +139,10 @@ class Study(Choice):
                 "items": {"type": "string", "enum": list(VARIABLES)},
                 "minItems": 1,
                 "uniqueItems": True,
-                "description": "what to store, and status in any case; where left out, every variable of the start option",
+                "description": (
+                    "what to store, and status in any case; where left out, every variable of the start option but those "
+                    "of the acceleration"
+                ),
             },
         ),
     ] = STANDARD

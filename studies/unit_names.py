@@ -16,6 +16,13 @@ AMPLITUDES: dict[str, str] = {
 }
 """Results that are lengths over the base amplitude, and their names in units."""
 
+ACCELERATIONS: dict[str, str] = {
+    name: f"{name.replace('acceleration_ratio', 'acceleration')}_m_per_s2"
+    for name in VARIABLES
+    if name.startswith("acceleration_ratio")
+}
+"""Results that are accelerations over Z·ω_n², and their names in units."""
+
 SPEED = "impact_speed_max_m_per_s"
 ENERGY = "dissipation_per_cycle_j"
 
@@ -33,6 +40,10 @@ COORDINATE_SOURCES = {
 }
 """The ratio that each coordinate in units stands for."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
+RESULT_NAMES |= {
+    name: "acceleration of the structure" if source == "acceleration_ratio" else "rms acceleration, times √2"
+    for source, name in ACCELERATIONS.items()
+}
 RESULT_NAMES[SPEED] = "largest approach speed at an impact"
 RESULT_NAMES[ENERGY] = VARIABLES["dissipation_per_cycle"].long_name
 LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES

@@ -14,7 +14,14 @@ from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.physical import Physical
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_NAMES, ENERGY, RESULT_NAMES, SPEED
+from damperlab.studies.unit_names import (
+    ACCELERATIONS,
+    AMPLITUDES,
+    COORDINATE_NAMES,
+    ENERGY,
+    RESULT_NAMES,
+    SPEED,
+)
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
@@ -122,6 +129,9 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
     rate = 2.0 * math.pi * _number(physical, "natural_frequency_hz")
     stiffness = _number(physical, "mass_kg") * rate**2
     every = [InUnits(name, source, 1.0, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()]
+    every += [
+        InUnits(name, source, rate**2, "m s-2", RESULT_NAMES[name]) for source, name in ACCELERATIONS.items()
+    ]
     every.append(InUnits(SPEED, "impact_speed_max", rate, "m s-1", RESULT_NAMES[SPEED]))
     every.append(InUnits(ENERGY, "dissipation_per_cycle", stiffness, "J", RESULT_NAMES[ENERGY], 2))
     return [each for each in every if each.source in cube.data_vars and math.isfinite(each.factor)]
@@ -209,6 +219,7 @@ def _quantities(cube: xr.Dataset) -> list[InUnits]:
     physical = _physical(cube)
     mass, frequency, amplitude = (_number(physical, name) for name in STRUCTURE)
     speed = 2.0 * math.pi * frequency * amplitude
+    acceleration = (2.0 * math.pi * frequency) ** 2 * amplitude
     force = mass * (2.0 * math.pi * frequency) ** 2 * amplitude
     every = [
         InUnits("clearance_m", "clearance_ratio", amplitude, "m", COORDINATE_NAMES["clearance_m"]),
@@ -216,6 +227,10 @@ def _quantities(cube: xr.Dataset) -> list[InUnits]:
         InUnits("particle_mass_kg", "mass_ratio", mass, "kg", COORDINATE_NAMES["particle_mass_kg"]),
         InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", COORDINATE_NAMES["frequency_hz"]),
         *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
+        *(
+            InUnits(name, source, acceleration, "m s-2", RESULT_NAMES[name])
+            for source, name in ACCELERATIONS.items()
+        ),
         InUnits(SPEED, "impact_speed_max", speed, "m s-1", RESULT_NAMES[SPEED]),
         InUnits(ENERGY, "dissipation_per_cycle", force * amplitude, "J", RESULT_NAMES[ENERGY], 2),
     ]

@@ -106,6 +106,8 @@ class Variable:
         The meaning of the values, where they are codes.
     start : str, optional
         The only start option that gives it; "" where each does.
+    asked : bool
+        Whether it is stored only where a study lists it.
     """
 
     name: str
@@ -115,6 +117,7 @@ class Variable:
     doc: str
     flags: type[Status] | type[ResponseClass] | None = None
     start: str = ""
+    asked: bool = False
 
     @property
     def fill(self) -> float | int:
@@ -128,6 +131,10 @@ def _of_starts(name: str, dtype: str, long_name: str, doc: str) -> Variable:
 
 def _ratio(name: str, long_name: str, doc: str, units: str = "1") -> Variable:
     return Variable(name, "f8", units, long_name, doc)
+
+
+def _on_demand(name: str, long_name: str, doc: str) -> Variable:
+    return Variable(name, "f8", "1", long_name, doc, asked=True)
 
 
 VARIABLES: dict[str, Variable] = {
@@ -154,6 +161,18 @@ VARIABLES: dict[str, Variable] = {
             "relative_amplitude_ratio",
             "relative amplitude ratio |x−z|/Z",
             "Mean of the peaks of |x−z|/Z over the same cycles; it has no error of its own.",
+        ),
+        _on_demand(
+            "acceleration_ratio",
+            "acceleration ratio |ẍ|/(Z·ω_n²)",
+            "Mean of the peaks of the acceleration of the structure over the same cycles, over Z·ω_n² (F₀/M under a force); "
+            "between impacts: what an instantaneous one does in no time is left out. It has no error of its own.",
+        ),
+        _on_demand(
+            "acceleration_ratio_rms",
+            "rms acceleration ratio",
+            "√2 times the rms of the acceleration of the structure between impacts, over Z·ω_n² (F₀/M under a force); equals "
+            "the largest for a sinusoid. It has no error of its own.",
         ),
         _ratio(
             "amplitude_error",
@@ -287,8 +306,8 @@ VARIABLES: dict[str, Variable] = {
 }
 """The variables of a cube, in the order of the cube and of CSV exports."""
 
-STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not v.start)
-"""Names of the variables that every study can store."""
+STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not v.start and not v.asked)
+"""Names of the variables that a study stores that says nothing of them."""
 
 STEPPED: tuple[str, ...] = (
     "amplitude_ratio",
@@ -304,5 +323,5 @@ STEPPED: tuple[str, ...] = (
 
 
 def available_variables(start: str) -> tuple[str, ...]:
-    """Return the names of the variables that a start option gives, in the cube's order."""
-    return tuple(v.name for v in VARIABLES.values() if v.start in ("", start))
+    """Return the names of the variables that a start option stores where none are listed, in the cube's order."""
+    return tuple(v.name for v in VARIABLES.values() if v.start in ("", start) and not v.asked)

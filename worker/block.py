@@ -9,7 +9,14 @@ from damperlab.studies.choices import Continuation, Ensemble, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
-from damperlab.worker.lower import block_points, has_friction, has_particle, kernel_arguments, wants_energies
+from damperlab.worker.lower import (
+    block_points,
+    has_friction,
+    has_particle,
+    kernel_arguments,
+    wants_acceleration,
+    wants_energies,
+)
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import State
@@ -78,7 +85,13 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
 
 def _settings(study: Study) -> Settings:
     steady = study.steady
-    return Settings(steady.max_cycles, steady.tolerance, steady.periodic_tolerance, wants_energies(study))
+    return Settings(
+        steady.max_cycles,
+        steady.tolerance,
+        steady.periodic_tolerance,
+        wants_energies(study),
+        wants_acceleration(study),
+    )
 
 
 def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:

@@ -12,7 +12,7 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.state import Particle, Wall
-from damperlab.worker.steady.response import INTEGRATED
+from damperlab.worker.steady.response import ACCELERATION, INTEGRATED
 
 LEAST_REBOUND = 1e-14
 """Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""
@@ -25,7 +25,12 @@ def rebound_of(restitution: float) -> float:
 
 def wants_energies(study: Study) -> bool | None:
     """True where a study stores a measure that needs integrals over the motion; None leaves them out of its kernels."""
-    return True if INTEGRATED & set(study.metrics) else None
+    return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
+
+
+def wants_acceleration(study: Study) -> bool | None:
+    """True where a study stores a measure of u''; None leaves it out of its kernels."""
+    return True if ACCELERATION & set(study.metrics) else None
 
 
 def excitation_of(frequency_ratio: float, forced: bool) -> float | Forced:

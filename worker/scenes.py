@@ -9,16 +9,22 @@ from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.vocabulary import CONTACT_MODELS
-from damperlab.worker.lower import wants_energies
+from damperlab.worker.lower import wants_acceleration, wants_energies
 from damperlab.worker.solver.state import Particle
 
-Purpose = Literal["steady", "peaks", "orbit", "transient", "record", "record-history", "stepped", "rk4"]
-"""What is asked: the steady response with energies or without; its motion, shown; a motion from rest, measured; the response
-to a record without or with its time history; the steady response and a motion from rest by fixed steps."""
+Purpose = Literal[
+    "steady", "peaks", "acceleration", "orbit", "transient", "record", "record-history", "stepped", "rk4"
+]
+"""What is asked: the steady response with energies, without, or with the acceleration beside them; its motion, shown; a motion
+from rest, measured; the response to a record without or with its time history; the steady response and a motion from rest by
+fixed steps."""
+
+_STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
 SECONDS: dict[Purpose, float] = {
     "steady": 20.0,
     "peaks": 18.0,
+    "acceleration": 21.0,
     "orbit": 8.0,
     "transient": 10.0,
     "record": 12.0,
@@ -72,7 +78,7 @@ def every_scene() -> list[Scene]:
     """Every scene that there is, the dearest first."""
     acting: list[tuple[bool, str]] = [(True, "")]
     acting += [(friction, contact) for friction in (True, False) for contact in CONTACT_MODELS]
-    found = [Scene(purpose, *what) for purpose in ("steady", "peaks") for what in acting]
+    found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
     found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
@@ -110,6 +116,8 @@ def scenes(study: AnyStudy) -> list[Scene]:
     if isinstance(study.solver, Rk4Solver):
         return sorted(Scene("stepped", f, "instant" if p else "") for f in rubs for p in rattles)
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
+    if wants_acceleration(study):
+        purpose = "acceleration"
     return sorted(
         Scene(purpose, f, study.contact.model if p else "", study.forced)
         for f in rubs

@@ -69,6 +69,8 @@ def scenes_of(
         acting = contact if design.particle is not None and design.particle.mass_ratio > 0.0 else ""
         if friction or acting:
             purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
+            if settings is not None and settings.acceleration:
+                purpose = "acceleration"
             found.append(Scene(purpose, friction, acting, design.forced))
         if is_followed(design, 0, followed):
             found.append(Scene("orbit", friction, contact, design.forced))

@@ -213,7 +213,7 @@ def _compute_once(scene: Scene) -> None:
     """Compute the smallest thing that calls every kernel of a scene, in the way of whoever asks for it."""
     if scene.purpose in ("record", "record-history"):
         _record(scene)
-    elif scene.purpose in ("steady", "peaks"):
+    elif scene.purpose in ("steady", "peaks", "acceleration"):
         _steady(scene)
     elif scene.purpose == "stepped":
         _stepped(scene)
@@ -236,7 +236,13 @@ def _steady(scene: Scene) -> None:
     from damperlab.worker.steady.start import at_rest, carried, moving
 
     friction, particle = 0.5 if scene.friction else None, _particle(scene)
-    settings = Settings(1, 0.5, 1e-2, True if scene.purpose == "steady" else None)
+    settings = Settings(
+        1,
+        0.5,
+        1e-2,
+        None if scene.purpose == "peaks" else True,
+        True if scene.purpose == "acceleration" else None,
+    )
     one = excitation_of(1.0, scene.forced)
     rest = at_rest(one, friction, particle)
     settle(0.1, one, friction, particle, settings, rest)

@@ -12,6 +12,7 @@ from typing import Any
 
 _FREE_STEP = 0.01
 _CONTACT_STEP = 0.2
+_SIMPSON = (1, 4, 2, 4, 2, 4, 2, 4, 1)
 
 
 @dataclass(frozen=True)
@@ -204,6 +205,39 @@ def _curvature(p: list[Any], h: Any) -> Any:
     return total
 
 
+class Accelerated(March):
+    """The same march, which keeps the largest |u''| and the integral of its square, from a dense scan of every step."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.acceleration_peak = self.acceleration_square = 0.0
+
+    def begin(self, start: Sequence[float]) -> None:
+        """Begin at u, u', p, p' with the particle in flight."""
+        self.u, self.u_rate, self.p, self.p_rate = start
+        if self.gamma:
+            sliding = self.u_rate - _slope(self._base(), 0.0)
+            if sliding == 0.0:
+                self._judge(0.0)
+            else:
+                self.held, self.slip = False, 1 if sliding > 0.0 else -1
+
+    def run(self, cycles: int) -> None:
+        """March through whole cycles."""
+        end = 2 * pi * cycles / self.r
+        while self.t < end:
+            u, _, _, _ = self._expand()
+            began = self.t
+            self.step_to(end)
+            self._look(u, self.t - began)
+
+    def _look(self, u: list[Any], span: float) -> None:
+        for i, weight in enumerate(_SIMPSON):
+            acceleration = _curvature(u, span * i / 8)
+            self.acceleration_peak = max(self.acceleration_peak, abs(acceleration))
+            self.acceleration_square += span / 24 * weight * acceleration * acceleration
+
+
 class Recorded(March):
     """The same march on a base that follows a record: its acceleration is linear from sample to sample.
 
@@ -249,8 +283,7 @@ class Recorded(March):
 
     def _look(self, u: list[Any], base: list[Any], span: float) -> None:
         """Peaks and squares over a step: Simpson's rule on eight parts of what is short beside every rate."""
-        weights = (1, 4, 2, 4, 2, 4, 2, 4, 1)
-        for i, weight in enumerate(weights):
+        for i, weight in enumerate(_SIMPSON):
             h = span * i / 8
             v = _value(u, h) - _value(base, h)
             acceleration = _curvature(u, h)

@@ -5,7 +5,7 @@ mass slipping one way or held. DOP853 at 1e-12 finds every event. For scenes wit
 would have to ride on is an error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 
@@ -30,9 +30,15 @@ class Scene:
 
 
 def end_state(
-    scene: Scene, cycles: int, start: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+    scene: Scene,
+    cycles: int,
+    start: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    seen: Callable[[np.ndarray, np.ndarray], None] | None = None,
 ) -> tuple[list[float], int]:
-    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and how many impacts there were."""
+    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and how many impacts there were.
+
+    `seen` is shown the times of every integration and u'' there.
+    """
     zeta, r, gamma = scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio
     delta, beta = scene.clearance_ratio, scene.mass_ratio
 
@@ -106,6 +112,9 @@ def end_state(
             max_step=0.05 / r,
             events=list(watches.values()),
         )
+        if seen is not None:
+            places = zip(solved.t, solved.y.T, strict=True)
+            seen(solved.t, np.array([right_side(float(at), q)[1] for at, q in places]))
         t, y = float(solved.t[-1]), solved.y[:, -1].copy()
         kind = next((n for n, at in zip(watches, solved.t_events, strict=True) if len(at)), "")
         rate = shaken * r * cos(r * t)

@@ -57,6 +57,37 @@ class PeakObserver:
         self._now = [self._zero, self._zero]
 
 
+class AccelerationObserver:
+    """Largest |u''| of a run, ends and true extrema of every step; and ∫u''² by Simpson's rule on each."""
+
+    def __init__(self, numbers: Numbers) -> None:
+        self._noise = numbers.rounding
+        self.peak = self.square = numbers.convert(0)
+
+    def observe(self, motion: Motion, start: Place, end: Place) -> None:
+        """Take the ends of the step, its middle and, where the rate of u'' changes sign, the extremum between."""
+        old, new = _acceleration(start[1]), _acceleration(end[1])
+        middle = _acceleration(motion.at((start[0] + end[0]) / 2))[0]
+        self.square += (end[0] - start[0]) * (old[0] ** 2 + 4 * middle**2 + new[0] ** 2) / 6
+        self.peak = max(self.peak, abs(old[0]), abs(new[0]))
+        if old[1] * new[1] < 0:
+
+            def slope(h: Real) -> tuple[Real, Real]:
+                a = _acceleration(motion.at(h))
+                return a[1], a[2]
+
+            top = zero_between(slope, start[0], end[0], old[1] > 0, self._noise)
+            self.peak = max(self.peak, abs(_acceleration(motion.at(top))[0]))
+
+    def end_cycle(self) -> None:
+        """Nothing is kept per cycle."""
+
+
+def _acceleration(sample: Sample) -> list[Real]:
+    """u'' and its first two derivatives."""
+    return [a + b for a, b in zip(sample[0][2:], sample[1][2:], strict=True)]
+
+
 class EnergyObserver:
     """Work of the base, int mu u'' s' dt, or of a force, int sin(r t) v' dt, and viscous loss, int 2 zeta v'^2 dt, over k Z^2.
 

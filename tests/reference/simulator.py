@@ -16,7 +16,7 @@ from typing import Any
 
 from tests.reference.march import Simulation
 from tests.reference.numbers import DoubleNumbers, ExtendedNumbers, Numbers
-from tests.reference.observers import EnergyObserver, Observer, PeakObserver
+from tests.reference.observers import AccelerationObserver, EnergyObserver, Observer, PeakObserver
 from tests.reference.state import State
 
 
@@ -31,6 +31,7 @@ def simulate(
     start: State | None = None,
     peaks: bool = False,
     energy: bool = False,
+    acceleration: bool = False,
     forced: bool = False,
 ) -> dict[str, Any]:
     """Simulate the hybrid damper from rest and return its state after whole excitation cycles.
@@ -51,6 +52,8 @@ def simulate(
         Also return ``peaks``: the true extrema (max |u|, max |v|) of every cycle.
     forced
         A force F0 sin(r tau) on the structure instead of a shaken base; lengths are over F0/k.
+    acceleration
+        Also return ``acceleration_peak``, the largest |u''| between events, and ``acceleration_square``, its integral squared.
     energy
         Also return ``work_in, viscous, friction, impact, stored`` (over k Z^2) and ``energy_residual``.
 
@@ -64,7 +67,9 @@ def simulate(
     """
     numbers: Numbers = DoubleNumbers() if digits is None else ExtendedNumbers(digits)
     seen_peaks, seen_energy = PeakObserver(numbers), EnergyObserver(numbers, numbers.convert(zeta))
+    seen_acceleration = AccelerationObserver(numbers)
     observers: tuple[Observer, ...] = (seen_peaks,) * peaks + (seen_energy,) * energy
+    observers += (seen_acceleration,) * acceleration
     run = Simulation(numbers, zeta, r, gamma, particle, observers, forced)
     if start is not None:
         convert = numbers.convert
@@ -96,6 +101,11 @@ def simulate(
     }
     if peaks:
         result["peaks"] = seen_peaks.cycles
+    if acceleration:
+        result |= {
+            "acceleration_peak": seen_acceleration.peak,
+            "acceleration_square": seen_acceleration.square,
+        }
     if energy:
         gained = run.stored_energy() - stored
         lost = seen_energy.viscous_loss + run.friction_loss + run.impact_loss

@@ -217,7 +217,7 @@ def _march(
     off = start or Perturbation()
     begun = start_on_record(base, friction, particle, off.v, off.w, off.place)
     log = None if not logged else empty_log(20 * base.windows + 10_000)
-    end, outcome = half_cycle(begun, scene, Meter(sums), log)
+    end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None

@@ -123,7 +123,7 @@ def meter_on_addresses(meter: Any) -> Any:
     """The same meter with an address for its sums; the array must outlive it."""
     if meter is None:
         return None
-    return Meter(address(meter.sums, 0), meter.energies)
+    return Meter(address(meter.sums, 0), meter.energies, meter.acceleration)
 
 
 @inlined

@@ -13,7 +13,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix, filled
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, METERS, PEAK, Meter, State
+from damperlab.worker.solver.state import ARRIVED, IMPACTS, PEAK, State, make_meter
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
 from damperlab.worker.steady.orbit import Orbit, SectionLook, newton_orbit, no_orbit
@@ -140,7 +140,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
             return False
         begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
-        meter = Meter(filled(METERS, 0.0), notes.meter.energies)
+        meter = make_meter(notes.meter.energies, notes.meter.acceleration)
         sums = meter_on_addresses(meter)
         state = orbit.state
         for _ in range(2):

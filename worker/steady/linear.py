@@ -23,7 +23,7 @@ def linear_response(
     Returns
     -------
     dict of ndarray, shape (N,)
-        All variables but run_time. Status UNBOUNDED and NaN for ζ = 0 at r = 1.
+        All variables but run_time and those of an ensemble. Status UNBOUNDED and NaN for ζ = 0 at r = 1.
 
     Notes
     -----
@@ -57,6 +57,8 @@ def linear_response(
         "amplitude_ratio_max": amplitude.copy(),
         "amplitude_ratio_rms": amplitude.copy(),
         "relative_amplitude_ratio": relative.copy(),
+        "acceleration_ratio": r * r * amplitude,
+        "acceleration_ratio_rms": r * r * amplitude,
         "amplitude_error": 8.0 * np.finfo(float).eps * amplitude,
         "energy_residual": residual,
         "response_class": np.where(bounded, ResponseClass.LINEAR, ResponseClass.UNKNOWN).astype(np.int8),

@@ -33,6 +33,10 @@ FEWEST_STUCK = 1.0 - 1e-6
 """Share of time from which a mass counts as locked: at γ_F = r² it touches slip at single instants."""
 
 
+ACCELERATION = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
+"""Measures of u''; a study that stores neither is computed without."""
+
+
 class Response(NamedTuple):
     """The measures of one design point, named as in `damperlab.studies.variables`."""
 
@@ -40,6 +44,8 @@ class Response(NamedTuple):
     amplitude_ratio_max: float
     amplitude_ratio_rms: float
     relative_amplitude_ratio: float
+    acceleration_ratio: float
+    acceleration_ratio_rms: float
     amplitude_error: float
     energy_residual: float
     response_class: int
@@ -94,6 +100,8 @@ class MeanPeaks(NamedTuple):
 def failed(status, cycles):
     """Response of a point whose run ended early."""
     return Response(
+        nan,
+        nan,
         nan,
         nan,
         nan,
@@ -190,7 +198,7 @@ def _error_of_shares(trace, series, first, last):
 
 
 @kernel
-def measured_response(stretch, energies, frequency_ratio, mean, kind):
+def measured_response(stretch, energies, frequency_ratio, mean, acceleration, kind):
     """Response from what was metered.
 
     Parameters
@@ -203,6 +211,8 @@ def measured_response(stretch, energies, frequency_ratio, mean, kind):
         r.
     mean : MeanPeaks
         Mean peaks, and errors.
+    acceleration : tuple or None
+        Mean peak of |u''|, and ∫u''² dτ; None where u'' was not metered, and what follows from it is NaN.
     kind : Kind
         Class, period and status.
     """
@@ -227,11 +237,18 @@ def measured_response(stretch, energies, frequency_ratio, mean, kind):
             max(stretch.peak, stretch.relative_peak),
         )
         rms = sqrt(2.0 * stretch.square / time)
+    acceleration_peak = nan
+    acceleration_rms = nan
+    if acceleration is not None:
+        acceleration_peak = acceleration[0]
+        acceleration_rms = sqrt(2.0 * acceleration[1] / time)
     return Response(
         amplitude_ratio=mean.amplitude,
         amplitude_ratio_max=stretch.peak,
         amplitude_ratio_rms=rms,
         relative_amplitude_ratio=mean.relative,
+        acceleration_ratio=acceleration_peak,
+        acceleration_ratio_rms=acceleration_rms,
         amplitude_error=kind.error,
         energy_residual=residual,
         response_class=kind.response_class,

@@ -18,16 +18,25 @@ from damperlab.worker.solver.state import (
     COUNTS,
     IDLE,
     IMPACTS,
-    METERS,
     SEGMENTS,
     Meter,
     State,
+    clear_meter,
+    make_meter,
 )
 from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.recurrence import LONGEST, RING
 from damperlab.worker.steady.section_coordinates import coordinates
-from damperlab.worker.steady.trace import COLUMNS, IMPACTS_SO_FAR, STORED, clear_peaks, note_half
+from damperlab.worker.steady.trace import (
+    ACCELERATION_COLUMNS,
+    COLUMNS,
+    IMPACTS_SO_FAR,
+    STORED,
+    clear_peaks,
+    make_trace,
+    note_half,
+)
 from damperlab.worker.steady.variational import SIZE
 
 EVENTS_PER_CYCLE = 100
@@ -105,17 +114,17 @@ def _room(scene: Scene, halves: int) -> int:
 
 
 @kernel
-def make_notes(max_cycles: int, energies: bool | None) -> Notes:
-    """Empty notes of a run."""
+def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None) -> Notes:
+    """Empty notes of a run, whose meter is asked for energies and acceleration as in `state.Meter`."""
     cycles = max_cycles + LONGEST
     return Notes(
         zero_matrix(RING, SIZE),
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
-        np.empty((2 * cycles + 1, COLUMNS)),
+        make_trace(2 * cycles + 1, acceleration),
         np.empty((2, cycles)),
         np.empty(cycles),
-        Meter(filled(METERS, 0.0), energies),
+        make_meter(energies, acceleration),
         empty_transitions(_LOG_ROWS),
         unit_matrix(SIZE),
         filled(SIZE, 0.0),
@@ -144,10 +153,12 @@ def work_done(scene: Scene, half: int) -> int:
 @kernel
 def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
     """Begin to meter: row 0 of the trace."""
-    for i in range(METERS):
-        notes.meter.sums[i] = 0.0
+    clear_meter(notes.meter)
     for i in range(COLUMNS):
         notes.trace[0, i] = 0.0
+    if notes.meter.acceleration is not None:
+        for i in range(COLUMNS, ACCELERATION_COLUMNS):
+            notes.trace[0, i] = 0.0
     notes.trace[0, IMPACTS_SO_FAR] = scene.counts[IMPACTS]
     notes.trace[0, STORED] = stored_energy(state, phase_at(scene.base, 0).rate, scene.particle)
 
@@ -182,10 +193,10 @@ def advance(
     outcome = ARRIVED
     for i in range(halves):
         if row >= 0:
-            clear_peaks(meter.sums)
+            clear_peaks(meter)
             state, outcome = half_cycle_on_addresses(state, scene, meter, None)
             stored = stored_energy(state, phase_at(scene.base, 0).rate, scene.particle)
-            note_half(trace[row + 1 + i], meter.sums, counts[IMPACTS], stored)
+            note_half(trace[row + 1 + i], meter, counts[IMPACTS], stored)
         else:
             state, outcome = half_cycle_on_addresses(state, scene, None, None)
         half += 1

@@ -31,7 +31,7 @@ from damperlab.worker.steady.search import search
 from damperlab.worker.steady.section_coordinates import coordinates
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.stopping import Settings
-from damperlab.worker.steady.trace import stretch_of
+from damperlab.worker.steady.trace import acceleration_of_period, acceleration_of_run, stretch_of
 from damperlab.worker.steady.variational import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
@@ -78,7 +78,7 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     `max_cycles`, or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
-    notes = make_notes(settings.max_cycles, settings.energies)
+    notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
     return _settled(start, scene, probe_of(scene), notes, settings)
 
 
@@ -125,6 +125,7 @@ def _measured_orbit(found, scene, probe, notes):
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean_of_period(notes.trace, lag, error),
+        _acceleration_of_period(lag, halves, notes),
         Kind(kind, period, multiplier, error, cycles, _CONVERGED),
     )
     return response, state
@@ -145,6 +146,7 @@ def _measured_run(found, scene, probe, notes):
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean_of_run(notes, mean.first, mean.last),
+        _acceleration_of_run(mean.first, mean.last, notes),
         Kind(
             _CHAOTIC if chaotic else _MODULATED,
             0,
@@ -155,6 +157,22 @@ def _measured_run(found, scene, probe, notes):
         ),
     )
     return response, state
+
+
+@kernel
+def _acceleration_of_period(lag, halves, notes):
+    """What the trace of an orbit tells of u''; None where that was not metered."""
+    if notes.meter.acceleration is not None:
+        return acceleration_of_period(notes.trace, lag, halves)
+    return None
+
+
+@kernel
+def _acceleration_of_run(first, last, notes):
+    """What the trace of a run that does not repeat tells of u''; None where that was not metered."""
+    if notes.meter.acceleration is not None:
+        return acceleration_of_run(notes.trace, first, last)
+    return None
 
 
 @kernel

@@ -103,6 +103,8 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
         peaks[first:cycles, 0].max(),
         nan,
         peaks[first:cycles, 1].mean(),
+        nan,
+        nan,
         error,
         nan,
         _UNKNOWN,

@@ -28,12 +28,13 @@ _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies are measured (as in `state.Meter`)."""
+    """When to stop: the study's `steady` block; and whether energies and acceleration are measured (as in `state.Meter`)."""
 
     max_cycles: int
     tolerance: float
     periodic_tolerance: float
     energies: bool | None = True
+    acceleration: bool | None = None
 
 
 @kernel

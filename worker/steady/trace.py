@@ -2,8 +2,13 @@
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.state import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
     PEAK,
@@ -13,6 +18,7 @@ from damperlab.worker.solver.state import (
     STUCK,
     VISCOUS_LOSS,
     WORK_IN,
+    Meter,
 )
 
 # Columns of a trace: of the half cycle alone,
@@ -25,6 +31,10 @@ STORED = 4
 _TOTALS = 5  # the first of the meter's totals, in the order of the meter
 COLUMNS = _TOTALS + 6
 """Of a trace."""
+HALF_ACCELERATION = COLUMNS
+_ACCELERATION_SQUARE = COLUMNS + 1
+ACCELERATION_COLUMNS = COLUMNS + 2
+"""Of a trace that is asked for the acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3)
 """Columns of the losses: viscous, friction, impact."""
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK)
@@ -64,17 +74,29 @@ class Stretch(NamedTuple):
     relative_peak: float
 
 
+@kernel
+def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
+    """Room for a trace."""
+    if acceleration is not None:
+        return np.empty((rows, ACCELERATION_COLUMNS))
+    return np.empty((rows, COLUMNS))
+
+
 @inlined
-def clear_peaks(sums):
+def clear_peaks(meter: Meter) -> None:
     """Before a half cycle: peaks and speeds are those of it alone."""
+    sums = meter.sums
     sums[PEAK] = 0.0
     sums[RELATIVE_PEAK] = 0.0
     sums[SPEED] = 0.0
+    if meter.acceleration is not None:
+        sums[ACCELERATION_PEAK] = 0.0
 
 
 @inlined
-def note_half(line, sums, impacts, stored):
+def note_half(line, meter, impacts, stored):
     """Write one row of a trace."""
+    sums = meter.sums
     line[HALF_PEAK] = sums[PEAK]
     line[HALF_RELATIVE_PEAK] = sums[RELATIVE_PEAK]
     line[HALF_SPEED] = sums[SPEED]
@@ -82,6 +104,9 @@ def note_half(line, sums, impacts, stored):
     line[STORED] = stored
     for i in range(6):
         line[_TOTALS + i] = sums[_METERED[i]]
+    if meter.acceleration is not None:
+        line[HALF_ACCELERATION] = sums[ACCELERATION_PEAK]
+        line[_ACCELERATION_SQUARE] = sums[ACCELERATION_SQUARE]
 
 
 @kernel
@@ -132,8 +157,34 @@ def cycle_peaks(trace, rows, peaks):
     """
     for column in range(2):
         for i in range(rows // 2):
-            first = trace[2 * i + 1, column]
-            second = trace[2 * i + 2, column]
-            peaks[column, i] = max(first, second)
-            if 2 * i + 3 <= rows:
-                peaks[column, i] = 0.5 * (peaks[column, i] + max(second, trace[2 * i + 3, column]))
+            peaks[column, i] = _peak_of_cycle(trace, rows, column, i)
+
+
+@inlined
+def _peak_of_cycle(trace, rows, column, i):
+    """Mean of the peaks in a column over the two windows of a cycle that begin in cycle i, or over the one that is metered."""
+    first = trace[2 * i + 1, column]
+    second = trace[2 * i + 2, column]
+    peak = max(first, second)
+    if 2 * i + 3 <= rows:
+        peak = 0.5 * (peak + max(second, trace[2 * i + 3, column]))
+    return peak
+
+
+@kernel
+def acceleration_of_run(trace, first, last):
+    """Mean peak of |u''| over the metered cycles first … last − 1, by the windows of `cycle_peaks`, and ∫u''² dτ over them."""
+    total = 0.0
+    for i in range(first, last):
+        total += _peak_of_cycle(trace, 2 * last, HALF_ACCELERATION, i)
+    square = trace[2 * last, _ACCELERATION_SQUARE] - trace[2 * first, _ACCELERATION_SQUARE]
+    return total / (last - first), square
+
+
+@kernel
+def acceleration_of_period(trace, lag, halves):
+    """Mean peak of |u''| over one period of `lag` half cycles, and ∫u''² dτ over `halves` of them, from row 1 on."""
+    total = 0.0
+    for i in range(lag):
+        total += max(trace[i + 1, HALF_ACCELERATION], trace[(i + 1) % lag + 1, HALF_ACCELERATION])
+    return total / lag, trace[halves, _ACCELERATION_SQUARE]

@@ -60,7 +60,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     begun = start_on_record(base, friction, particle, given.get(RELEASE, 0.0) / scale.length_m)
     log = empty_log(int(counts[BUDGET]) + 1000)
     acting = Acting(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
-    end, outcome = half_cycle(begun, acting, Meter(np.zeros(RECORD_METERS)), log)
+    end, outcome = half_cycle(begun, acting, Meter(np.zeros(RECORD_METERS), True, True), log)
     filled = int(log.cursor[0])
     if outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)

@@ -2,6 +2,7 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.observe.measure_acceleration import measure_acceleration
 from damperlab.worker.solver.observe.measure_record import measure_segment
 from damperlab.worker.solver.observe.measure_sine import (
     find_peaks,
@@ -20,6 +21,8 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):
+        return False
+    if meter.acceleration is not None:  # it is read from polynomials
         return False
     if peaks_at_ends(meter, segment, scene):
         measure_window(meter, segment, scene)
@@ -40,3 +43,5 @@ def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, cu
                 measure_part(meter, segment, scene, curves)
             if not peaks_at_ends(meter, segment, scene):
                 find_peaks(meter, segment, scene, curves)
+            if meter.acceleration is not None:
+                measure_acceleration(meter, segment, scene, curves)

@@ -3,6 +3,7 @@
 from math import sqrt
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.contact.compliant.acceleration_in_wall import raise_over_long_step
 from damperlab.worker.solver.contact.compliant.contact_regime import (
     ContactRegime,
     Vibration,
@@ -193,6 +194,8 @@ def after_long_step(
             sums[STUCK] += t
         sums[PEAK] = max(sums[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t))))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(state.v), abs(v)))
+        if meter.acceleration is not None and not isinstance(scene.base, RecordBase):
+            raise_over_long_step(meter, t, vibration, regime, scene)
     p_rate = u_rate - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), 0)
     return end, t, NOTHING

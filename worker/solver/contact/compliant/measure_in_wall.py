@@ -1,9 +1,18 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
-A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too.
+A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too. That of
+a harmonic excitation has the latter two where they are asked for (`acceleration_in_wall.py`).
 """
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.contact.compliant.acceleration_in_wall import (
+    acceleration_at,
+    acceleration_into,
+    acceleration_of_vibration,
+    largest,
+    raise_acceleration,
+    record_acceleration,
+)
 from damperlab.worker.solver.contact.compliant.contact_regime import (
     AnyRegime,
     ContactRegime,
@@ -14,13 +23,11 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
 from damperlab.worker.solver.excitation.base import Excitation, RecordBase
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
-from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.sine_base import SineForce
-from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, slope, value
+from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
 from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
-    ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
@@ -69,11 +76,13 @@ def measure_contact(
         struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
         if isinstance(base, RecordBase):
             v = value(buffers.relative, at) - regime.offset
-            acceleration = transmitted - value(buffers.push, at)
             relative_square += GAUSS_WEIGHTS[i] * v * v
+        if meter.acceleration is not None:
+            acceleration = acceleration_at(transmitted, at, regime, base, buffers)
             acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
     if isinstance(base, RecordBase):
         sums[RELATIVE_SQUARE] += t * relative_square
+    if meter.acceleration is not None:
         sums[ACCELERATION_SQUARE] += t * acceleration_square
     sums[WORK_IN] += t * work
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
@@ -90,59 +99,25 @@ def measure_contact(
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
     """Force of the base on a mass that it holds against the wall, from the polynomials."""
     if isinstance(base, RecordBase):
-        return value(buffers.push, t) + _record_acceleration(buffers, t)
+        return value(buffers.push, t) + record_acceleration(buffers, t)
     if isinstance(base, SineForce):
         return 0.0  # at rest: no work is done
     square = base.frequency_ratio * base.frequency_ratio
     return value(buffers.push, t) - square * value(buffers.shaken, t)
 
 
-@inlined
-def _record_acceleration(buffers: Buffers, t: float) -> float:
-    """Acceleration s'' of a record, from the polynomial of s."""
-    acceleration: float = 2.0 * buffers.shaken[2] + 6.0 * buffers.shaken[3] * t
-    return acceleration
-
-
-@kernel
-def acceleration_into(two_zeta: float, buffers: Buffers, out: Floats) -> None:
-    """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x) less the push."""
-    for n in range(ORDER):
-        out[n] = -(two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.push[n]
-    out[ORDER] = 0.0
-
-
 @kernel
 def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
-    """Raise the peaks to the largest |u| and |v|, of a record |u''| too, on the expanded polynomials."""
+    """Raise the peaks to the largest |u| and |v|, where asked for |u''| too, on the expanded polynomials."""
     sums, offset, buffers = meter.sums, regime.offset, buffers_of(scene)
-    sums[PEAK] = _largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
+    sums[PEAK] = largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
     if scene.friction is None:
-        sums[RELATIVE_PEAK] = _largest(buffers.relative, offset, t, sums[RELATIVE_PEAK], buffers.scratch)
+        sums[RELATIVE_PEAK] = largest(buffers.relative, offset, t, sums[RELATIVE_PEAK], buffers.scratch)
     else:  # with friction, |v| peaks only where a segment ends
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], ends)
-    if isinstance(scene.base, RecordBase):
-        if regime.sticks:  # linear
-            ends = max(abs(_record_acceleration(buffers, 0.0)), abs(_record_acceleration(buffers, t)))
-            sums[ACCELERATION_PEAK] = max(sums[ACCELERATION_PEAK], ends)
-        else:
-            acceleration_into(scene.base.two_zeta, buffers, buffers.rate)
-            peak = sums[ACCELERATION_PEAK]
-            sums[ACCELERATION_PEAK] = _largest(buffers.rate, 0.0, t, peak, buffers.scratch)
-
-
-@kernel
-def _largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: Floats) -> float:
-    """The larger of a peak and the largest |p − offset| over [0, t]."""
-    ends = max(abs(polynomial[0] - offset), abs(value(polynomial, t) - offset))
-    peak = max(peak, ends)
-    curvature = curvature_bound(polynomial, t)
-    if ends + 0.125 * t * t * curvature <= peak or abs(polynomial[1]) > t * curvature:
-        return peak
-    rate_into(polynomial, 0, scratch)
-    most = curvature_bound(scratch, t)
-    return raised(peak, polynomial, offset, scratch, t, most)
+    if meter.acceleration is not None:
+        raise_acceleration(meter, t, regime, scene)
 
 
 @kernel
@@ -221,9 +196,9 @@ def measure_vibration(
         rate[0] -= regime.offset
         cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
         sums[RELATIVE_SQUARE] += 2.0 * cross + own
-        a1 = n1 - (wall.stiffness * u[8] + wall.damping * u[10])
-        a2 = n2 - (wall.stiffness * u[9] + wall.damping * u[11])
-        acceleration_into(base.two_zeta, buffers, rate)
+    if meter.acceleration is not None:
+        a1, a2 = acceleration_of_vibration(regime, scene)
+        acceleration_into(base, buffers, rate)
         cross = _by_parts(rate, a1, a2, t, before, after, motion.inverse, scratch)
         own = a1 * a1 * j11 + 2.0 * a1 * a2 * j12 + a2 * a2 * j22
         sums[ACCELERATION_SQUARE] += 2.0 * cross + own

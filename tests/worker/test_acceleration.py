@@ -1,0 +1,276 @@
+"""The acceleration of the structure: against its closed form, and against simulators that share no code with the solver."""
+
+import itertools
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from tests.oracles import compliant_wall, dwelling
+from tests.reference.simulator import simulate as reference
+from tests.reference.state import State as Place
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.plan import Block
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.lower import excitation_of
+from damperlab.worker.scenes import scenes
+from damperlab.worker.solver.contact.compliant.acceleration_in_wall import _add_vibration, _shift
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.sine_base import base_rate_at_start
+from damperlab.worker.solver.motion.slow_subspace import fast_later
+from damperlab.worker.solver.motion.taylor import ORDER, TERMS
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
+    BUDGET,
+    Particle,
+    State,
+    Wall,
+    make_meter,
+)
+from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest
+from damperlab.worker.steady.trace import (
+    ACCELERATION_COLUMNS,
+    HALF_ACCELERATION,
+    acceleration_of_period,
+    acceleration_of_run,
+    cycle_peaks,
+)
+
+METERED = Settings(4000, 0.02, 1e-10, True, True)
+
+
+def steady(
+    zeta: float, r: float, gamma: float, particle: Particle | None, forced: bool
+) -> tuple[Response, State]:
+    """Response with period 1, whose largest |u''| of a cycle is that of every cycle, and a state on it."""
+    one, friction = excitation_of(r, forced), gamma or None
+    response, end = settle(zeta, one, friction, particle, METERED, at_rest(one, friction, particle))
+    return response, end
+
+
+def measured(response: Response) -> tuple[float, float]:
+    """Largest |u''| and its mean square, over a response with period 1: every cycle has the same."""
+    assert (response.status, response.period) == (Status.CONVERGED, 1)
+    return response.acceleration_ratio, 0.5 * response.acceleration_ratio_rms**2
+
+
+def flight(end: State, r: float, particle: Particle | None, forced: bool) -> list[float]:
+    """u, u', p, p' of a state at phase 0 in which no wall is touched."""
+    u_rate = end.w + base_rate_at_start(excitation_of(r, forced))
+    if particle is None:
+        return [end.v, u_rate, end.v, 0.0]
+    assert end.riding == 0.0
+    return [end.v, u_rate, end.v - end.wall * (particle.clearance_ratio - end.gap), end.p_rate]
+
+
+@pytest.mark.parametrize("r", [1e-2, 0.5, 1.0, 3.0, 100.0])
+@pytest.mark.parametrize("forced", [False, True])
+def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced: bool) -> None:
+    """|u''| = r² |u|; rounding of x − f where a slow force and the spring nearly balance is that over r²."""
+    zeta = 0.3
+    receptance = 1.0 / (1.0 - r * r + 2j * zeta * r)
+    relative = receptance if forced else r * r * receptance
+    absolute = relative if forced else 1.0 + relative
+    scene = make_scene(zeta, excitation_of(r, forced), None, None, True)
+    scene.counts[BUDGET] = 10
+    meter = make_meter(True, True)
+    half_cycle(
+        State(relative.imag, (1j * r * relative).imag, 0.0, 1.0, 0.0, 0.0, 0.0, 0, 0), scene, meter, None
+    )
+    rounding = 1e-15 * scene.base.windows + (1e-15 / r**2 if forced else 0.0)
+    largest = r * r * abs(absolute)
+    assert meter.sums[ACCELERATION_PEAK] == pytest.approx(largest, rel=rounding)
+    square = meter.sums[ACCELERATION_SQUARE] * r / pi
+    assert sqrt(2.0 * square) == pytest.approx(largest, rel=1e-13 + rounding)
+    closed = linear_response(np.array([zeta]), np.array([r]), forced)
+    assert closed["acceleration_ratio"][0] == pytest.approx(largest, rel=1e-14)
+    assert closed["acceleration_ratio_rms"][0] == pytest.approx(largest, rel=1e-14)
+
+
+# r, γ_F, (d/Z, e, β), forced: friction with stick and without; hybrid dampers that stick, one of them asymmetric; rides and
+# slips; without friction
+RIGID = [
+    (0.6, 0.3, None, False),
+    (0.95, 0.3, None, True),
+    (0.95, 0.8, (0.5, 0.5, 0.1), False),
+    (0.6, 0.3, (0.5, 0.5, 0.1), False),
+    (1.3, 0.3, (0.5, 0.0, 0.1), False),
+    (1.3, 0.3, (0.5, 0.0, 0.1), True),
+    (0.95, 0.8, (0.5, 0.5, 0.1), True),
+    (0.95, 0.0, (5.0, 0.5, 0.1), False),
+]
+
+
+@pytest.mark.parametrize("point", RIGID, ids=str)
+def test_rigid_walls_and_friction_agree_with_the_reference_simulator(point) -> None:
+    """The response is known to 1e-10 of a distance from periodicity that impacts amplify; Simpson's rule on 2π/200 to 1e-8."""
+    r, gamma, given, forced = point
+    particle = Particle(*given) if given else None
+    response, end = steady(0.03, r, gamma, particle, forced)
+    peak, square = measured(response)
+    u, _u_rate, p, p_rate = flight(end, r, particle, forced)
+    start = Place(0.0, end.v, end.w, u - p, p_rate)
+    truth = reference(0.03, r, gamma, given, 1, digits=None, start=start, acceleration=True, forced=forced)
+    assert (truth["impacts"] > 0) == (response.impacts_per_cycle > 0)
+    assert float(truth["u"]) == pytest.approx(u, abs=1e-6)  # it is the same orbit
+    assert peak == pytest.approx(float(truth["acceleration_peak"]), rel=1e-7)
+    assert square == pytest.approx(float(truth["acceleration_square"]) * r / (2.0 * pi), rel=1e-7)
+
+
+DWELLS = [(0.6, 0.3, 1.0, False), (1.3, 0.3, 1.0, False), (0.6, 0.8, 1.0, False), (1.3, 0.3, 1.0, True)]
+"""r, γ_F, d/Z, forced."""
+
+
+@pytest.mark.parametrize("point", DWELLS, ids=str)
+def test_contacts_of_fixed_duration_agree_with_a_general_integrator(point) -> None:
+    """Its steps of at most 0.05/r sample |u''| to a thousandth, its ends included; the trapezoid of the square to as much."""
+    r, gamma, clearance, forced = point
+    particle = Particle(clearance, 0.6, 0.2, 0.5)
+    response, end = steady(0.03, r, gamma, particle, forced)
+    peak, square = measured(response)
+    assert response.impacts_per_cycle > 0.0
+    start = flight(end, r, particle, forced)
+    pieces: list[tuple[float, float]] = []
+
+    def seen(times: np.ndarray, accelerations: np.ndarray) -> None:
+        pieces.append((np.abs(accelerations).max(), np.trapezoid(accelerations**2, times)))
+
+    scene = dwelling.Scene(0.03, r, gamma, clearance, 0.6, 0.2, 0.5, forced)
+    found, _ = dwelling.end_state(scene, 1, start, seen)
+    assert found == pytest.approx(start, abs=1e-6)
+    assert peak == pytest.approx(max(one for one, _ in pieces), rel=1e-3)
+    assert square == pytest.approx(sum(one for _, one in pieces) * r / (2.0 * pi), rel=1e-3)
+
+
+WALLS = [
+    (1.3, 0.3, 1.0, (100.0, 1.0), True),
+    (0.95, 0.3, 1.0, (1e4, 20.0), True),
+    (0.6, 0.8, 1.0, (1e4, 20.0), True),
+    (1.3, 0.3, 1.0, (100.0, 1.0), False),
+    (0.6, 0.3, 1.0, (1e4, 20.0), False),
+    (0.6, 0.8, 0.5, (1e4, 20.0), False),
+    (0.6, 0.3, 1.0, (1e6, 2e2), False),
+    (1.3, 0.3, 0.5, (1e3, 1e2), False),
+]
+"""r, γ_F, d/Z, stiffness and damping of the wall, forced."""
+
+
+@pytest.mark.parametrize("point", WALLS, ids=str)
+def test_compliant_walls_agree_with_a_plain_march(point) -> None:
+    """The force of contact counts. Its scan, at an eighth of a fifth of the wall's own time, sees a peak to 1e-4."""
+    r, gamma, clearance, wall, forced = point
+    particle = Particle(clearance, 0.5, 0.1, None, Wall(*wall))
+    response, end = steady(0.03, r, gamma, particle, forced)
+    peak, square = measured(response)
+    assert response.impacts_per_cycle > 0.0
+    start = flight(end, r, particle, forced)
+    march = compliant_wall.Accelerated(
+        compliant_wall.Scene(0.03, r, gamma, clearance, 0.1, *wall, forced=forced)
+    )
+    march.begin(start)
+    march.run(1)
+    assert [march.u, march.u_rate, march.p, march.p_rate] == pytest.approx(start, abs=1e-6)
+    assert peak == pytest.approx(march.acceleration_peak, rel=1e-4)
+    assert peak >= march.acceleration_peak * (1.0 - 1e-7)
+    assert square == pytest.approx(march.acceleration_square * r / (2.0 * pi), rel=1e-6)
+
+
+SAME = [
+    (0.95, 0.3, Particle(2.0, 0.5, 0.1)),
+    (0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(100.0, 1.0))),
+    (0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(1e4, 20.0))),
+    (1.3, 0.3, None),
+]
+
+
+@pytest.mark.parametrize("point", SAME, ids=str)
+def test_the_rest_of_a_response_has_the_same_bits_without(point) -> None:
+    """Some of these do not repeat: any other rounding would be another response."""
+    r, gamma, particle = point
+    rest = at_rest(r, gamma, particle)
+    measured, end = settle(0.05, r, gamma, particle, METERED, rest)
+    without, same_end = settle(0.05, r, gamma, particle, METERED._replace(acceleration=None), rest)
+    assert same_end == end
+    for name, one, other in zip(Response._fields, measured, without, strict=True):
+        if name.startswith("acceleration"):
+            assert np.isfinite(one)
+            assert np.isnan(other)
+        else:
+            assert one == other or (np.isnan(one) and np.isnan(other)), name
+
+
+def test_a_polynomial_is_shifted_and_takes_up_a_vibration() -> None:
+    """What a long step in a wall is gone through with, against numpy's polynomials and its matrix exponential by series."""
+    p = np.linspace(1.0, -2.0, TERMS)
+    p[ORDER] = 0.0
+    shifted = p.copy()
+    _shift(shifted, 0.3)
+    here = np.linspace(0.0, 0.2, 7)
+    np.testing.assert_allclose(
+        np.polynomial.Polynomial(shifted)(here), np.polynomial.Polynomial(p)(0.3 + here), rtol=1e-12
+    )
+    rates = np.array([-1.0, 2.0, -3.0, -0.5])
+    both = np.empty(TERMS)
+    _add_vibration(p, 0.7, -0.4, 1.5, 2.5, rates, both)
+    later = [1.5 * one + 2.5 * two for one, two in (fast_later(rates, 0.7, -0.4, float(t)) for t in here)]
+    found = np.polynomial.Polynomial(both)(here) - np.polynomial.Polynomial(p)(here)
+    np.testing.assert_allclose(found, later, rtol=1e-12)
+
+
+def test_the_mean_peak_of_a_run_is_over_the_windows_of_the_displacement() -> None:
+    random = np.random.default_rng(4)
+    trace = random.random((21, ACCELERATION_COLUMNS))
+    trace[:, HALF_ACCELERATION] = trace[:, 0]
+    peaks = np.empty((2, 10))
+    cycle_peaks(trace, 20, peaks)
+    mean, square = acceleration_of_run(trace, 3, 10)
+    assert mean == pytest.approx(peaks[0, 3:].mean(), rel=1e-15)
+    assert square == trace[20, -1] - trace[6, -1]
+    mean, square = acceleration_of_period(trace, 3, 6)
+    halves = trace[1:4, HALF_ACCELERATION]
+    assert mean == pytest.approx(np.maximum(halves, np.roll(halves, -1)).mean(), rel=1e-15)
+    assert square == trace[6, -1]
+
+
+ASKED = {
+    "damping_ratio": 0.03,
+    "axes": {"friction_ratio": [0.0, 0.3], "frequency_ratio": [0.6, 0.95]},
+    "particle": False,
+}
+
+
+def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
+    study = parse_study(
+        ASKED | {"metrics": ["acceleration_ratio", "acceleration_ratio_rms", "amplitude_ratio"]}
+    )
+    assert {scene.purpose for scene in scenes(study)} == {"acceleration"}
+    found = solve_block(study, Block(0, (0,) * 6, study.shape))
+    for (i, gamma), (j, r) in itertools.product(enumerate((0.0, 0.3)), enumerate((0.6, 0.95))):
+        peak, rms = (
+            found[name][0, 0, 0, 0, i, j] for name in ("acceleration_ratio", "acceleration_ratio_rms")
+        )
+        if gamma:
+            response, _ = steady(0.03, r, gamma, None, False)
+            expected = (response.acceleration_ratio, response.acceleration_ratio_rms)
+        else:
+            closed = linear_response(np.array([0.03]), np.array([r]))
+            expected = (closed["acceleration_ratio"][0], closed["acceleration_ratio_rms"][0])
+        assert (peak, rms) == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_study_that_says_nothing_of_it_is_computed_without() -> None:
+    study = parse_study(ASKED)
+    assert not any(name.startswith("acceleration") for name in study.metrics)
+    assert {scene.purpose for scene in scenes(study)} == {"steady"}
+
+
+def test_fixed_steps_are_not_asked_for_it() -> None:
+    with pytest.raises(StudyFaults, match="acceleration_ratio, which solver rk4 does not compute"):
+        parse_study(ASKED | {"solver": {"method": "rk4"}, "metrics": ["acceleration_ratio"]})

@@ -1,0 +1,34 @@
+"""What a meter that is asked for it reads of u'' on one segment under a harmonic excitation: its square and its largest."""
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.detection.bounds import u_derivative_bound
+from damperlab.worker.solver.motion.extrema import raised
+from damperlab.worker.solver.motion.taylor import acceleration_into, rate_into, value
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Curves, Scene
+from damperlab.worker.solver.state import ACCELERATION_PEAK, ACCELERATION_SQUARE, Meter
+
+
+@inlined
+def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
+    """Add ∫u''² over a segment and raise the peak to its largest |u''|; overwrites the polynomial of the excitation.
+
+    u'' jumps where a segment ends, by slip that reverses, by a release and by an impact: each of the two segments has its own
+    end there, and what an impulse does between them is in neither.
+    """
+    sums, base, t = meter.sums, scene.base, segment.time
+    acceleration, scratch = curves.shaken, curves.scratch
+    acceleration_into(curves.absolute, acceleration)
+    square = 0.0
+    for i in range(GAUSS):
+        a = value(acceleration, GAUSS_NODES[i] * t)
+        square += GAUSS_WEIGHTS[i] * a * a
+    sums[ACCELERATION_SQUARE] += t * square
+    ends = max(abs(acceleration[0]), abs(value(acceleration, t)))
+    peak = max(sums[ACCELERATION_PEAK], ends)
+    curvature = u_derivative_bound(4, segment, base)
+    if ends + 0.125 * t * t * curvature > peak and abs(acceleration[1]) <= t * curvature:
+        rate_into(acceleration, 0, scratch)
+        peak = raised(peak, acceleration, 0.0, scratch, t, u_derivative_bound(5, segment, base))
+    sums[ACCELERATION_PEAK] = peak
