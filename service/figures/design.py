@@ -58,7 +58,7 @@ def draw_amplitudes(found: Found) -> Figure:
         figure, axes = _canvas(asked)
         for amplitude in found.shown:
             curve = found.book.curve(found.build, amplitude)
-            r, values = curve.r, curve.measured / curve.base_m
+            r, values = curve.r, curve.measured / curve.base_m / curve.rate**asked.measure.order
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
             place = int(values.argmax())
             held = values[place] == 0.0  # friction withstands the force: nothing to draw on a logarithm
@@ -73,7 +73,8 @@ def draw_amplitudes(found: Found) -> Figure:
             # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
             axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         force = found.shown[0].excitation.motion.force
-        axes.set_ylabel(f"Response over {'static displacement' if force else 'base amplitude'}")
+        over = f"{'static displacement' if force else 'base amplitude'}{' times $ω_n^2$' if asked.measure.order else ''}"
+        axes.set_ylabel(f"Response over {over}")
         axes.legend(title=found.shown[0].excitation.motion.words, ncols=3)
     return figure
 
@@ -136,4 +137,4 @@ def _size(asked: Specification) -> float:
 
 
 def _unit(asked: Specification) -> str:
-    return {"m": "mm", "1": "$Z$"}.get(asked.unit, asked.unit)
+    return {"m": "mm", "1": "$Zω_n^2$" if asked.measure.order else "$Z$"}.get(asked.unit, asked.unit)

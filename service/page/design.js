@@ -124,7 +124,7 @@ function underWay(design) {
 /** @param {any} design */
 function answered(design) {
   const { answer } = design;
-  const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, "over the base amplitude"] : [1, answer.worst.units]);
+  const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, `over ${reference(answer.worst)}`] : [1, answer.worst.units]);
   return [
     el(
       "section",
@@ -178,9 +178,17 @@ function quantity(built, name) {
   return ratio === null ? "" : `${of.ratio.replaceAll("_", " ")} ${short(ratio, 4)}`;
 }
 
+/**
+ * What a response in ratios is over.
+ * @param {any} worst
+ */
+function reference(worst) {
+  return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
+}
+
 /** @param {any} worst */
 function response(worst) {
-  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : worst.units === "1" ? `${short(worst.value, 4)} times the base amplitude` : `${short(worst.value, 4)} ${worst.units}`;
+  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : worst.units === "1" ? `${short(worst.value, 4)} times ${reference(worst)}` : `${short(worst.value, 4)} ${worst.units}`;
   if (worst.record) return `${value} under ${worst.record} × ${worst.scale}`;
   const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
   return at ? `${value} at ${at}` : value;

@@ -153,7 +153,7 @@ function fieldsOf(held, records) {
   const measures = measuresOf(held);
   // what a document holds is shown even where it cannot hold
   const { bands, records: shaken } = shakenBy(held);
-  const limited = limits.filter((each) => (each.under_records ? shaken : !each.over_bands || bands) || held.get(`limits.${each.name}`) !== undefined);
+  const limited = limits.filter((each) => (!each.over_bands || bands) || held.get(`limits.${each.name}`) !== undefined);
   const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
   return [
     el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),

@@ -59,8 +59,8 @@ export const WORDS: {
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;
     contact_time: SpecifiedField;
-    /** `under_records`: whether they hold under ground-motion records alone; `over_bands`: over bands alone. */
-    limits: (SpecifiedField & { under_records: boolean; over_bands: boolean })[];
+    /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */
+    limits: (SpecifiedField & { over_bands: boolean })[];
     numbers: SpecifiedField[];
     tables: { measures: Record<string, string>; measures_under_records: Record<string, string> };
   };

@@ -122,10 +122,7 @@ def _specification() -> dict[str, Any]:
         | {"unit": "ms", "scale": 1e3, "usual_value": 0},
         "limits": [
             _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
-            | {
-                "under_records": name in LIMITS and not LIMITS[name].over_band,
-                "over_bands": name in LIMITS and not LIMITS[name].under_record,
-            }
+            | {"over_bands": name in LIMITS and not LIMITS[name].under_record}
             for name in LIMIT_KEYS
         ],
         "numbers": [

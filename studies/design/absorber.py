@@ -22,8 +22,8 @@ from damperlab.studies.tmd.under_record import measures_under
 AGAINST_BASE = "worst_relative_displacement"
 """The measure of a band whose peak has no closed form here."""
 SAMPLES = 4001
-"""Frequencies at which a response is looked at whose peak has no closed form here: against the base, or of a base whose
-amplitude falls with the frequency."""
+"""Frequencies at which a response is looked at whose peak has no closed form here: against the base, or times a power of the
+frequency, by which an acceleration grows and the amplitude of a base may fall."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,16 @@ def curve(
     return (
         asked.measure.factor
         * amplitude.base_m(r)
+        * _rates(asked, 0.0, r)
         * _response(asked, amplitude.excitation, absorber, asked.structure.damping_ratio, r)
     )
+
+
+def _rates(asked: Specification, shift: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give what makes the measure of a displacement: (ω_n r)² of an acceleration; ω_n is 1 where only ratios mean anything."""
+    nominal = asked.structure.angular_frequency if asked.in_units else 1.0
+    rates: NDArray[np.float64] = (nominal * (1.0 + shift) * r) ** asked.measure.order
+    return rates
 
 
 def _corners(asked: Specification) -> Iterator[dict[str, float]]:
@@ -111,13 +119,16 @@ def _peak(
 ) -> float:
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     factor, level = asked.measure.factor, excitation.highest_m
-    force = excitation.motion.force
-    if force or (asked.measure.name != AGAINST_BASE and excitation.motion.order == 0):
+    force, order = excitation.motion.force, asked.measure.order
+    if order == excitation.motion.order and (force or asked.measure.name != AGAINST_BASE):
         top = highest(absorber, damping, "force" if force else "base", (low, high))
-        return factor * level * top.value
+        # an acceleration under a base of one acceleration: the powers of the frequency cancel
+        own = float(_rates(asked, 0.0, np.ones(1))[0])
+        return factor * level * own * top.value
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
     base_m = excitation.base_m(level, r * (1.0 + shift))
-    return float((factor * base_m * _response(asked, excitation, absorber, damping, r)).max())
+    rates = _rates(asked, shift, r)
+    return float((factor * base_m * rates * _response(asked, excitation, absorber, damping, r)).max())
 
 
 def _response(

@@ -3,8 +3,6 @@
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.ends import at_ends
@@ -195,7 +193,7 @@ def _response(found: Found) -> dict[str, Any]:
     known: dict[str, Any] = {
         "frequency_ratio": curve.r.tolist(),
         "value": curve.measured.tolist(),
-        "error": (curve.measure.factor * curve.base_m * np.nan_to_num(curve["amplitude_error"])).tolist(),
+        "error": curve.errors.tolist(),
     }
     if asked.in_units:
         known["frequency_hz"] = (curve.r * asked.structure.natural_frequency_hz).tolist()

@@ -20,7 +20,7 @@ from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, k
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.measure import LIMITS
+from damperlab.studies.specification.measure import LIMITS, MEASURES
 from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import Status
@@ -104,7 +104,8 @@ class Book:
         self.asked = asked
         self.budget = budget
         limited = [name for limit in asked.limits for name in LIMITS[limit].over_band]
-        self.variables = tuple(dict.fromkeys((*VARIABLES, *limited)))
+        measured = [MEASURES[asked.measure.name].variable] if asked.excitations else []
+        self.variables = tuple(dict.fromkeys((*VARIABLES, *measured, *limited)))
         """What is kept of a point."""
         self.spent = 0
         self.stage = ""
@@ -283,6 +284,7 @@ class Book:
                 np.array([build.base_m(amplitude, r) for r in known]),
                 dict(zip(self.variables, rows.T, strict=True)),
                 self.asked.measured(amplitude),
+                build.rate(self.asked),
             )
         return self._curves[build, amplitude]
 

@@ -78,6 +78,11 @@ class Build:
         """Give the base amplitude Z [m], or the static displacement, at a frequency over this structure's natural one."""
         return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
+    def rate(self, asked: Specification) -> float:
+        """Give ω_n of this structure [rad/s]; over that of the nominal one where only ratios mean anything."""
+        nominal = asked.structure.angular_frequency if asked.in_units else 1.0
+        return nominal * (1.0 + self.natural_frequency_hz)
+
     def _contact_time(self, structure: Structure) -> float:
         """Give the contact time over 1/ω_n of the structure as it is."""
         if self.particle_mass_kg == 0.0:

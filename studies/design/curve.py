@@ -23,12 +23,15 @@ class Curve:
         `Book.variables`, or `RECORD_VARIABLES`, the first of them infinite where the response failed.
     measure : Measure
         What shall be small, as it is made of these.
+    rate : float
+        ω_n of the structure, which accelerations are multiplied with.
     """
 
     r: NDArray[np.float64]
     base_m: NDArray[np.float64]
     columns: Mapping[str, NDArray[np.float64]]
     measure: Measure
+    rate: float = 1.0
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Give one variable; a point that failed has no value in units, and counts as infinite."""
@@ -41,4 +44,20 @@ class Curve:
     @property
     def measured(self) -> NDArray[np.float64]:
         """The measure, shape (n,), in its unit."""
-        return self.measure.factor * self.base_m * self[self.measure.variable]
+        return self._scale * self[self.measure.variable]
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Standard error of the measure, shape (n,): the amplitude's, of an acceleration the same share of it."""
+        errors = np.nan_to_num(self["amplitude_error"])
+        if self.measure.order:
+            amplitude, value = self["amplitude_ratio"], self[self.measure.variable]
+            known = np.isfinite(amplitude) & (amplitude > 0.0)
+            errors = errors * np.divide(value, amplitude, out=np.zeros_like(value), where=known)
+        return self._scale * errors
+
+    @property
+    def _scale(self) -> NDArray[np.float64]:
+        """What results over Z are multiplied with."""
+        scale: NDArray[np.float64] = self.measure.factor * self.base_m
+        return scale * self.rate**self.measure.order if self.measure.order else scale

@@ -13,7 +13,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.frequencies import overshoot
 from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.measure import LIMITS
+from damperlab.studies.specification.measure import LIMITS, Limit
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
@@ -85,12 +85,12 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         if not curve.r.size:
             continue
         values = curve.measured
-        errors = curve.measure.factor * curve.base_m * quantile * np.nan_to_num(curve["amplitude_error"])
+        errors = quantile * curve.errors
         for limit in asked.limits:
             variables = asked.limited(limit, amplitude)
             if variables:
                 results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
-                size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit].unit, own_speed)
+                size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit], own_speed)
                 reached[limit] = max(reached[limit], float(np.max(size * results)))
         place = int(values.argmax())
         gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
@@ -116,22 +116,24 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     return replace(best, error=error, violation=max(violation, 0.0), reached=reached)
 
 
-def _size(curve: Curve, unit: str, own_speed: float) -> NDArray[np.float64] | float:
-    """Give what results over Z, ω_n and the excitation's period are multiplied with for a limit in a unit.
+def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] | float:
+    """Give what results over Z, ω_n and the excitation's period are multiplied with for a limit.
 
     Parameters
     ----------
     curve : Curve
         Over a band.
-    unit : str
-        One of `Limit.unit`.
+    about : Limit
+        On results.
     own_speed : float
         ω_n of the build [rad/s].
     """
-    if unit == "1":
+    if about.unit == "1":
         return 1.0
     speed = curve.base_m * own_speed
-    return {"m": curve.base_m, "m/s": speed, "m/s²": speed * curve.r * own_speed / math.tau}[unit]
+    if about.per_second:
+        return speed * curve.r * own_speed / math.tau
+    return about.factor * {"m": curve.base_m, "m/s": speed, "m/s²": speed * own_speed}[about.unit]
 
 
 def worst(scores: Iterable[Score]) -> Score:

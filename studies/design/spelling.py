@@ -31,7 +31,9 @@ def quantity(asked: Specification, name: str, value: float) -> str:
 
 def response(asked: Specification, value: float) -> str:
     """Write a value of the measure; over the base amplitude where there are no units."""
-    return spelled(value, asked.unit) if asked.in_units else f"{value:.4g} times the base amplitude"
+    if asked.in_units:
+        return spelled(value, asked.unit)
+    return f"{value:.4g} times the base amplitude{' times ω_n²' if asked.measure.order else ''}"
 
 
 def level(asked: Specification, amplitude: Amplitude) -> str:

@@ -210,22 +210,9 @@ class DamperFields(SceneFields):
                 limit = self._read(f"limits.{key}", raw[key], LIMIT_QUANTITIES.get(key, LENGTH))
                 if limit is not None:
                     found[key] = limit
-                if key in LIMITS and not LIMITS[key].over_band and not self._shaken_by_records:
-                    self._without_acceleration(key)
                 if key in LIMITS and not LIMITS[key].under_record and not self._shaken_over_bands:
                     self._without_period(key)
         return found
-
-    def _without_acceleration(self, key: str) -> None:
-        """Refuse a limit that a study over a band has no result for."""
-        told = (
-            "{field} holds under ground-motion records alone: an acceleration is not among the results of a study over a band, "
-            "and the displacement times ω² is not it where friction and impacts make a motion that is no sine."
-        )
-        advice = (
-            "limit `displacement_m`, or add `records` to what shakes it, one of them a sweep that you upload"
-        )
-        self._fault(f"limits.{key}", "a band of frequencies", "`records` among the excitations", advice, told)
 
     def _without_period(self, key: str) -> None:
         """Refuse a limit that a response to a record has no result for."""

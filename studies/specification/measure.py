@@ -22,6 +22,8 @@ class Measure:
         The limit on the same result; empty where there is none.
     unit : str
         Of its values in a specification in units.
+    order : int
+        Which derivative of a displacement it is: a result over Z·ω_n to this power is multiplied with that too.
     """
 
     name: str
@@ -30,6 +32,7 @@ class Measure:
     words: str
     limit: str = ""
     unit: str = "m"
+    order: int = 0
 
 
 MEASURES = {
@@ -50,6 +53,24 @@ MEASURES = {
             "amplitude_ratio_rms",
             math.sqrt(0.5),
             "rms displacement of the structure",
+        ),
+        Measure(
+            "worst_acceleration",
+            "acceleration_ratio",
+            1.0,
+            "acceleration of the structure",
+            "acceleration_m_per_s2",
+            "m/s²",
+            2,
+        ),
+        Measure(
+            "worst_rms_acceleration",
+            "acceleration_ratio_rms",
+            math.sqrt(0.5),
+            "rms acceleration of the structure",
+            "rms_acceleration_m_per_s2",
+            "m/s²",
+            2,
         ),
     )
 }
@@ -119,6 +140,10 @@ class Limit:
         The result variables over a band whose product it is; empty where they do not tell it.
     under_record : str
         The result variable under a record; empty where there is none.
+    factor : float
+        What the product over a band is multiplied with, beside powers of Z and ω_n.
+    per_second : bool
+        Whether a count a cycle is among them, which the frequency of the excitation makes one a second.
     """
 
     name: str
@@ -126,6 +151,8 @@ class Limit:
     unit: str
     over_band: tuple[str, ...]
     under_record: str
+    factor: float = 1.0
+    per_second: bool = False
 
 
 LIMITS = {
@@ -152,6 +179,7 @@ LIMITS = {
             "m/s²",
             ("impacts_per_cycle", "impact_speed_max"),
             "",
+            per_second=True,
         ),
         Limit(
             "stick_fraction",
@@ -164,15 +192,16 @@ LIMITS = {
             "acceleration_m_per_s2",
             "acceleration of the structure",
             "m/s²",
-            (),
+            ("acceleration_ratio",),
             "peak_absolute_acceleration_m_s2",
         ),
         Limit(
             "rms_acceleration_m_per_s2",
             "rms acceleration of the structure",
             "m/s²",
-            (),
+            ("acceleration_ratio_rms",),
             "rms_absolute_acceleration_m_s2",
+            math.sqrt(0.5),
         ),
     )
 }

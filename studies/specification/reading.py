@@ -33,9 +33,8 @@ KEYS = (
 CONFIDENCE = Quantity("confidence", "confidence of errors and intervals", 0.5, 0.999, "the default is 0.9")
 BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
 REFUSED_MEASURES = {
-    "worst_acceleration": "the acceleration is not among the results of a study over a band, only of one under records",
     "rms_displacement": "an rms over the band is not judged; that in time at the worst frequency is `worst_rms_displacement`",
-    "rms_acceleration": "the acceleration is not among the results of a study over a band, only of one under records",
+    "rms_acceleration": "an rms over the band is not judged; that in time at the worst frequency is `worst_rms_acceleration`",
 }
 
 REFUSED_UNDER_RECORDS = {

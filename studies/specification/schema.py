@@ -42,9 +42,7 @@ OF_SCENE: dict[str, Quantity] = {
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
 """What structure and excitation are made of."""
 LIMIT_WORDS = {
-    each.name: each.words
-    + (", under records" if not each.over_band else ", over bands" if not each.under_record else "")
-    for each in LIMITS.values()
+    each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {
     "cavity_length_m": "free length of the cavity, twice the clearance",
     "friction_force_n": "friction force",

@@ -169,7 +169,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "given together"),
         ("excitation.sweep", 0.1, "excitation.sweep", "so slow"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
-        ("measure", "worst_acceleration", "measure", "not among the results"),
+        ("measure", "rms_acceleration", "measure", "worst_rms_acceleration"),
         ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
         ("measure", 3, "measure", "one of worst_displacement"),
         ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.003"),
@@ -392,7 +392,10 @@ def test_records_are_one_of_a_list_of_excitations() -> None:
         ({"excitation": [ONE, {"records": ["el-centro"], "frequency_hz": 2}]}, "excitation[1].frequency_hz"),
         ({"excitation": [ONE, {"records": ["el-centro"], "name": ""}]}, "excitation[1].name"),
         ({"excitation": [{"frequency_hz": 2}, {"records": ["el-centro"]}]}, "excitation[0]"),
-        ({"excitation": [ONE, {"records": ["el-centro"]}], "measure": "worst_acceleration"}, "measure"),
+        (
+            {"excitation": [ONE, {"records": ["el-centro"]}], "measure": "worst_rms_relative_displacement"},
+            "measure",
+        ),
     ],
 )
 def test_faults_of_records_in_a_list_are_named_where_they_stand(document: dict[str, Any], field: str) -> None:
@@ -402,12 +405,17 @@ def test_faults_of_records_in_a_list_are_named_where_they_stand(document: dict[s
 
 
 @pytest.mark.parametrize("limit", ["acceleration_m_per_s2", "rms_acceleration_m_per_s2"])
-def test_accelerations_are_limited_under_records_and_refused_over_a_band(limit: str) -> None:
-    assert parse_specification(SHAKEN | {"limits": {limit: 3.0}}).limits == {limit: 3.0}
-    faults = faults_of(PROTOTYPE | {"limits": {limit: 3.0}})
-    assert list(faults) == [f"limits.{limit}"]
-    with pytest.raises(StudyFaults, match="holds under ground-motion records alone"):
-        parse_specification(PROTOTYPE | {"limits": {limit: 3.0}})
+@pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
+def test_accelerations_are_limited_over_bands_and_under_records(limit: str, document: dict[str, Any]) -> None:
+    assert parse_specification(document | {"limits": {limit: 3.0}}).limits == {limit: 3.0}
+
+
+@pytest.mark.parametrize("measure", ["worst_acceleration", "worst_rms_acceleration"])
+def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
+    both = {"excitation": [ONE, {"records": ["el-centro"]}]}
+    for document in (PROTOTYPE, SHAKEN, PROTOTYPE | both):
+        asked = parse_specification(document | {"measure": measure})
+        assert (asked.measure.name, asked.unit) == (measure, "m/s²")
 
 
 def test_noise_of_impacts_is_limited_over_bands_and_refused_under_records_alone() -> None:
