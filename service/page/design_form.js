@@ -152,7 +152,7 @@ async function copy(id) {
 function fieldsOf(held, records) {
   const measures = measuresOf(held);
   // what a document holds is shown even where it cannot hold
-  const { bands, records: shaken } = shakenBy(held);
+  const { bands } = shakenBy(held);
   const limited = limits.filter((each) => (!each.over_bands || bands) || held.get(`limits.${each.name}`) !== undefined);
   const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
   return [

@@ -71,8 +71,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     """Judge a build by what is known of it.
 
     Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
-    errors of results that have none of their own are taken to be the amplitude's. A limit on a result that only a response
-    to a record has holds under records.
+    errors of results that have none of their own are taken to be the amplitude's.
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)

@@ -119,8 +119,6 @@ def _limits(found: Found) -> Iterator[str]:
     for name, limit in asked.limits.items():
         about, reached = LIMITS[name], stated.reached[name]
         what, unit = about.words, about.unit.strip("1")
-        if asked.excitations and not about.over_band:
-            what += " under the records"
         if asked.cases and not about.under_record:
             what += " over the bands"
         if reached <= limit:

@@ -137,7 +137,7 @@ class Limit:
     unit : str
         Of the limit; 1 where it is a number.
     over_band : tuple of str
-        The result variables over a band whose product it is; empty where they do not tell it.
+        The result variables over a band whose product it is.
     under_record : str
         The result variable under a record; empty where there is none.
     factor : float

@@ -66,6 +66,11 @@ def test_points_ranges_and_results_in_units_are_those_in_ratios(cube: xr.Dataset
     lost = frequency_response(cube, Selection("dissipation_per_cycle", ratios))["dissipation_per_cycle"]
     np.testing.assert_allclose(energy["dissipation_per_cycle_j"], lost * (FORCE * BASE), rtol=1e-15)
     assert energy["dissipation_per_cycle_j"].attrs["units"] == "J"
+    moving = cube.assign(acceleration_ratio=cube["amplitude_ratio"] ** 2)
+    felt = frequency_response(moving, Selection("acceleration_m_per_s2", units))["acceleration_m_per_s2"]
+    square = (2 * np.pi * HERTZ) ** 2 * BASE
+    np.testing.assert_allclose(felt, curve["amplitude_ratio"] ** 2 * square, rtol=1e-14)
+    assert felt.attrs["units"] == "m s-2"
     between = {"clearance_m": 3.5 * BASE}
     there = frequency_response(cube, Selection(at={"clearance_ratio": 3.5}, interpolate=True))
     np.testing.assert_allclose(
