@@ -35,8 +35,8 @@ from damperlab.worker.solver.state import (
     Particle,
     with_floats,
 )
+from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.energy import energy_residual, stored_energy
-from damperlab.worker.steady.linear import linear_response
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 

@@ -19,7 +19,7 @@ from tests.properties.designs import (
 )
 
 from damperlab.worker.point import Design
-from damperlab.worker.solver.excitation.base import handed_on
+from damperlab.worker.solver.excitation.excitation import next_half_start
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.sine_base import make_sine_base
@@ -65,12 +65,12 @@ class March:
         scene.counts[BUDGET] = 100_000
         state, outcome = half_cycle(state, scene, None, log)
         assert outcome == ARRIVED
-        return handed_on(base, state)
+        return next_half_start(base, state)
 
     def on(self, state: State, halves: int) -> State:
         """Through whole half cycles."""
         for _ in range(halves):
-            state = handed_on(self.base, self.through(state, 0.0, self.half))
+            state = next_half_start(self.base, self.through(state, 0.0, self.half))
         return state
 
     def point(self, state: State) -> np.ndarray:
@@ -111,7 +111,7 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
         return march.through(state, 0.0, restart)
 
     def to_end(state: State) -> State:
-        return march.on(handed_on(march.base, march.through(state, restart, march.half)), 2)
+        return march.on(next_half_start(march.base, march.through(state, restart, march.half)), 2)
 
     middle = to_restart(before)
     assert (middle.slip_order, middle.gap_order) == (0, 0)  # nothing of the event is left in it

@@ -31,7 +31,7 @@ from damperlab.worker.solver.state import (
     Wall,
     make_meter,
 )
-from damperlab.worker.steady.linear import linear_response
+from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest

@@ -4,8 +4,8 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.linear import march_alone
 from damperlab.worker.solver.motion.sine_base import base_rate_at_start
+from damperlab.worker.solver.motion.structure_alone import march_alone
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import (
     ARRIVED,

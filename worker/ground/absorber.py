@@ -15,8 +15,7 @@ from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse
-from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record_base import make_record_base
+from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS
 

@@ -11,10 +11,9 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.excitation.base import RecordBase
-from damperlab.worker.solver.excitation.record_base import make_record_base, start_on_record
+from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene, make_loaded
 from damperlab.worker.solver.segment_log import (

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.excitation.base import expand_base, phase_of_sine
+from damperlab.worker.solver.excitation.excitation import expand_base, phase_of_sine
 from damperlab.worker.solver.motion.contact_motion import DEPTH, RELATIVE, Pressed, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stick, value
@@ -32,7 +32,7 @@ HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact"
 _SAMPLES_PER_WINDOW = 4
 
 
-def in_contact(
+def motion_in_wall(
     row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: Pressed
 ) -> Callable[[float], tuple[float, float, float, float]]:
     """Motion of a segment in a compliant wall.
@@ -40,7 +40,7 @@ def in_contact(
     Returns
     -------
     callable
-        From the time since its start to x, x', y and y' as of `compliant.motion`.
+        From the time since its start to x, x', y and y' as of `motion.contact_motion`.
     """
     y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
     start = np.array(
@@ -104,10 +104,10 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
             stick(row[V], relative, absolute)
         else:
             medium = free if particle is None or particle.wall is not None or not riding else loaded
-            combine(row[V] + offset, row[W], sine, cosine, medium.relative, relative)
+            combine(row[V] + offset, row[W], sine, cosine, medium.relative_rows, relative)
         pressed = None
         if riding and particle is not None and particle.wall is not None:
-            pressed = in_contact(row, sine, cosine, offset, loaded.held if held else loaded.slipping)
+            pressed = motion_in_wall(row, sine, cosine, offset, loaded.held if held else loaded.slipping)
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count

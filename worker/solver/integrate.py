@@ -15,11 +15,11 @@ from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
 from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
-from damperlab.worker.solver.excitation.base import (
+from damperlab.worker.solver.excitation.excitation import (
     add_start_of_base,
     expand_base,
     expand_excitation,
-    handed_on,
+    next_half_start,
     phase_after,
     phase_until,
     travel,
@@ -115,7 +115,7 @@ def half_cycle_on_addresses(
             if span.left <= 0.0:
                 break
     note_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
-    return handed_on(base, state), ARRIVED
+    return next_half_start(base, state), ARRIVED
 
 
 @inlined
@@ -176,9 +176,9 @@ def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves)
         stick(state.v, curves.relative, curves.absolute)
     else:
         x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, regime.medium.relative, curves.relative)
+        combine(x, state.w, phase.first, phase.second, regime.medium.relative_rows, curves.relative)
         if scene.particle is not None or meter is not None:
-            combine(x, state.w, phase.first, phase.second, regime.medium.absolute, curves.absolute)
+            combine(x, state.w, phase.first, phase.second, regime.medium.absolute_rows, curves.absolute)
             add_start_of_base(base, phase, curves.absolute)
 
 

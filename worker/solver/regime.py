@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Excitation, Phase, phase_at, phase_until
-from damperlab.worker.solver.motion.propagator import Medium
+from damperlab.worker.solver.excitation.excitation import Excitation, Phase, phase_at, phase_until
+from damperlab.worker.solver.motion.medium import Medium
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
@@ -86,13 +86,17 @@ def window_at(base: Excitation, k: int) -> Span:
 
 
 @inlined
+def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
+    """Whether friction holds the mass, and the offset of the centre of its motion: ±γ_F in slip, else 0."""
+    if friction is not None:
+        return slip == 0.0, slip * friction
+    return False, 0.0
+
+
+@inlined
 def regime_of(state: State, scene: Scene) -> Regime:
     """Regime of a state outside a compliant wall."""
-    sticks = False
-    offset = 0.0
-    if scene.friction is not None:
-        sticks = state.slip == 0.0
-        offset = state.slip * scene.friction
+    sticks, offset = slip_regime(state.slip, scene.friction)
     return Regime(sticks, offset, medium_of(state.riding, scene))
 
 

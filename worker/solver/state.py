@@ -242,7 +242,7 @@ FAR_WALL = 4
 RELEASE = 5
 LET_GO = 6  # a dwell is over
 CLEARANCE = 7  # the particle is out of a compliant wall
-PUSH = 8  # a compliant wall pushes again
+PUSHED_AGAIN = 8  # a compliant wall pushes again
 
 
 class Outcome(IntEnum):

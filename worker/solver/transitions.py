@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.excitation.base import Phase
+from damperlab.worker.solver.excitation.excitation import Phase
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.state import State
 
-SPAN, EVENT, PUSH, BASE_RATE, FORCE, V = range(6)
+SPAN, EVENT, BASE_PUSH, BASE_RATE, FORCE, V = range(6)
 """Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s', sin φ and v there."""
 
 BEFORE = 6
@@ -89,7 +89,7 @@ def _append(log: Transitions, span: float, event: int, before: State, after: Sta
     rows = log.rows
     rows[at + SPAN] = span
     rows[at + EVENT] = event
-    rows[at + PUSH] = phase.push
+    rows[at + BASE_PUSH] = phase.push
     rows[at + BASE_RATE] = phase.rate
     rows[at + FORCE] = phase.first
     rows[at + V] = before.v

@@ -19,8 +19,7 @@ from damperlab.worker.steady.newton import norm
 from damperlab.worker.steady.orbit import Orbit, SectionLook, newton_orbit, no_orbit
 from damperlab.worker.steady.recurrence import LONGEST, RING, near_period
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section_coordinates import coordinates
-from damperlab.worker.steady.variational import SIZE
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
 
 Array = NDArray[np.float64]
 
@@ -94,7 +93,7 @@ def stable_orbit_nearby(
     """
     particle = scene.particle
     nothing = no_candidate(state)
-    lag = near_period(notes.apart, min(LONGEST, look.half // 2), look.scale)
+    lag = near_period(notes.recurrences, min(LONGEST, look.half // 2), look.scale)
     if lag == 0 or _NEWTON_STEPS * lag > spare:
         return nothing, False, 0
     reach = inf if particle is None else 2.0 * _REACH * look.scale
@@ -102,13 +101,13 @@ def stable_orbit_nearby(
     if not found or not spectral_radius(notes.monodromy, look.size) < _ATTRACTS:
         return nothing, False, halves
     point = notes.ring[look.half % RING]
-    coordinates(orbit.state, particle, notes.orbit)
-    for i in range(SIZE):
-        notes.departure[i] = point[i] - notes.orbit[i]
+    coordinates(orbit.state, particle, notes.candidate_point)
+    for i in range(SECTION_SIZE):
+        notes.candidate_departure[i] = point[i] - notes.candidate_point[i]
         if particle is not None:
-            if abs(notes.departure[i]) > _REACH * look.scale:
+            if abs(notes.candidate_departure[i]) > _REACH * look.scale:
                 return nothing, False, halves
-    copy_matrix(notes.monodromy, notes.jacobian)
+    copy_matrix(notes.monodromy, notes.candidate_jacobian)
     confirmed = attracts_all(orbit, point, scene, probe, notes)
     return Candidate(orbit, look.half, look.half, 1.0), confirmed, halves
 
@@ -139,7 +138,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
         if scene.counts[IMPACTS] > 0 or point[3] != 0.0:
             return False
         begin_probe(probe, scene, 2)
-        far = sqrt((point[0] - notes.orbit[0]) ** 2 + (point[1] - notes.orbit[1]) ** 2)
+        far = sqrt((point[0] - notes.candidate_point[0]) ** 2 + (point[1] - notes.candidate_point[1]) ** 2)
         meter = make_meter(notes.meter.energies, notes.meter.acceleration)
         sums = meter_on_addresses(meter)
         state = orbit.state
@@ -168,7 +167,15 @@ def closing_in(
     periods = (look.half - candidate.since) // orbit.lag
     at = candidate.since + periods * orbit.lag
     point = notes.ring[at % RING]
-    verdict = _follows(point, notes.orbit, notes.departure, notes.jacobian, periods, look.size, look.scale)
+    verdict = _follows(
+        point,
+        notes.candidate_point,
+        notes.candidate_departure,
+        notes.candidate_jacobian,
+        periods,
+        look.size,
+        look.scale,
+    )
     if verdict == LEAVES:
         return nothing, False
     if verdict != APPROACHES:
@@ -179,9 +186,9 @@ def closing_in(
     first = 0.0
     now = 0.0
     for i in range(look.size):
-        first += notes.departure[i] ** 2
-        notes.departure[i] = point[i] - notes.orbit[i]
-        now += notes.departure[i] ** 2
+        first += notes.candidate_departure[i] ** 2
+        notes.candidate_departure[i] = point[i] - notes.candidate_point[i]
+        now += notes.candidate_departure[i] ** 2
     share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
     enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
     confirmed = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
@@ -202,13 +209,13 @@ def _follows(
 
     Parameters
     ----------
-    ring_now : array, shape (SIZE,)
+    ring_now : array, shape (SECTION_SIZE,)
         Section coordinates of the run now.
-    orbit_point : array, shape (SIZE,)
+    orbit_point : array, shape (SECTION_SIZE,)
         Those of the orbit.
-    departure : array, shape (SIZE,)
+    departure : array, shape (SECTION_SIZE,)
         Run minus orbit, `periods` periods ago.
-    monodromy : array, shape (SIZE, SIZE)
+    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int
     scale : float
@@ -222,7 +229,7 @@ def _follows(
     """
     predicted = departure.copy()
     for _ in range(periods):
-        moved = filled(SIZE, 0.0)
+        moved = filled(SECTION_SIZE, 0.0)
         for i in range(size):
             for j in range(size):
                 moved[i] += monodromy[i, j] * predicted[j]

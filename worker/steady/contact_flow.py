@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 
 @inlined
 def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z: Array, n: int) -> None:
-    """A span in contact; over a long one the fast part goes by its exponential, as in `press`.
+    """A span in contact; over a long one the fast part goes by its exponential, as in `contact_segment`.
 
     Parameters
     ----------
     span : float
-        No longer than the spans of `press`.
+        No longer than a contact segment.
     held : bool
         Whether friction holds the mass.
     arrays : Contact

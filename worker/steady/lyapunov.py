@@ -11,7 +11,8 @@ from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, State
 from damperlab.worker.solver.transitions import Transitions
-from damperlab.worker.steady.variational import SIZE, propagate
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE
+from damperlab.worker.steady.variational import propagate
 
 _BATCHES = 16
 # Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.
@@ -44,7 +45,7 @@ def is_chaotic(
     0: its mean then lies within its error, or below 0.01, which tells slow beats from chaos over 320 cycles. The vector is
     followed only for as long as it takes to tell.
     """
-    tangent = zero_matrix(SIZE, 1)
+    tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0
     if size > 2:
         tangent[2, 0] = 0.3
@@ -67,7 +68,7 @@ def is_chaotic(
                 return False
             growth[known] = log(norm)
             known += 1
-            for i in range(SIZE):
+            for i in range(SECTION_SIZE):
                 tangent[i, 0] /= norm
         mean, error = _mean_growth(growth, length)
         if mean > max(least, 3.0 * error):

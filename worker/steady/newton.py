@@ -12,13 +12,14 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, Particle, State
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.section_coordinates import (
+    SECTION_SIZE,
     active_size,
     are_comparable,
     coordinates,
     has_contact,
     state_at,
 )
-from damperlab.worker.steady.variational import SIZE, propagate
+from damperlab.worker.steady.variational import propagate
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,12 @@ def march_with_jacobian(
     log: Transitions,
     monodromy: Array,
 ) -> tuple[State, bool]:
-    """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`, shape (SIZE, SIZE).
+    """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`.
+
+    Parameters
+    ----------
+    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
+        Filled.
 
     Returns
     -------
@@ -43,8 +49,8 @@ def march_with_jacobian(
     complete : bool
         False where the march or its record ended early; the Jacobian is then of no use.
     """
-    for i in range(SIZE):
-        for j in range(SIZE):
+    for i in range(SECTION_SIZE):
+        for j in range(SECTION_SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
     for _ in range(lag):
         log.cursor[0] = 0
@@ -69,7 +75,7 @@ def _newton_step(
 
     A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
     """
-    held = zero_counts(SIZE)
+    held = zero_counts(SECTION_SIZE)
     if friction is not None:
         if state.slip == 0.0:
             held[1] = 1
@@ -77,7 +83,7 @@ def _newton_step(
         if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
             held[2] = 1
             held[3] = 1
-    index = np.empty(SIZE, np.int64)
+    index = np.empty(SECTION_SIZE, np.int64)
     n = 0
     for i in range(size):
         step[i] = 0.0
@@ -139,7 +145,7 @@ def find_orbit(
         Size of the motion.
     reach : float
         Longest step believed.
-    monodromy : array, shape (SIZE, SIZE)
+    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Filled with the Jacobian of the orbit found.
 
     Returns
@@ -153,9 +159,9 @@ def find_orbit(
     """
     friction, particle = scene.friction, scene.particle
     size = active_size(state, particle, scene.counts)
-    point = np.empty(SIZE)
-    residual = np.empty(SIZE)
-    step = filled(SIZE, 0.0)
+    point = np.empty(SECTION_SIZE)
+    residual = np.empty(SECTION_SIZE)
+    step = filled(SECTION_SIZE, 0.0)
     coordinates(state, particle, point)
     here = state
     halves = 0
@@ -166,7 +172,7 @@ def find_orbit(
         if not complete or not are_comparable(there, here, particle):
             return state, inf, halves
         coordinates(there, particle, residual)
-        for i in range(SIZE):
+        for i in range(SECTION_SIZE):
             residual[i] -= point[i]
         if not _newton_step(monodromy, residual, here, size, friction, particle, step):
             return state, inf, halves

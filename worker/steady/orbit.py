@@ -13,9 +13,8 @@ from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import find_orbit, march_with_jacobian
 from damperlab.worker.steady.recurrence import RING, settled_period, stays_closed
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section_coordinates import coordinates
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.stopping import Settings
-from damperlab.worker.steady.variational import SIZE
 
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 
@@ -105,13 +104,13 @@ def repeated_orbit(
     """
     tolerance = settings.periodic_tolerance
     lag, error = settled_period(
-        notes.ring, look.half, notes.apart, notes.before, stretch, look.scale, tolerance
+        notes.ring, look.half, notes.recurrences, notes.recurrences_before, stretch, look.scale, tolerance
     )
     if lag == 0:
         return no_orbit(state)
     orbit, complete, _ = newton_orbit(state, lag, look.scale, look, scene, probe, notes)
     if orbit.error < inf:
-        point = np.empty(SIZE)
+        point = np.empty(SECTION_SIZE)
         coordinates(orbit.state, scene.particle, point)
         moved = 0.0
         for i in range(look.size):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.steady.variational import SIZE
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def recurrence(ring: Array, now: int, lag: int) -> float:
     here = now % RING
     there = (now - lag) % RING
     total = 0.0
-    for i in range(SIZE):
+    for i in range(SECTION_SIZE):
         total += (ring[here, i] - ring[there, i]) ** 2
     return sqrt(total)
 
@@ -48,7 +48,7 @@ def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None
 def extent(ring: Array, now: int) -> float:
     """Size of the section point `now`, at least 1: the scale that distances are judged by."""
     total = 1.0
-    for i in range(SIZE):
+    for i in range(SECTION_SIZE):
         total += ring[now % RING, i] ** 2
     return sqrt(total)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
-from damperlab.worker.solver.excitation.base import phase_at
+from damperlab.worker.solver.excitation.excitation import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.scene import Scene
@@ -27,7 +27,7 @@ from damperlab.worker.solver.state import (
 from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.recurrence import LONGEST, RING
-from damperlab.worker.steady.section_coordinates import coordinates
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.trace import (
     ACCELERATION_COLUMNS,
     COLUMNS,
@@ -37,7 +37,6 @@ from damperlab.worker.steady.trace import (
     make_trace,
     note_half,
 )
-from damperlab.worker.steady.variational import SIZE
 
 EVENTS_PER_CYCLE = 100
 """Events for which a run has room on the average of its longest, `max_cycles`: beyond it ends early, with what it measured."""
@@ -54,9 +53,9 @@ class Notes(NamedTuple):
 
     Attributes
     ----------
-    ring : array, shape (RING, SIZE)
+    ring : array, shape (RING, SECTION_SIZE)
         The last section points.
-    apart, before : array, shape (LONGEST + 1,)
+    recurrences, recurrences_before : array, shape (LONGEST + 1,)
         The recurrence of each period at this look and at the one before.
     trace : array, shape (half cycles + 1, columns)
         One row a metered half cycle; row 0 is the beginning.
@@ -68,26 +67,26 @@ class Notes(NamedTuple):
         Sums over the metered half cycles.
     log : Transitions
         The transitions of one half cycle, for its Jacobian.
-    monodromy : array, shape (SIZE, SIZE)
+    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian of the last orbit looked for.
-    orbit, departure : array, shape (SIZE,)
+    candidate_point, candidate_departure : array, shape (SECTION_SIZE,)
         Section point of the orbit that waits to be confirmed, and how far from it the run was then.
-    jacobian : array, shape (SIZE, SIZE)
+    candidate_jacobian : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian of that orbit.
     """
 
     ring: NDArray[np.float64]
-    apart: NDArray[np.float64]
-    before: NDArray[np.float64]
+    recurrences: NDArray[np.float64]
+    recurrences_before: NDArray[np.float64]
     trace: NDArray[np.float64]
     cycles: NDArray[np.float64]
     series: NDArray[np.float64]
     meter: Meter
     log: Transitions
     monodromy: NDArray[np.float64]
-    orbit: NDArray[np.float64]
-    departure: NDArray[np.float64]
-    jacobian: NDArray[np.float64]
+    candidate_point: NDArray[np.float64]
+    candidate_departure: NDArray[np.float64]
+    candidate_jacobian: NDArray[np.float64]
 
 
 @kernel
@@ -118,7 +117,7 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
     """Empty notes of a run, whose meter is asked for energies and acceleration as in `state.Meter`."""
     cycles = max_cycles + LONGEST
     return Notes(
-        zero_matrix(RING, SIZE),
+        zero_matrix(RING, SECTION_SIZE),
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
         make_trace(2 * cycles + 1, acceleration),
@@ -126,10 +125,10 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
         np.empty(cycles),
         make_meter(energies, acceleration),
         empty_transitions(_LOG_ROWS),
-        unit_matrix(SIZE),
-        filled(SIZE, 0.0),
-        filled(SIZE, 0.0),
-        unit_matrix(SIZE),
+        unit_matrix(SECTION_SIZE),
+        filled(SECTION_SIZE, 0.0),
+        filled(SECTION_SIZE, 0.0),
+        unit_matrix(SECTION_SIZE),
     )
 
 

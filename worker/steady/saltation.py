@@ -21,6 +21,7 @@ from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.state import NEAR_WALL, Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,
+    BASE_PUSH,
     BASE_RATE,
     BEFORE,
     EVENT,
@@ -36,7 +37,6 @@ from damperlab.worker.solver.transitions import (
     V,
     W,
 )
-from damperlab.worker.solver.transitions import PUSH as INERTIA
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def field(
     """The vector field just before or just after an event."""
     w = rows[at + side + W]
     slip = rows[at + side + SLIP]
-    inertia = rows[at + INERTIA]
+    base_push = rows[at + BASE_PUSH]
     riding = False
     push = 0.0  # of a compliant wall on the particle
     compliance = free.compliance
@@ -90,13 +90,13 @@ def field(
         taken = base.two_zeta * w + rows[at + V] + offset
         if isinstance(base, SineForce):
             taken -= rows[at + FORCE]
-        a = inertia - compliance * taken - push
+        a = base_push - compliance * taken - push
     if particle is not None:
         if not riding:
-            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - inertia)
+            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - base_push)
         if wall is not None:
             rate = rows[at + side + WALL] * rows[at + side + SPEED]
-            return Field(w, a, rate, a - inertia - push / particle.mass_ratio)
+            return Field(w, a, rate, a - base_push - push / particle.mass_ratio)
         if rows[at + side + SPEED] > 0.0:  # the time left of a dwell runs down
             return Field(w, a, -rows[at + side + WALL], 0.0)
     return Field(w, a, 0.0, 0.0)

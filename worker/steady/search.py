@@ -8,14 +8,14 @@ from math import inf
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.excitation.base import largest_push
+from damperlab.worker.solver.excitation.excitation import largest_push
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
 from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.recurrence import extent, note_recurrences
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
-from damperlab.worker.steady.section_coordinates import active_size, coordinates
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, active_size, coordinates
 from damperlab.worker.steady.statistics import Estimate, estimate
 from damperlab.worker.steady.stopping import (
     FEWEST_MEASURED,
@@ -28,7 +28,6 @@ from damperlab.worker.steady.stopping import (
     next_estimate,
 )
 from damperlab.worker.steady.trace import cycle_peaks
-from damperlab.worker.steady.variational import SIZE
 
 # Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
 # half cycle takes long.
@@ -99,7 +98,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     metered_halves = _NOT_METERED
     next_estimate_cycles = FEWEST_MEASURED  # metered
     nearby = nothing_nearby(start, _CHUNK)
-    look = SectionLook(0, 1.0, SIZE)
+    look = SectionLook(0, 1.0, SECTION_SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
     while half < last_half and work_done(scene, half) <= work_allowed:
         if metered_halves == _NOT_METERED:
@@ -113,7 +112,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         look = SectionLook(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False)
-        note_recurrences(notes.ring, half, notes.apart, notes.before)
+        note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
         orbit = _locked_limit(state, half, scene, notes)
         if orbit.lag == 0:
             orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)

@@ -8,14 +8,24 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.state import IMPACTS, Dwell, Particle, State, Wall
-from damperlab.worker.steady.variational import is_contact
 
 Array = NDArray[np.float64]
+
+SECTION_SIZE = 4
+"""Coordinates of a state on the section, and components of a tangent vector."""
+
+
+@inlined
+def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
+    """Whether a contact has coordinates of its own: the particle is pushed by a compliant wall, or held by a rigid one."""
+    if wall is not None:
+        return riding > 0.0
+    return riding > 0.0 and speed > 0.0
 
 
 @kernel
 def coordinates(state: State, particle: Particle | None, out: Array) -> None:
-    """Section coordinates of a state into `out`, shape (SIZE,): v, w, p, p' at phase 0, where s = 0.
+    """Section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
     In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
     time until the particle is let go and the speed at which it came.
@@ -33,7 +43,7 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
 @inlined
 def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, out: Array) -> None:
     if dwell is not None:
-        if is_contact(state.riding, dwell.speed, wall):
+        if has_contact_coordinates(state.riding, dwell.speed, wall):
             out[2] = -state.wall * state.gap if wall is not None else state.wall * dwell.left
             out[3] = state.wall * dwell.speed
 
@@ -42,7 +52,7 @@ def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, o
 def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
     """Whether the last two coordinates are those of a contact."""
     if dwell is not None:
-        return is_contact(state.riding, dwell.speed, wall)
+        return has_contact_coordinates(state.riding, dwell.speed, wall)
     return False
 
 

@@ -28,11 +28,10 @@ from damperlab.worker.steady.run import (
     probe_of,
 )
 from damperlab.worker.steady.search import search
-from damperlab.worker.steady.section_coordinates import coordinates
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.stopping import Settings
 from damperlab.worker.steady.trace import acceleration_of_period, acceleration_of_run, stretch_of
-from damperlab.worker.steady.variational import SIZE
 
 __all__ = ["Settings", "at_rest", "settle"]
 
@@ -183,8 +182,8 @@ def _shortest_period(state, found, scene, probe, notes):
     """
     lag = found.orbit.lag
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
-    start = np.empty(SIZE)
-    end = np.empty(SIZE)
+    start = np.empty(SECTION_SIZE)
+    end = np.empty(SECTION_SIZE)
     coordinates(state, scene.particle, start)
     for shorter in range(1, lag):
         if lag % shorter == 0:
@@ -200,6 +199,6 @@ def _shortest_period(state, found, scene, probe, notes):
 def _is_near(point, other, known):
     """Whether two section points differ by no more than what is known, in every coordinate."""
     near = True
-    for i in range(SIZE):
+    for i in range(SECTION_SIZE):
         near = near and abs(point[i] - other[i]) <= known
     return near

@@ -17,7 +17,7 @@ _UNBOUNDED = int(Status.UNBOUNDED)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _CHUNK = 64  # cycles between looks
 _BURN_IN = 0.2  # share of max_cycles taken as transient where the peaks do not come to rest
-_FEWEST_MEASURED = 512  # cycles before a standard error is believed
+_FEWEST_STEPPED = 512  # cycles before a standard error is believed
 
 
 @kernel
@@ -88,7 +88,7 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
         if chunk < burn_in <= cycles:
             first = cycles
             impacts_before = counts[IMPACTS]
-        if first > 0 and cycles - first >= _FEWEST_MEASURED:
+        if first > 0 and cycles - first >= _FEWEST_STEPPED:
             mean, error = mean_and_error(peaks[:, 0], first, cycles)
             if error <= settings.tolerance * mean:
                 status = _CONVERGED

@@ -3,7 +3,8 @@
 A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: what a chatter leaves of δy would be lost in δp. While a
 rigid wall holds the particle for a contact time, y does not vary: (±δleft, ±δspeed) stand in its place, the time until it is
 let go and the speed at which it came, with the sign of the wall, so that they change sign with all others when half a
-cycle is mirrored. On the section, p and p' stand in the place of y and y' of a particle in flight (`orbit.coordinates`).
+cycle is mirrored. On the section, p and p' stand in the place of y and y' of a particle in flight
+(`section_coordinates.coordinates`).
 """
 
 from typing import Any, NamedTuple
@@ -14,10 +15,19 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.contact_motion import Contact
-from damperlab.worker.solver.motion.propagator import Medium
+from damperlab.worker.solver.motion.medium import Medium
 from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
-from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, PUSH, RELEASE, TURN, Particle, Wall
+from damperlab.worker.solver.state import (
+    FAR_WALL,
+    LET_GO,
+    NEAR_WALL,
+    PUSHED_AGAIN,
+    RELEASE,
+    TURN,
+    Particle,
+    Wall,
+)
 from damperlab.worker.solver.transitions import (
     AFTER,
     BEFORE,
@@ -33,11 +43,9 @@ from damperlab.worker.solver.transitions import (
 )
 from damperlab.worker.steady.contact_flow import flow_in_wall
 from damperlab.worker.steady.saltation import Field, field, leaving_speed, pass_contact, pass_event
+from damperlab.worker.steady.section_coordinates import SECTION_SIZE, has_contact_coordinates
 
 Array = NDArray[np.float64]
-
-SIZE = 4
-"""Components of a tangent vector."""
 
 
 @inlined
@@ -57,9 +65,9 @@ def propagate(
     log : Transitions
         Of exactly one half cycle.
     base, free, loaded, friction, particle
-        As in `march.half_cycle`.
-    tangents : array, shape (SIZE, n)
-        n tangent vectors, in columns, in the coordinates of `orbit.coordinates`.
+        As the fields of a `Scene`.
+    tangents : array, shape (SECTION_SIZE, n)
+        n tangent vectors, in columns, in the coordinates of `section_coordinates.coordinates`.
 
     Notes
     -----
@@ -117,7 +125,7 @@ def _propagate(
                     if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
                         resume = i + 2  # it would ride on, but for the wall that runs away
                         to = at + WIDTH
-        if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSH):
+        if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN):
             before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
             after = field(rows, to, AFTER, free, loaded, base, friction, particle, wall)
             if kind == TURN:
@@ -129,23 +137,15 @@ def _propagate(
                 pass_contact(rows, to, kind == LET_GO, before, after, particle, wall, z, n)
     if particle is not None and count > 0:
         _leave(rows, (count - 1) * WIDTH, wall, z, n)
-    for i in range(SIZE * n):
+    for i in range(SECTION_SIZE * n):
         z[i] = -z[i]
-
-
-@inlined
-def is_contact(riding: float, speed: float, wall: Wall | None) -> bool:
-    """Whether a contact has coordinates of its own: the particle is pushed by a compliant wall, or held by a rigid one."""
-    if wall is not None:
-        return riding > 0.0
-    return riding > 0.0 and speed > 0.0
 
 
 @inlined
 def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
     """From section coordinates."""
     riding = rows[BEFORE + RIDING]
-    contact = is_contact(riding, rows[BEFORE + SPEED], wall)
+    contact = has_contact_coordinates(riding, rows[BEFORE + SPEED], wall)
     held = False
     if friction is not None:
         held = rows[BEFORE + SLIP] == 0.0
@@ -160,7 +160,7 @@ def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: 
 @inlined
 def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
     """To section coordinates."""
-    if not is_contact(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
+    if not has_contact_coordinates(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
         for j in range(n):
             z[2 * n + j] = z[j] - z[2 * n + j]
             z[3 * n + j] = z[n + j] - z[3 * n + j]
@@ -196,8 +196,8 @@ def _homogeneous(medium: Medium) -> Homogeneous:
         medium.xw,
         medium.wx,
         medium.ww,
-        address(medium.relative, 0),
-        address(medium.relative, TERMS),
+        address(medium.relative_rows, 0),
+        address(medium.relative_rows, TERMS),
     )
 
 

@@ -1,25 +1,25 @@
 """A wall that stops pushing."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Phase, largest_push, less_force
+from damperlab.worker.solver.excitation.excitation import Phase, largest_push, net_resistance
+from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
+
+# share of the accelerations at hand below which that of an opening gap is rounding
+_STILL = 1e-9
 
 
 @inlined
 def release(state: State, phase: Phase, scene: Scene) -> State:
     """The wall stops pushing: the particle flies on with the velocity of the wall."""
     base = scene.base
-    sticks = False
-    offset = 0.0
-    if scene.friction is not None:
-        sticks = state.slip == 0.0
-        offset = state.slip * scene.friction
-    slips = less_force(base, phase, base.two_zeta * state.w + state.v + offset)
+    sticks, offset = slip_regime(state.slip, scene.friction)
+    slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
     opening = state.wall * phase.push if sticks else state.wall * slips
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
     scale = largest_push(base) + abs(state.w) + abs(state.v) + abs(offset)
-    order = 2 if opening > 1e-9 * scale else 3
+    order = 2 if opening > _STILL * scale else 3
     return in_flight(
         state,
         w=state.w,

@@ -8,7 +8,7 @@ from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from damperlab.worker.solver.excitation.base import Phase, force_to_hold, largest_push, less_force
+from damperlab.worker.solver.excitation.excitation import Phase, force_to_hold, largest_push, net_resistance
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import (
     ATTACHMENTS,
@@ -89,7 +89,7 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
         if state.riding > 0.0:
             p_rate = phase.rate
             free_acceleration = (
-                -phase.push if slip == 0.0 else -less_force(base, phase, state.v + slip * friction)
+                -phase.push if slip == 0.0 else -net_resistance(base, phase, state.v + slip * friction)
             )
             if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
@@ -185,7 +185,7 @@ def _part(
             slip = 1.0 if w > 0.0 else -1.0
         sticks = slip == 0.0
         offset = slip * scene.friction
-    slips = less_force(base, phase, base.two_zeta * w + state.v + offset)
+    slips = net_resistance(base, phase, base.two_zeta * w + state.v + offset)
     u_acceleration = -phase.push if sticks else -slips
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))

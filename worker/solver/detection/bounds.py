@@ -1,7 +1,12 @@
 """Bounds on the motion across a span, from its start alone: what makes it safe to skip a search."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import Excitation, Phase, base_derivative_bound, with_force_bound
+from damperlab.worker.solver.excitation.excitation import (
+    Excitation,
+    Phase,
+    base_derivative_bound,
+    with_force_bound,
+)
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment, Span
 from damperlab.worker.solver.state import State
 

@@ -3,11 +3,11 @@
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import (
+from damperlab.worker.solver.excitation.excitation import (
     Excitation,
     Phase,
     force_to_hold,
-    less_force,
+    net_resistance,
     push_derivative_bound,
 )
 from damperlab.worker.solver.regime import Regime, Segment
@@ -26,7 +26,7 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
     """u'', which pushes a riding particle."""
     if regime.sticks:
         return -phase.push
-    slips = less_force(base, phase, base.two_zeta * state.w + state.v + regime.offset)
+    slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
     return -regime.medium.compliance * slips
 
 

@@ -6,7 +6,7 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.excitation.base import (
+from damperlab.worker.solver.excitation.excitation import (
     expand_push,
     largest_push,
     push_derivative_bound,

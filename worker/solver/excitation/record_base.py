@@ -1,17 +1,69 @@
-"""A record made ready for the march: cut into windows, with the base's own motion carried along."""
+"""A record as the integrator takes it: cut into windows, with the base's own motion carried along."""
 
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
 from damperlab.worker.solver.arrays import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.state import Particle, State
+
+
+class RecordBase(NamedTuple):
+    """A base whose acceleration is linear in every window.
+
+    Attributes
+    ----------
+    two_zeta, window : float
+        2ζ and the length of a window [1/ω_n].
+    windows : int
+        Windows of the whole record.
+    acceleration, jerk : array, shape (windows,)
+        s'' at the start of each window, and its constant rate.
+    rate, position : array, shape (windows + 1,)
+        s' and s at the window ends.
+    most : array, shape (windows,)
+        Largest |s''| of each window.
+    largest : float
+        Largest |s''| of the record.
+    rows : array, shape (2 · TERMS,)
+        Taylor coefficients of s, less its start and its tangent, for s'' = 1 and for s''' = 1.
+    """
+
+    two_zeta: float
+    window: float
+    windows: int
+    acceleration: NDArray[np.float64]
+    jerk: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    position: NDArray[np.float64]
+    most: NDArray[np.float64]
+    largest: float
+    rows: NDArray[np.float64]
+
+
+@inlined
+def record_base_on_addresses(base: RecordBase) -> RecordBase:
+    """The same base with addresses for arrays; the arrays must outlive it."""
+    return RecordBase(
+        base.two_zeta,
+        base.window,
+        base.windows,
+        address(base.acceleration, 0),
+        address(base.jerk, 0),
+        address(base.rate, 0),
+        address(base.position, 0),
+        address(base.most, 0),
+        base.largest,
+        address(base.rows, 0),
+    )
 
 
 def make_record_base(
@@ -45,7 +97,7 @@ def make_record_base(
     jerk = np.concatenate((np.repeat(change / step, pieces), still))
     end = start + jerk * window
     rate = np.concatenate(([0.0], np.cumsum(window * (start + end) / 2.0)))
-    way = window * (rate[:-1] + window * (2.0 * start + end) / 6.0)
+    displacement_step = window * (rate[:-1] + window * (2.0 * start + end) / 6.0)
     rows = filled(2 * TERMS, 0.0)
     rows[2] = 1.0 / 2.0
     rows[TERMS + 3] = 1.0 / 6.0
@@ -56,7 +108,7 @@ def make_record_base(
         start,
         jerk,
         rate,
-        np.concatenate(([0.0], np.cumsum(way))),
+        np.concatenate(([0.0], np.cumsum(displacement_step))),
         np.maximum(np.abs(start), np.abs(end)),
         float(np.abs(acceleration).max()),
         rows,

@@ -36,7 +36,7 @@ from damperlab.worker.solver.state import Particle, Wall
 
 Array = NDArray[np.float64]
 
-RELATIVE, ABSOLUTE, DEPTH, PUSH = range(4)
+RELATIVE, ABSOLUTE, DEPTH, WALL_FORCE = range(4)
 """Sets of rows: x, x + s, y, F."""
 # Longest span of the whole motion, in units of the contact's own rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
@@ -328,7 +328,7 @@ def _fill_rows(
             w = full[1] + share * full[5]
             push = wall.stiffness * full[4] + wall.damping * full[5]
             rows[DEPTH * DIM * TERMS + at + n] = full[4]
-            rows[PUSH * DIM * TERMS + at + n] = push
+            rows[WALL_FORCE * DIM * TERMS + at + n] = push
             absolute = ABSOLUTE * DIM * TERMS + at
             if held:
                 if n == 0:

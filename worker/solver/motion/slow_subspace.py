@@ -12,7 +12,7 @@ from damperlab.worker.solver.memory import Floats
 Array = NDArray[np.float64]
 
 DIM = 6
-"""Coordinates X, X', two of the base, y, y' of a contact (`contact.py`)."""
+"""Coordinates X, X', two of the base, y, y' of a contact (`contact_motion.py`)."""
 _ITERATIONS = 60
 _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go on with
 

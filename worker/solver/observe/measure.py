@@ -1,7 +1,7 @@
 """What is accumulated on a segment, by the kind of base: a record's response is asked for more than a sine's."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.base import RecordBase
+from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.observe.measure_acceleration import measure_acceleration
 from damperlab.worker.solver.observe.measure_record import measure_segment
 from damperlab.worker.solver.observe.measure_sine import (

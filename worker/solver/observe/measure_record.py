@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
-from damperlab.worker.solver.excitation.base import expand_base
+from damperlab.worker.solver.excitation.excitation import expand_base
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
 from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.detection.bounds import slip_bounds, u_derivative_bound, w_curvature_bound
-from damperlab.worker.solver.excitation.base import base_derivative_bound, expand_base, phase_of_sine
-from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.excitation.excitation import base_derivative_bound, expand_base, phase_of_sine
+from damperlab.worker.solver.motion.medium import make_medium
 from damperlab.worker.solver.motion.sine_base import make_sine_base
 from damperlab.worker.solver.motion.taylor import TERMS, combine
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment
@@ -40,8 +40,8 @@ def test_no_motion_leaves_its_bounds(
     slips = Segment(state, state, phase, phase, Regime(False, 0.0, medium), span, bounds)
     sticks = slips._replace(regime=Regime(True, 0.0, medium), bounds=MotionBounds(0.0, 0.0))
     relative, absolute, shaken = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
-    combine(x, w, phase.first, phase.second, medium.relative, relative)
-    combine(x, w, phase.first, phase.second, medium.absolute, absolute)
+    combine(x, w, phase.first, phase.second, medium.relative_rows, relative)
+    combine(x, w, phase.first, phase.second, medium.absolute_rows, absolute)
     expand_base(base, phase, shaken)
     at = PLACES * span
     derive = np.polynomial.polynomial

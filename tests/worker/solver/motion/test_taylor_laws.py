@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.propagator import make_medium
+from damperlab.worker.solver.motion.medium import make_medium
 from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW, make_sine_base
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -108,5 +108,5 @@ def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
     assert abs(moved_x - expected[0]) <= size
     assert abs(moved_w - expected[1]) <= size
     curve = np.empty(TERMS)
-    combine(x, w, sine, cosine, medium.absolute, curve)
+    combine(x, w, sine, cosine, medium.absolute_rows, curve)
     assert abs(value(curve, base.window) - (expected[0] + expected[2])) <= size

@@ -10,7 +10,8 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.excitation.base import Excitation, RecordBase
+from damperlab.worker.solver.excitation.excitation import Excitation
+from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.motion.contact_motion import Buffers, Pressed
-from damperlab.worker.solver.regime import Regime
+from damperlab.worker.solver.regime import Regime, slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, Wall
 
@@ -55,13 +55,10 @@ def buffers_of(scene: Scene) -> Buffers:
 def contact_regime_of(state: State, scene: Scene) -> ContactRegime:
     """Regime of a state that the wall pushes."""
     contact = scene.loaded
-    sticks = False
-    offset = 0.0
+    sticks, offset = slip_regime(state.slip, scene.friction)
     motion = contact.slipping
     between = contact.slipping_between
     if scene.friction is not None:
-        sticks = state.slip == 0.0
-        offset = state.slip * scene.friction
         if sticks:
             motion = contact.held
             between = contact.held_between

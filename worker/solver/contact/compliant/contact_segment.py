@@ -11,14 +11,14 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     wall_of,
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
-from damperlab.worker.solver.excitation.base import (
+from damperlab.worker.solver.excitation.excitation import (
     Phase,
     add_start_of_base,
     expand_push,
     largest_push,
 )
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, PUSH, RELATIVE, combine_rows
+from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, RELATIVE, WALL_FORCE, combine_rows
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -50,7 +50,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
     combine_rows(ABSOLUTE, start, units, rows, buffers.absolute)
     add_start_of_base(scene.base, phase, buffers.absolute)
     combine_rows(DEPTH, start, units, rows, buffers.depth)
-    combine_rows(PUSH, start, units, rows, buffers.push)
+    combine_rows(WALL_FORCE, start, units, rows, buffers.push)
 
 
 @kernel

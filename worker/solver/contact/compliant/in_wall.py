@@ -25,7 +25,7 @@ from damperlab.worker.solver.contact.compliant.long_step import (
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.excitation.base import (
+from damperlab.worker.solver.excitation.excitation import (
     Phase,
     expand_excitation,
     force_to_hold,
@@ -43,6 +43,7 @@ from damperlab.worker.solver.state import (
     IMPACT_LOSS,
     IMPACTS,
     NOTHING,
+    PUSHED_AGAIN,
     RELEASE,
     SEGMENTS,
     SLIP_ONSET,
@@ -54,7 +55,6 @@ from damperlab.worker.solver.state import (
     State,
     in_contact,
 )
-from damperlab.worker.solver.state import PUSH as PUSHED
 from damperlab.worker.solver.transitions import Transitions, note_segment, note_transition
 
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
@@ -227,7 +227,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
             order = 1 if leaving > 0.0 else 2
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
-    elif kind == PUSHED:
+    elif kind == PUSHED_AGAIN:
         if leaving < 0.0:  # rounding has left the particle a little in the wall that it is about to strike
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:

@@ -12,7 +12,8 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.excitation.base import Phase, RecordBase, expand_push
+from damperlab.worker.solver.excitation.excitation import Phase, expand_push
+from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Pressed
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later

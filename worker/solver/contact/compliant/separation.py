@@ -7,7 +7,12 @@ from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
-from damperlab.worker.solver.excitation.base import Phase, add_start_of_base, expand_base, expand_excitation
+from damperlab.worker.solver.excitation.excitation import (
+    Phase,
+    add_start_of_base,
+    expand_base,
+    expand_excitation,
+)
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
@@ -21,8 +26,16 @@ from damperlab.worker.solver.motion.taylor import (
 )
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import CLEARANCE, IMPACT_LOSS, STUCK, Dwell, Meter, State, advanced
-from damperlab.worker.solver.state import PUSH as PUSHED
+from damperlab.worker.solver.state import (
+    CLEARANCE,
+    IMPACT_LOSS,
+    PUSHED_AGAIN,
+    STUCK,
+    Dwell,
+    Meter,
+    State,
+    advanced,
+)
 
 _NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
 _WIDER = 16.0
@@ -42,8 +55,8 @@ def separate(
         stick(state.v, relative, absolute)
     else:
         x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, scene.free.relative, relative)
-        combine(x, state.w, phase.first, phase.second, scene.free.absolute, absolute)
+        combine(x, state.w, phase.first, phase.second, scene.free.relative_rows, relative)
+        combine(x, state.w, phase.first, phase.second, scene.free.absolute_rows, absolute)
         add_start_of_base(base, phase, absolute)
     for i in range(TERMS):
         buffers.push[i] = 0.0
@@ -67,7 +80,7 @@ def separate(
         scratch[i] = 0.0
     found = _crossing_from(scratch, near, t)
     if found < inf:
-        t, kind = found, PUSHED
+        t, kind = found, PUSHED_AGAIN
     v = state.v
     w = 0.0
     if not regime.sticks:

@@ -7,12 +7,10 @@ particle, on which no force acts, flies straight in its frame.
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
-from damperlab.worker.solver.memory import Floats, address
+from damperlab.worker.solver.excitation.record_base import RecordBase, record_base_on_addresses
+from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Drive
 from damperlab.worker.solver.motion.sine_base import (
     SineBase,
@@ -22,40 +20,6 @@ from damperlab.worker.solver.motion.sine_base import (
 )
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
-
-
-class RecordBase(NamedTuple):
-    """A base whose acceleration is linear in every window.
-
-    Attributes
-    ----------
-    two_zeta, window : float
-        2ζ and the length of a window [1/ω_n].
-    windows : int
-        Windows of the whole record.
-    acceleration, jerk : array, shape (windows,)
-        s'' at the start of each window, and its constant rate.
-    rate, position : array, shape (windows + 1,)
-        s' and s at the window ends.
-    most : array, shape (windows,)
-        Largest |s''| of each window.
-    largest : float
-        Largest |s''| of the record.
-    rows : array, shape (2 · TERMS,)
-        Taylor coefficients of s, less its start and its tangent, for s'' = 1 and for s''' = 1.
-    """
-
-    two_zeta: float
-    window: float
-    windows: int
-    acceleration: NDArray[np.float64]
-    jerk: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    position: NDArray[np.float64]
-    most: NDArray[np.float64]
-    largest: float
-    rows: NDArray[np.float64]
-
 
 Excitation = SineBase | RecordBase | SineForce
 
@@ -244,7 +208,7 @@ def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> f
 
 
 @inlined
-def less_force(base: Excitation, phase: Phase, taken: float) -> float:
+def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
     """What spring, dashpot and friction take of the structure, less the force on it where one acts."""
     if isinstance(base, SineForce):
         return taken - phase.first
@@ -276,25 +240,14 @@ def drive_of(base: Excitation) -> Drive:
 def base_on_addresses(base: Excitation) -> Excitation:
     """The same base with addresses for arrays; the arrays must outlive it."""
     if isinstance(base, RecordBase):
-        return RecordBase(
-            base.two_zeta,
-            base.window,
-            base.windows,
-            address(base.acceleration, 0),
-            address(base.jerk, 0),
-            address(base.rate, 0),
-            address(base.position, 0),
-            address(base.most, 0),
-            base.largest,
-            address(base.rows, 0),
-        )
+        return record_base_on_addresses(base)
     if isinstance(base, SineForce):
         return sine_force_on_addresses(base)
     return sine_base_on_addresses(base)
 
 
 @inlined
-def handed_on(base: Excitation, state: State) -> State:
+def next_half_start(base: Excitation, state: State) -> State:
     """The state with which the next half cycle begins: mirrored, so that the phase is 0 again. A record has one part only."""
     if isinstance(base, RecordBase):
         return state

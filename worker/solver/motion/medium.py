@@ -21,8 +21,8 @@ class Medium(NamedTuple):
         κ = 1 over the inertia.
     xx … wc : float
         Map of (x, w, sin φ, cos φ) at the start of a window to x and w at its end.
-    relative, absolute : array, shape (4 · TERMS,)
-        Taylor coefficients of x and of x + s for each unit start.
+    relative_rows, absolute_rows : array, shape (4 · TERMS,)
+        Taylor coefficients of x and of x + s for each unit start: x₀, w₀, sin φ and cos φ, one row each.
     forms : array, shape (3 · PAIRS + 4,), or None
         Integrals over a window (`quadratic_forms.medium_forms`); None where no meter asks for energies.
     """
@@ -36,8 +36,8 @@ class Medium(NamedTuple):
     ww: float
     ws: float
     wc: float
-    relative: NDArray[np.float64]
-    absolute: NDArray[np.float64]
+    relative_rows: NDArray[np.float64]
+    absolute_rows: NDArray[np.float64]
     forms: NDArray[np.float64] | None
 
 
@@ -94,7 +94,7 @@ def medium_on_addresses(medium: Medium) -> Medium:
         medium.ww,
         medium.ws,
         medium.wc,
-        address(medium.relative, 0),
-        address(medium.absolute, 0),
+        address(medium.relative_rows, 0),
+        address(medium.absolute_rows, 0),
         address_if(medium.forms),
     )
