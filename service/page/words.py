@@ -17,9 +17,10 @@ from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.remarks import TAG, TAG_WORDS
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
-from damperlab.studies.specification.damper import CONTACT_TIME, LENGTH, LIMIT_KEYS, LIMIT_QUANTITIES
+from damperlab.studies.specification.damper import CONTACT_TIME
 from damperlab.studies.specification.damper import QUANTITIES as SPECIFIED
 from damperlab.studies.specification.excitation import MOTIONS
+from damperlab.studies.specification.limit_fields import LIMIT_KEYS, LIMIT_QUANTITIES
 from damperlab.studies.specification.measure import LIMITS, MEASURES, RECORD_MEASURES
 from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
@@ -121,7 +122,7 @@ def _specification() -> dict[str, Any]:
         "contact_time": _specified(CONTACT_TIME.name, CONTACT_TIME.meaning)
         | {"unit": "ms", "scale": 1e3, "usual_value": 0},
         "limits": [
-            _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES.get(name, LENGTH).meaning)}")
+            _specified(name, f"{LIMIT_WORDS[name]} {_unit_of(LIMIT_QUANTITIES[name].meaning)}")
             | {"over_bands": name in LIMITS and not LIMITS[name].under_record}
             for name in LIMIT_KEYS
         ],

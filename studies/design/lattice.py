@@ -39,7 +39,8 @@ class Lattice:
         """Give the damper of a candidate, without what its choice does not matter for."""
         chosen = dict(zip(self.names, candidate, strict=True))
         values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in CHOSEN}
-        contact_time_s = self.asked.choices["restitution"].contact_time_s(values["restitution"])
+        share = chosen.get("restitution", 0.0)
+        contact_time_s = self.asked.choices["restitution"].contact_time_s(share)
         return Build(**values, contact_time_s=contact_time_s)
 
     def first(self) -> list[Candidate]:

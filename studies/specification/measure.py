@@ -140,6 +140,9 @@ class Limit:
         The result variables over a band whose product it is.
     under_record : str
         The result variable under a record; empty where there is none.
+    ratio : str
+        What it is called where only ratios mean anything: over the largest base amplitude, and over ω_n times it of a speed,
+        ω_n² times it of an acceleration and of noise.
     factor : float
         What the product over a band is multiplied with, beside powers of Z and ω_n.
     per_second : bool
@@ -151,6 +154,7 @@ class Limit:
     unit: str
     over_band: tuple[str, ...]
     under_record: str
+    ratio: str = ""
     factor: float = 1.0
     per_second: bool = False
 
@@ -164,6 +168,7 @@ LIMITS = {
             "m",
             ("amplitude_ratio",),
             "peak_absolute_displacement_m",
+            "displacement_ratio",
         ),
         Limit(
             "relative_displacement_m",
@@ -171,14 +176,23 @@ LIMITS = {
             "m",
             ("relative_amplitude_ratio",),
             "peak_relative_displacement_m",
+            "relative_displacement_ratio",
         ),
-        Limit("impact_speed_m_per_s", "impact speed", "m/s", ("impact_speed_max",), "impact_speed_max_m_s"),
+        Limit(
+            "impact_speed_m_per_s",
+            "impact speed",
+            "m/s",
+            ("impact_speed_max",),
+            "impact_speed_max_m_s",
+            "impact_speed_ratio",
+        ),
         Limit(
             "impact_noise_m_per_s2",
             "impact noise (impacts per second times impact speed)",
             "m/s²",
             ("impacts_per_cycle", "impact_speed_max"),
             "",
+            "impact_noise_ratio",
             per_second=True,
         ),
         Limit(
@@ -187,6 +201,7 @@ LIMITS = {
             "1",
             ("stick_fraction",),
             "stick_fraction",
+            "stick_fraction",
         ),
         Limit(
             "acceleration_m_per_s2",
@@ -194,6 +209,7 @@ LIMITS = {
             "m/s²",
             ("acceleration_ratio",),
             "peak_absolute_acceleration_m_s2",
+            "acceleration_ratio",
         ),
         Limit(
             "rms_acceleration_m_per_s2",
@@ -201,8 +217,57 @@ LIMITS = {
             "m/s²",
             ("acceleration_ratio_rms",),
             "rms_absolute_acceleration_m_s2",
+            "rms_acceleration_ratio",
             math.sqrt(0.5),
         ),
     )
 }
 """Limits on results; the largest over all that shakes the structure is held against each."""
+
+
+ROUNDING = 1e-9
+"""Share by which a limit on the damper itself may seem exceeded: decimals are rounded, and 1.1 × 30 N is not above 33 N."""
+
+
+@dataclass(frozen=True)
+class DamperLimit:
+    """What of the damper itself may be limited; it holds for the damper as built, so with its tolerance.
+
+    Parameters
+    ----------
+    name : str
+        As the specification has it.
+    words : str
+        For sentences.
+    unit : str
+        Of the limit.
+    ratio : str
+        What it is called where only ratios mean anything.
+    quantity : str
+        The quantity of the damper that it is about, one of `CHOSEN`.
+    factor : float
+        How many times that quantity it is.
+    """
+
+    name: str
+    words: str
+    unit: str
+    ratio: str
+    quantity: str
+    factor: float = 1.0
+
+    def excess(self, reached: float, limit: float) -> float:
+        """Give the share by which what is reached exceeds a limit; 0 where it is kept."""
+        share = reached / limit - 1.0 if limit else float("inf" if reached else 0.0)
+        return share if share > ROUNDING else 0.0
+
+
+DAMPER_LIMITS = {
+    each.name: each
+    for each in (
+        DamperLimit("cavity_length_m", "free cavity length", "m", "cavity_length_ratio", "clearance_m", 2.0),
+        DamperLimit("friction_force_n", "friction force", "N", "friction_ratio", "friction_force_n"),
+        DamperLimit("particle_mass_kg", "particle mass", "kg", "mass_ratio", "particle_mass_kg"),
+    )
+}
+"""Limits on the damper itself."""

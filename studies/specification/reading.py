@@ -9,9 +9,17 @@ from damperlab.studies.faults import Fault, StudyFaults, describe, listing, near
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity
-from damperlab.studies.specification.damper import CONTACT_TIME, DamperFields
-from damperlab.studies.specification.measure import MEASURES, MIXED_MEASURES, RECORD_MEASURES, Measure
-from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
+from damperlab.studies.specification.damper import CONTACT_TIME
+from damperlab.studies.specification.limit_fields import IN_RATIOS, LimitFields
+from damperlab.studies.specification.measure import (
+    DAMPER_LIMITS,
+    LIMITS,
+    MEASURES,
+    MIXED_MEASURES,
+    RECORD_MEASURES,
+    Measure,
+)
+from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 KEYS = (
@@ -122,7 +130,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     return found
 
 
-class _Reader(DamperFields):
+class _Reader(LimitFields):
     """Reads all of a specification."""
 
     def specification(self) -> Specification | None:
@@ -140,16 +148,15 @@ class _Reader(DamperFields):
         builds = self._count("builds", 0, 10_000, 60)
         unread = excitations is None or (self._shaken_by_records and records is None)
         if structure is None or excitations is None or unread:
-            self._choices(1.0, None)
-            self._limit_values()
-            self._tolerance_values()
+            self._without_ratios(structure)
             return None
         # of records no quantity is over an amplitude of the base
         largest_m = max((each.highest_m for each in excitations), default=1.0)
         choices = self._choices(largest_m, structure)
         self._touching(choices, structure)
-        limits, bounds = self._limits(choices)
         tolerances = self._tolerances(choices, largest_m, structure)
+        limits = self._limits(largest_m, structure)
+        bounds = self._within_limits(choices, limits, tolerances)
         if self.faults or measure is None or confidence is None or minutes is None:
             return None
         return Specification(
@@ -157,7 +164,8 @@ class _Reader(DamperFields):
             structure=structure,
             excitations=excitations,
             choices=choices,
-            limits=limits,
+            limits={name: limit for name, limit in limits.items() if name in LIMITS},
+            damper_limits={name: limit for name, limit in limits.items() if name in DAMPER_LIMITS},
             bounds=bounds,
             tolerances=tolerances,
             measure=self._measures[measure],
@@ -169,6 +177,19 @@ class _Reader(DamperFields):
             document=self.document,
             records=records,
         )
+
+    def _without_ratios(self, structure: Structure | None) -> None:
+        """Read what is said of the damper where no ratio can be told: faults of what is given in units."""
+        choices = self._choices(1.0, None)
+        chosen = self.document.get("choose")
+        held = {*self.document, *(chosen if isinstance(chosen, dict) else ())}
+        choices = {name: each for name, each in choices.items() if name in held}
+        if self._in_units or CONTACT_TIME.name not in self.document:
+            self._touching(choices, structure)
+        tolerances = self._tolerances(choices, None, structure)
+        limits = {name: limit for name, limit in self._limit_values().items() if name not in IN_RATIOS}
+        if self._in_units:
+            self._within_limits(choices, limits, tolerances)
 
     @property
     def _measures(self) -> dict[str, Measure]:

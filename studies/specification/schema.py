@@ -5,16 +5,14 @@ from typing import Any
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.physical import DAMPING, EXCITATION_FREQUENCY, MASS, NATURAL_FREQUENCY
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
-from damperlab.studies.specification.damper import (
-    ANYTHING,
-    CONTACT_TIME,
-    LENGTH,
-    LIMIT_KEYS,
+from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
+from damperlab.studies.specification.limit_fields import (
+    IN_RATIOS,
     LIMIT_QUANTITIES,
-    MOST_VALUES,
-    QUANTITIES,
+    RATIO_QUANTITIES,
 )
 from damperlab.studies.specification.measure import (
+    DAMPER_LIMITS,
     LIMITS,
     MEASURES,
     MIXED_MEASURES,
@@ -31,6 +29,7 @@ from damperlab.studies.specification.scene import (
     STRUCTURE_KEYS,
 )
 from damperlab.studies.specification.specification import OF_STRUCTURE
+from damperlab.studies.specification.tolerance_fields import ANYTHING
 
 Schema = dict[str, Any]
 
@@ -44,9 +43,8 @@ OF_SCENE: dict[str, Quantity] = {
 LIMIT_WORDS = {
     each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {
-    "cavity_length_m": "free length of the cavity, twice the clearance",
-    "friction_force_n": "friction force",
-    "particle_mass_kg": "particle mass",
+    name: each.words + (", twice the clearance" if each.factor == 2.0 else "") + ", as built"
+    for name, each in DAMPER_LIMITS.items()
 }
 
 
@@ -65,7 +63,7 @@ def specification_schema() -> Schema:
     return {
         "type": "object",
         "description": "What must be quiet, what may be chosen, and how far what is built may be off; in units, or in ratios.",
-        "required": ["structure", "excitation", "choose"],
+        "required": ["structure", "excitation"],
         "additionalProperties": False,
         "properties": {
             "name": {"type": "string", "maxLength": MAX_NAME - 20, "default": ""},
@@ -92,7 +90,9 @@ def specification_schema() -> Schema:
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
             ),
-            "limits": _object({name: _limit(name) for name in LIMIT_KEYS}, "What must not be exceeded."),
+            "limits": _object(
+                {name: _limit(name) for name in LIMIT_QUANTITIES | RATIO_QUANTITIES}, "What must not be exceeded."
+            ),
             "measure": {"type": "string", "enum": measures, "description": MEASURE_WORDS},
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
@@ -174,4 +174,7 @@ def _tolerance() -> Schema:
 
 
 def _limit(name: str) -> Schema:
-    return LIMIT_QUANTITIES.get(name, LENGTH).schema() | {"description": LIMIT_WORDS[name]}
+    if name in IN_RATIOS:
+        words = f"{LIMIT_WORDS[IN_RATIOS[name]]}, as a ratio where the specification is in ratios"
+        return RATIO_QUANTITIES[name].schema() | {"description": words}
+    return LIMIT_QUANTITIES[name].schema() | {"description": LIMIT_WORDS[name]}

@@ -9,6 +9,7 @@ from typing import Any
 
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
+    DAMPER_LIMITS,
     LIMITS,
     MEASURES,
     RECORD_MEASURES,
@@ -60,6 +61,30 @@ class Structure:
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
 
+def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
+    """Give what a limit is over where only ratios mean anything, in the limit's unit.
+
+    Parameters
+    ----------
+    limit : str
+        One of `LIMITS` or `DAMPER_LIMITS`.
+    amplitude_m : float
+        The largest base amplitude Z.
+    structure : Structure
+        What is kept quiet.
+    """
+    unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
+    omega = structure.angular_frequency
+    return {
+        "1": 1.0,
+        "m": amplitude_m,
+        "m/s": omega * amplitude_m,
+        "m/s²": omega**2 * amplitude_m,
+        "N": structure.stiffness_n_per_m * amplitude_m,
+        "kg": structure.mass_kg,
+    }[unit]
+
+
 @dataclass(frozen=True)
 class Choice:
     """What one quantity of the damper may be.
@@ -74,7 +99,7 @@ class Choice:
         What the values are called, such as materials; empty without names.
     contact_times_s : tuple of float
         Of a restitution, how long the particle and the wall touch [s]: of each value of a list, or one for all; empty where
-        impacts take no time.
+        impacts take no time. Two values of a list may be equal where their contact times are not.
     """
 
     start: float
@@ -86,7 +111,7 @@ class Choice:
     @property
     def free(self) -> bool:
         """Whether there is anything to choose."""
-        return self.stop > self.start
+        return self.stop > self.start or len(self.values) > 1
 
     @property
     def logarithmic(self) -> bool:
@@ -96,18 +121,30 @@ class Choice:
     def at(self, share: float) -> float:
         """Give the value at a share of the range, from 0 to 1; of a list the nearest."""
         if self.values:
-            return self.values[round(share * (len(self.values) - 1))]
+            return self.values[self._place(share)]
         if share in (0.0, 1.0):
             return self.stop if share else self.start
         if self.logarithmic:
             return self.start * math.exp(share * math.log(self.stop / self.start))
         return self.start + share * (self.stop - self.start)
 
-    def contact_time_s(self, value: float) -> float:
-        """Give how long particle and wall touch at one of the values [s]; 0 where impacts take no time."""
+    def contact_time_s(self, share: float) -> float:
+        """Give how long particle and wall touch at a share of the range [s]; 0 where impacts take no time."""
         if len(self.contact_times_s) > 1:
-            return self.contact_times_s[self.values.index(value)]
+            return self.contact_times_s[self._place(share)]
         return next(iter(self.contact_times_s), 0.0)
+
+    def called(self, value: float, contact_time_s: float) -> str:
+        """Name a value of a list by itself and how long particle and wall touch; empty where it has no name."""
+        times = (
+            self.contact_times_s if len(self.contact_times_s) > 1 else (contact_time_s,) * len(self.values)
+        )
+        each = zip(self.names, self.values, times, strict=False)
+        return next((name for name, *known in each if known == [value, contact_time_s]), "")
+
+    def _place(self, share: float) -> int:
+        """Give the place in the list that is nearest to a share of it."""
+        return round(share * (len(self.values) - 1))
 
 
 @dataclass(frozen=True)
@@ -129,6 +166,10 @@ class Tolerance:
         """Give the tolerance of a value in the value's unit."""
         return self.size * value if self.relative else self.size
 
+    def most(self, limit: float) -> float:
+        """Give the largest value that does not exceed a limit by its tolerance; not above 0 where there is none."""
+        return limit / (1.0 + self.size) if self.relative else limit - self.size
+
 
 @dataclass(frozen=True)
 class Specification:
@@ -143,9 +184,11 @@ class Specification:
     excitations : tuple of Excitation
         What shakes it over bands, one at a time; the worst of them is judged. Empty where records alone do.
     choices : dict of Choice
-        By the names of `CHOSEN`, all four; limits on the damper itself are in them already.
+        By the names of `CHOSEN`, all four; of the values only those whose tolerance keeps the limits on the damper itself.
     limits : dict of float
         Limits on results, by the names of `LIMITS`, in their units.
+    damper_limits : dict of float
+        Limits on the damper itself as it is built, by the names of `DAMPER_LIMITS`, in their units.
     bounds : dict of str
         Limits that cut a range short at its end: the limit by the quantity.
     tolerances : dict of Tolerance
@@ -173,6 +216,7 @@ class Specification:
     excitations: tuple[Excitation, ...]
     choices: dict[str, Choice]
     limits: dict[str, float]
+    damper_limits: dict[str, float]
     bounds: dict[str, str]
     tolerances: dict[str, Tolerance]
     measure: Measure
@@ -204,6 +248,11 @@ class Specification:
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()
         return about.over_band
+
+    @property
+    def limited_at_all(self) -> bool:
+        """Whether there is any limit, on results or on the damper itself."""
+        return bool(self.limits or self.damper_limits)
 
     @property
     def limits_measure(self) -> bool:

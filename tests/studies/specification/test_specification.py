@@ -119,9 +119,9 @@ def test_a_force_needs_the_stiffness_of_the_structure() -> None:
     assert "stiffness" in found["structure.mass_kg"]
 
 
-def test_a_cavity_limit_cuts_the_clearance_at_half_of_it() -> None:
+def test_a_cavity_limit_cuts_the_clearance_with_its_tolerance_at_half_of_it() -> None:
     asked = parse_specification(changed("limits.cavity_length_m", 0.02))
-    assert asked.choices["clearance_m"].stop == 0.01
+    assert asked.choices["clearance_m"].stop == 0.01 - 0.0005
     assert asked.bounds == {"clearance_m": "limits.cavity_length_m"}
 
 
@@ -172,8 +172,8 @@ def test_every_fault_is_named_at_once() -> None:
         ("measure", "rms_acceleration", "measure", "worst_rms_acceleration"),
         ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
         ("measure", 3, "measure", "one of worst_displacement"),
-        ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.003"),
-        ("tolerances.clearance_m", 0.002, "tolerances.clearance_m", "closes the smallest clearance"),
+        ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.004"),
+        ("tolerances.clearance_m", 0.001, "tolerances.clearance_m", "more than half of the smallest value asked for, 0.0015"),
         ("tolerances.mass_kg", "60%", "tolerances.mass_kg", "0 to 0.5"),
         ("structure.stiffness_n_per_m", 4.0, "structure.stiffness_n_per_m", "twice"),
         ("choose.restitution", 0.5, "choose.restitution", "outside `choose"),
@@ -443,11 +443,11 @@ def test_materials_have_contact_times() -> None:
     del document["restitution"]
     choice = parse_specification(document).choices["restitution"]
     assert choice.contact_times_s == (0.004, 0.0)
-    assert [choice.contact_time_s(value) for value in choice.values] == [0.004, 0.0]
+    assert [choice.contact_time_s(share) for share in (0.0, 1.0)] == [0.004, 0.0]
     # one for all of a range
     document = PROTOTYPE | {"contact_time_s": 0.002}
-    assert parse_specification(document).choices["restitution"].contact_time_s(0.47) == 0.002
-    assert parse_specification(PROTOTYPE).choices["restitution"].contact_time_s(0.47) == 0.0
+    assert parse_specification(document).choices["restitution"].contact_time_s(0.0) == 0.002
+    assert parse_specification(PROTOTYPE).choices["restitution"].contact_time_s(0.0) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -482,3 +482,24 @@ def test_a_contact_time_stands_once_and_in_units() -> None:
     }
     with pytest.raises(StudyFaults, match="is in seconds, and the specification is in ratios"):
         parse_specification(ratios)
+
+
+def test_materials_may_differ_by_their_contact_time_alone() -> None:
+    hard = {"name": "hard rubber", "restitution": 0.3, "contact_time_s": 0.002}
+    document = changed("choose.restitution", [RUBBER, hard])
+    del document["restitution"]
+    choice = parse_specification(document).choices["restitution"]
+    assert (choice.values, choice.free) == ((0.3, 0.3), True)
+    assert [choice.contact_time_s(share) for share in (0.0, 1.0)] == [0.002, 0.004]
+    assert [choice.called(0.3, each) for each in (0.002, 0.004, 0.0)] == ["hard rubber", "rubber", ""]
+    again = changed("choose.restitution", [RUBBER, {**RUBBER, "name": "another"}])
+    assert "choose.restitution[1].restitution" in faults_of(again)
+
+
+@pytest.mark.parametrize("choose", [{}, None])
+def test_a_damper_may_be_given_whole(choose: dict[str, Any] | None) -> None:
+    document = {key: value for key, value in PROTOTYPE.items() if key != "choose"}
+    document |= {"clearance_m": 0.006, "friction_force_n": 0.2} | (
+        {} if choose is None else {"choose": choose}
+    )
+    assert parse_specification(document).free == ()

@@ -1,0 +1,163 @@
+"""Limits on results and on the damper itself, read from a document."""
+
+from dataclasses import replace
+
+from damperlab.studies.faults import describe, listing
+from damperlab.studies.physical import FRICTION_FORCE, PARTICLE_MASS
+from damperlab.studies.quantity import FRICTION_RATIO, MASS_RATIO, Quantity
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, ROUNDING
+from damperlab.studies.specification.specification import (
+    RATIO_OF,
+    Choice,
+    Structure,
+    Tolerance,
+    ratio_unit,
+)
+from damperlab.studies.specification.tolerance_fields import ToleranceFields
+
+LENGTH = Quantity("length", "length [m]", 1e-12, 1e12, "give it in m")
+SPEED = Quantity("speed", "speed [m/s]", 1e-12, 1e12, "give it in m/s")
+ACCELERATION = Quantity("acceleration", "acceleration [m/s²]", 1e-12, 1e12, "give it in m/s²")
+STICK = Quantity(
+    "stick_fraction", "share of time", 1e-3, 1.0, "give a share, such as 0.5 for half of the time"
+)
+OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the base amplitude")
+
+QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
+EVERY = (*LIMITS.values(), *DAMPER_LIMITS.values())
+IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
+"""What limits are called where only ratios mean anything."""
+LIMIT_QUANTITIES = {
+    **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
+    "cavity_length_m": LENGTH,
+    "friction_force_n": FRICTION_FORCE,
+    "particle_mass_kg": PARTICLE_MASS,
+}
+"""What limits are."""
+RATIO_QUANTITIES = dict.fromkeys(IN_RATIOS, OVER_AMPLITUDE) | {
+    "friction_ratio": FRICTION_RATIO,
+    "mass_ratio": MASS_RATIO,
+}
+"""The same in ratios."""
+LIMIT_KEYS = tuple(LIMIT_QUANTITIES)
+
+
+class LimitFields(ToleranceFields):
+    """Reads limits."""
+
+    def _limit_values(self) -> dict[str, float]:
+        """Read what `limits` says, as far as it can be read alone; by the keys that it has."""
+        known = LIMIT_QUANTITIES | RATIO_QUANTITIES
+        raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
+        found: dict[str, float] = {}
+        for key in known:
+            if key in raw:
+                limit = self._read(f"limits.{key}", raw[key], known[key])
+                if limit is not None:
+                    found[key] = limit
+                if key in LIMITS and not LIMITS[key].under_record and not self._shaken_over_bands:
+                    self._without_period(key)
+        return found
+
+    def _without_period(self, key: str) -> None:
+        """Refuse a limit that a response to a record has no result for."""
+        told = (
+            "{field} holds over bands of frequencies alone: it is a mean over the cycles of a steady response, and a response "
+            "to a ground-motion record has none."
+        )
+        advice = "limit `impact_speed_m_per_s`, or add a band of frequencies to what shakes it"
+        self._fault(
+            f"limits.{key}", "records alone", "a band of frequencies among the excitations", advice, told
+        )
+
+    def _limits(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
+        """Read limits in units, whatever they are given in."""
+        values = self._limit_values()
+        if self._in_units:
+            for key in values.keys() & IN_RATIOS.keys():
+                told = "{field} is a ratio, and the specification is in units."
+                name = IN_RATIOS[key]
+                self._fault(f"limits.{key}", f"{values[key]:g}", f"`{name}`", f"give `{name}`", told)
+            return {key: limit for key, limit in values.items() if key not in IN_RATIOS}
+        in_units = [key for key in values if key not in IN_RATIOS and key != STICK.name]
+        if in_units:
+            told = "{field} are in units, and the specification is in ratios."
+            ratios = [each.ratio for each in EVERY if each.name in in_units and each.ratio]
+            give = f"give {listing(ratios)}, or add" if ratios else "add"
+            self._fault(
+                "limits",
+                describe(self.document["limits"]),
+                "limits beside a structure and a base motion in units",
+                f"{give} mass_kg, natural_frequency_hz and base_amplitude_m",
+                told,
+            )
+        ratios_of = {IN_RATIOS.get(key, key): limit for key, limit in values.items() if key not in in_units}
+        return {
+            each.name: ratios_of[each.name] * ratio_unit(each.name, amplitude_m, structure)
+            for each in EVERY
+            if each.name in ratios_of
+        }
+
+    def _within_limits(
+        self, choices: dict[str, Choice], limits: dict[str, float], tolerances: dict[str, Tolerance]
+    ) -> dict[str, str]:
+        """Keep of what may be chosen the values whose tolerance keeps the limits on the damper itself.
+
+        Parameters
+        ----------
+        choices : dict of Choice
+            Changed.
+        limits : dict of float
+            In units.
+        tolerances : dict of Tolerance
+            By quantity.
+
+        Returns
+        -------
+        dict of str
+            The limit that cut a range short, by the quantity.
+        """
+        bounds: dict[str, str] = {}
+        exact = Tolerance(0.0, True)
+        for name, limit in limits.items():
+            quantity = DAMPER_LIMITS[name].quantity if name in DAMPER_LIMITS else ""
+            if quantity in choices and self._cut(choices, name, limit, tolerances.get(quantity, exact)):
+                bounds[quantity] = f"limits.{self._limit_key(name)}"
+        return bounds
+
+    def _limit_key(self, name: str) -> str:
+        return name if self._in_units else DAMPER_LIMITS[name].ratio
+
+    def _cut(self, choices: dict[str, Choice], limit_name: str, limit: float, tolerance: Tolerance) -> bool:
+        """Cut a range short at a limit, and say whether that left less of it; contradictory where nothing is left."""
+        about = DAMPER_LIMITS[limit_name]
+        choice = choices[about.quantity]
+        most = tolerance.most(limit / about.factor) * (1.0 + ROUNDING)
+        if choice.stop <= most:
+            return False
+        if choice.start > most:
+            self._excludes(choice, limit_name, limit, tolerance)
+            return False
+        values = tuple(value for value in choice.values if value <= most)
+        stop = values[-1] if values else max(tolerance.most(limit / about.factor), choice.start)
+        choices[about.quantity] = replace(choice, stop=stop, values=values, names=choice.names[: len(values)])
+        return True
+
+    def _excludes(self, choice: Choice, limit_name: str, limit: float, tolerance: Tolerance) -> None:
+        about, key = DAMPER_LIMITS[limit_name], self._limit_key(limit_name)
+        quantity = about.quantity if self._in_units else RATIO_OF[about.quantity]
+        unit = limit / self.document["limits"][key]
+        least = choice.start / unit
+        needed = about.factor * (choice.start + tolerance.of(choice.start)) / unit
+        why = ["the cavity is twice as long"] if about.factor == 2.0 else []
+        why += (
+            [f"its tolerance takes it to {(choice.start + tolerance.of(choice.start)) / unit:g}"]
+            if tolerance.size
+            else []
+        )
+        told = (
+            f"{{field}} = {limit / unit:g} excludes every {quantity} asked for, which begins at {least:g}"
+            f"{' (' + '; '.join(why) + ')' if why else ''}."
+        )
+        advice = f"relax it to at least {needed:g}, or let `{quantity}` begin lower"
+        self._fault(f"limits.{key}", f"{limit / unit:g}", f"at least {needed:g}", advice, told)

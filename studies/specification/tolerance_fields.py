@@ -1,0 +1,117 @@
+"""How far what is built may be off, read from a document."""
+
+from damperlab.studies.faults import describe
+from damperlab.studies.quantity import Quantity
+from damperlab.studies.specification.damper import NAME_OF, DamperFields, scale_of
+from damperlab.studies.specification.measure import ROUNDING
+from damperlab.studies.specification.specification import (
+    CHOSEN,
+    OF_STRUCTURE,
+    RATIO_OF,
+    Choice,
+    Structure,
+    Tolerance,
+)
+
+SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
+ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
+BESIDE_LARGEST = ("friction_force_n", "restitution")
+"""Quantities that may be 0: their tolerance is held against the largest value asked for, others against the smallest."""
+
+
+class ToleranceFields(DamperFields):
+    """Reads tolerances."""
+
+    def _tolerance_values(self) -> dict[str, Tolerance]:
+        """Read what `tolerances` says, as far as it can be read alone; each quantity once, as it is spelled."""
+        ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
+        known = (*CHOSEN, *ratios, *OF_STRUCTURE)
+        raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
+        found: dict[str, Tolerance] = {}
+        seen: set[str] = set()
+        for key in raw:
+            if key not in known:
+                continue
+            field, name = f"tolerances.{key}", NAME_OF.get(key, key)
+            if name in seen:
+                told = f"{{field}} gives the tolerance of {name} a second time."
+                self._fault(field, describe(raw[key]), "each tolerance once", "keep one of the two", told)
+                continue
+            tolerance = self._tolerance(field, raw[key])
+            if tolerance is not None:
+                found[key] = tolerance
+                seen.add(name)
+        return found
+
+    def _tolerances(
+        self, choices: dict[str, Choice], amplitude_m: float | None, structure: Structure | None
+    ) -> dict[str, Tolerance]:
+        """Read tolerances and hold them against what they are of.
+
+        Parameters
+        ----------
+        choices : dict of Choice
+            What may be chosen, as it was asked for.
+        amplitude_m : float or None
+            The largest base amplitude; None where it is not known, as no size of a ratio is then.
+        structure : Structure or None
+            None where it is not known.
+        """
+        found: dict[str, Tolerance] = {}
+        for key, tolerance in self._tolerance_values().items():
+            name, field = NAME_OF.get(key, key), f"tolerances.{key}"
+            if key in OF_STRUCTURE:
+                of_structure = structure and self._of_structure(field, key, tolerance, structure)
+                found |= {name: of_structure} if of_structure else {}
+                continue
+            scale = 1.0
+            if key != name and not tolerance.relative:
+                if structure is None or amplitude_m is None:
+                    continue
+                scale = scale_of(name, amplitude_m, structure)
+            if name in choices:
+                self._check_size(field, name, tolerance, choices[name], scale)
+            found[name] = Tolerance(tolerance.size * scale, tolerance.relative)
+        return {name: each for name, each in found.items() if each.size > 0}
+
+    def _of_structure(
+        self, field: str, key: str, tolerance: Tolerance, structure: Structure
+    ) -> Tolerance | None:
+        """Make a share of a tolerance of the structure; None where it is beyond sense, or of nothing."""
+        value = float(getattr(structure, key))
+        if tolerance.relative or not tolerance.size:
+            return tolerance if value else None  # a share of 0 is 0
+        if not value:
+            told = f"{{field}} = {tolerance.size:g} is around a {key} of 0, and there is none below it."
+            advice = f"give `{key}` in the middle of what it may be, or leave the tolerance out: 0 is the worst of them"
+            self._fault(field, f"{tolerance.size:g}", f"a {key} above 0", advice, told)
+            return None
+        if tolerance.size > SHARE.highest * value * (1.0 + ROUNDING):
+            found = f"{100 * tolerance.size / value:.4g} %"
+            self._fault(field, found, "at most 50 %", "check its unit")
+            return None
+        return Tolerance(tolerance.size / value, True)
+
+    def _check_size(self, field: str, name: str, tolerance: Tolerance, choice: Choice, scale: float) -> None:
+        """Refuse a size that is more than half of a value, as a share of more than half is."""
+        largest = name in BESIDE_LARGEST or not choice.start
+        most = SHARE.highest * (choice.stop if largest else choice.start) / scale
+        if tolerance.relative or tolerance.size <= most * (1.0 + ROUNDING):
+            return
+        which = "" if not choice.free else "largest " if largest else "smallest "
+        told = (
+            f"{{field}} = {tolerance.size:g} is more than half of the {which}value asked for, {2 * most:g}."
+        )
+        advice = "check its unit, work closer, or write a share such as 10%"
+        self._fault(field, f"{tolerance.size:g}", f"at most {most:g}", advice, told)
+
+    def _tolerance(self, field: str, raw: object) -> Tolerance | None:
+        if isinstance(raw, str) and raw.strip().endswith("%"):
+            try:
+                share: object = float(raw.strip()[:-1]) / 100.0
+            except ValueError:
+                share = raw
+            size = self._read(field, share, SHARE)
+            return None if size is None else Tolerance(size, True)
+        size = self._read(field, raw, ANYTHING)
+        return None if size is None else Tolerance(size, False)

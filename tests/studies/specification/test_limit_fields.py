@@ -1,0 +1,119 @@
+"""Limits on the damper itself, which hold for it as built, and limits in ratios."""
+
+from typing import Any
+
+import pytest
+from tests.studies.specification.test_specification import PROTOTYPE, changed, faults_of
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.reading import parse_specification, read_specification
+from damperlab.studies.specification.specification import ratio_unit
+
+GIVEN = PROTOTYPE | {
+    "choose": {"clearance_m": {"start": 0.0015, "stop": 0.03}},
+    "friction_force_n": 0.3,
+    "tolerances": {"friction_force_n": "10%"},
+}
+
+
+def test_the_largest_value_that_may_be_chosen_keeps_its_limit_with_its_tolerance() -> None:
+    asked = read_specification("pipe")
+    (limit,) = asked.damper_limits.values()
+    stop, tolerance = asked.choices["friction_force_n"].stop, asked.tolerances["friction_force_n"]
+    assert limit == 30.0
+    assert stop + tolerance.of(stop) == pytest.approx(limit, rel=1e-12)
+    assert asked.bounds == {"friction_force_n": "limits.friction_force_n"}
+
+
+def test_a_limit_that_cuts_no_range_is_kept_too() -> None:
+    asked = parse_specification(PROTOTYPE | {"limits": {"cavity_length_m": 0.5}})
+    assert asked.damper_limits == {"cavity_length_m": 0.5}
+    assert asked.bounds == {}
+    assert asked.choices["clearance_m"].stop == 0.03
+
+
+@pytest.mark.parametrize(("limit_n", "kept"), [(0.33, True), (0.3299, False), (0.3, False)])
+def test_a_quantity_that_is_given_keeps_its_limit_with_its_tolerance(limit_n: float, kept: bool) -> None:
+    document = GIVEN | {"limits": {"friction_force_n": limit_n}}
+    if kept:
+        assert parse_specification(document).damper_limits == {"friction_force_n": limit_n}
+        return
+    told = faults_of(document)["limits.friction_force_n"]
+    assert "its tolerance takes it to 0.33" in told
+    assert "relax it to at least 0.33" in told.lower()
+
+
+def test_of_a_list_the_values_are_left_whose_tolerance_keeps_the_limit() -> None:
+    document = changed("choose.clearance_m", [0.004, 0.008, 0.009, 0.012])
+    asked = parse_specification(document | {"limits": {"cavity_length_m": 0.018}})
+    # 9 mm may be built as 9.5 mm, a cavity of 19 mm
+    assert asked.choices["clearance_m"].values == (0.004, 0.008)
+    assert asked.damper_limits == {"cavity_length_m": 0.018}
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        {"base_amplitude_m": 0.0015},
+        {"base_amplitude_m": "1.5 mm", "frequency_hz": 2.5},
+        {"base_amplitude_m": 0.0015, "frequency_hz": {"start": 3, "stop": 2}},
+    ],
+)
+def test_contradictory_limits_are_named_beside_a_fault_of_the_excitation(excitation: dict[str, Any]) -> None:
+    document = PROTOTYPE | {"excitation": excitation, "limits": {"cavity_length_m": 0.001}}
+    document |= {"tolerances": {"particle_mass_kg": 1.0}, "contact_time_s": -1.0}
+    found = faults_of(document)
+    assert any(field.startswith("excitation") for field in found)
+    assert {"limits.cavity_length_m", "tolerances.particle_mass_kg", "contact_time_s"} <= found.keys()
+
+
+RATIOS: dict[str, Any] = {
+    "structure": {"damping_ratio": 0.0038},
+    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
+    "choose": {
+        "clearance_ratio": {"start": 1.0, "stop": 20.0},
+        "friction_ratio": {"start": 0.0, "stop": 0.8},
+    },
+    "mass_ratio": 0.1,
+    "restitution": 0.47,
+}
+OF_RESULTS = {
+    "displacement_ratio": 5.0,
+    "relative_displacement_ratio": 4.0,
+    "impact_speed_ratio": 3.0,
+    "impact_noise_ratio": 2.0,
+    "stick_fraction": 0.5,
+}
+
+
+@pytest.mark.parametrize("structure", [{}, {"natural_frequency_hz": 2.5}])
+def test_limits_in_ratios_are_over_amplitude_and_natural_frequency(structure: dict[str, float]) -> None:
+    of_damper = {"cavity_length_ratio": 30.0, "friction_ratio": 0.5, "mass_ratio": 0.2}
+    asked = parse_specification(
+        RATIOS | {"structure": RATIOS["structure"] | structure, "limits": OF_RESULTS | of_damper}
+    )
+    units = {name: ratio_unit(name, 1.0, asked.structure) for name in asked.limits | asked.damper_limits}
+    given = {name: limit / units[name] for name, limit in (asked.limits | asked.damper_limits).items()}
+    assert list(given.values()) == pytest.approx([*OF_RESULTS.values(), *of_damper.values()], rel=1e-14)
+    omega = asked.structure.angular_frequency
+    assert (units["impact_speed_m_per_s"], units["impact_noise_m_per_s2"]) == (omega, omega**2)
+    assert units["friction_force_n"] == asked.structure.stiffness_n_per_m
+    assert asked.choices["clearance_m"].stop == 15.0
+    assert asked.bounds == {
+        "clearance_m": "limits.cavity_length_ratio",
+        "friction_force_n": "limits.friction_ratio",
+    }
+
+
+def test_limits_are_in_what_the_specification_is_in() -> None:
+    assert (
+        "give `displacement_m`"
+        in faults_of(PROTOTYPE | {"limits": {"displacement_ratio": 5.0}})["limits.displacement_ratio"].lower()
+    )
+    told = faults_of(RATIOS | {"limits": {"displacement_m": 5.0}})["limits"]
+    assert "displacement_ratio" in told
+
+
+def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> None:
+    with pytest.raises(StudyFaults, match=r"excludes every clearance_ratio asked for, which begins at 1 "):
+        parse_specification(RATIOS | {"limits": {"cavity_length_ratio": 1.5}})
