@@ -339,7 +339,11 @@ _DESIGN_ANSWER = _object(
     nominal=_WORST,
     excitations=_list(_WORST),
     feasible=FLAG,
-    limits=_list(_object(limit=TEXT, allowed=NUMBER, reached=NUMBER, kept=FLAG, binds=FLAG, relax_to=NUMBER)),
+    limits=_list(
+        _object(
+            limit=TEXT, allowed=NUMBER, reached=NUMBER, at_most=NUMBER, kept=FLAG, binds=FLAG, relax_to=NUMBER
+        )
+    ),
     probability=NUMBER,
     probability_interval=_or_null(RANGE),
     builds=COUNT,

@@ -12,17 +12,15 @@ from damperlab.studies.design.answer import answer_document, cases_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import (
-    UNITS,
     frequency,
+    limited,
     quantity,
     response,
-    spelled,
     spelled_out,
     under_records,
 )
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
-from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN
 
@@ -69,7 +67,7 @@ def design_report(found: Found) -> str:
                 "The best damper found for every mass of the first look that none lighter reaches.",
             ),
         ]
-    if asked.limits:
+    if asked.limited_at_all:
         parts += [
             "<h2>Limits</h2>",
             table("Limits", ("limit", "allowed", "reached", "kept", "binds"), _limits(found)),
@@ -153,7 +151,7 @@ def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, .
 
 
 def _limits(found: Found) -> Iterable[tuple[str, ...]]:
-    for row in answer_document(found)["limits"]:
-        unit = LIMITS[row["limit"]].unit.strip("1") if row["limit"] in LIMITS else UNITS[row["limit"]]
-        shown = [spelled(row[key], unit) for key in ("allowed", "reached")]
+    asked, rows = found.asked, answer_document(found)["limits"]
+    for name, row in zip((*asked.limits, *asked.damper_limits), rows, strict=True):
+        shown = [limited(asked, name, row[key]) for key in ("allowed", "reached")]
         yield row["limit"], *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))

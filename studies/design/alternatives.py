@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from damperlab.studies.design.book import Book
+from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.effort import Effort
 from damperlab.studies.design.score import Score
@@ -12,7 +12,7 @@ from damperlab.studies.specification.specification import Choice, Specification
 
 SMALL = {
     "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4, finest=1 / 32),
-    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.2, finest=1 / 32),
+    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4, finest=1 / 32),
 }
 """Of the searches for what the answer is compared with."""
 OF_DAMPER = {
@@ -33,10 +33,13 @@ class Alternative:
         The best that was found.
     score : Score
         Its worst case over band, amplitudes and the corners of its tolerances.
+    complete : bool
+        Whether the budget allowed the search to its end.
     """
 
     build: Build
     score: Score
+    complete: bool = True
 
 
 def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
@@ -46,8 +49,16 @@ def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
     return replace(asked, choices={**asked.choices, **gone}, tolerances=kept)
 
 
-def alternative(name: str, asked: Specification, book: Book) -> Step[Alternative]:
-    """Search for the best damper that has one part alone."""
+def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[Alternative]:
+    """Search for the best damper that has one part alone, with so many points of the book at most.
+
+    Raises
+    ------
+    BudgetSpent
+        If none could be looked at with its tolerances: a number without them is not beside the others.
+    """
     search = Search(without(asked, OF_DAMPER[name]), book, SMALL[name], told=False)
-    best = yield from search.run()
-    return Alternative(search.lattice.build(best), search.robust[best])
+    best = yield from search.run(most)
+    if not all(map(search.looked_at, search.with_corners(best))):
+        raise BudgetSpent
+    return Alternative(search.lattice.build(best), search.robust[best], not search.stopped)

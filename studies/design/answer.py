@@ -9,6 +9,7 @@ from damperlab.studies.design.ends import at_ends
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.words import material_of, words_of
+from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
 
@@ -114,27 +115,33 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
 
 def _limits(found: Found) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
-    for name, limit in found.asked.limits.items():
-        reached = found.stated.reached[name]
+    asked = found.asked
+    for name, limit in asked.limits.items():
+        reached, at_most = found.stated.reached[name], found.stated.at_most[name]
         rows.append(
             {
-                "limit": name,
-                "allowed": limit,
-                "reached": reached,
+                "limit": asked.limit_key(name),
+                "allowed": asked.as_limited(name, limit),
+                "reached": asked.as_limited(name, reached),
+                "at_most": asked.as_limited(name, at_most),
                 "kept": reached <= limit,
                 "binds": reached >= BINDS * limit,
-                "relax_to": reached if reached > limit else None,
+                "relax_to": asked.as_limited(name, at_most) if reached > limit else None,
             }
         )
     ends = at_ends(found)
-    for name, field in found.asked.bounds.items():
+    for name, limit in asked.damper_limits.items():
+        about = DAMPER_LIMITS[name]
+        reached = found.build.as_built(asked, about)
+        at_end = about.quantity in asked.bounds and ends.get(about.quantity) == "upper"
         rows.append(
             {
-                "limit": field.removeprefix("limits."),
-                "allowed": found.asked.choices[name].stop * (2.0 if name == "clearance_m" else 1.0),
-                "reached": getattr(found.build, name) * (2.0 if name == "clearance_m" else 1.0),
-                "kept": True,
-                "binds": ends.get(name) == "upper",
+                "limit": asked.limit_key(name),
+                "allowed": asked.as_limited(name, limit),
+                "reached": asked.as_limited(name, reached),
+                "at_most": asked.as_limited(name, reached),
+                "kept": about.excess(reached, limit) == 0.0,
+                "binds": at_end or reached >= BINDS * limit,
                 "relax_to": None,
             }
         )

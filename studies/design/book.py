@@ -243,7 +243,10 @@ class Book:
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
             status = cube["status"].values
-            columns[..., 0][status > Status.MAX_CYCLES] = np.inf
+            error = cube["amplitude_error"].values
+            # cut off with an error as large as its mean, a response still grows: nothing bounds it
+            grows = (status == Status.MAX_CYCLES) & (error >= columns[..., 0])
+            columns[..., 0][(status > Status.MAX_CYCLES) | grows] = np.inf
             # there is one base amplitude where there is a dimension of it
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
 
@@ -99,6 +100,22 @@ class Build:
         damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
         return law, (damping, *damper), self._contact_time(structure)
 
+    def limited(self, about: DamperLimit) -> float:
+        """Give what a limit on the damper is about; 0 of a particle that is not there."""
+        if self.particle_mass_kg == 0.0 and about.quantity != "friction_force_n":
+            return 0.0
+        return about.factor * float(getattr(self, about.quantity))
+
+    def as_built(self, asked: Specification, about: DamperLimit) -> float:
+        """Give what a limit on the damper is about at the upper end of its tolerance."""
+        upper = {about.quantity: 1.0} if about.quantity in asked.tolerances else {}
+        return self.moved(asked, upper).limited(about)
+
+    def excess(self, asked: Specification) -> float:
+        """Give the largest share by which the damper itself exceeds a limit; 0 where it keeps all."""
+        own = {DAMPER_LIMITS[name]: limit for name, limit in asked.damper_limits.items()}
+        return max((about.excess(self.limited(about), limit) for about, limit in own.items()), default=0.0)
+
     def own(self, frequency_ratio: float) -> float:
         """Turn a frequency over the nominal natural frequency into one over this structure's."""
         return frequency_ratio / (1.0 + self.natural_frequency_hz)
@@ -116,6 +133,8 @@ class Build:
                 changed[name] = share * tolerance.size
                 continue
             value = getattr(self, name)
+            if name == "particle_mass_kg" and not value:
+                continue  # what is not there has no tolerance
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)

@@ -1,5 +1,6 @@
 """Builds drawn within the tolerances, and what their number says of the probability."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -33,11 +34,11 @@ class Builds:
     Parameters
     ----------
     drawn, passed : int
-        How many, and how many keep every limit (where there is none, the stated bound).
+        How many, and how many keep every limit (where there is none on results, the stated bound too).
     low, high : float
         Interval of the probability.
     bound : float or None
-        What counted as kept where the specification has no limit, in the unit of the measure.
+        What counted as kept too where the specification has no limit on results, in the unit of the measure.
     """
 
     drawn: int
@@ -108,7 +109,8 @@ def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
 
 
 def counted_builds(asked: Specification, scores: list[Score], bound: float) -> Builds:
-    """Count the builds that keep every limit, or where there is none stay within a bound."""
-    passed = sum(each.violation == 0.0 if asked.limits else each.value <= bound for each in scores)
+    """Count the builds that keep every limit, and where there is none on results stay within a bound."""
+    within = math.inf if asked.limits else bound
+    passed = sum(each.violation == 0.0 and each.value <= within for each in scores)
     low, high = clopper_pearson(passed, len(scores), asked.confidence)
     return Builds(len(scores), passed, low, high, None if asked.limits else bound)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.specification.measure import Measure
+from damperlab.studies.specification.measure import ACCELERATIONS, Measure
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,18 @@ class Curve:
 
     @property
     def errors(self) -> NDArray[np.float64]:
-        """Standard error of the measure, shape (n,): the amplitude's, of an acceleration the same share of it."""
-        errors = np.nan_to_num(self["amplitude_error"])
-        if self.measure.order:
-            amplitude, value = self["amplitude_ratio"], self[self.measure.variable]
-            known = np.isfinite(amplitude) & (amplitude > 0.0)
-            errors = errors * np.divide(value, amplitude, out=np.zeros_like(value), where=known)
-        return self._scale * errors
+        """Standard error of the measure, shape (n,), in its unit."""
+        return self._scale * self.errors_of(self.measure.variable)
+
+    def errors_of(self, variable: str) -> NDArray[np.float64]:
+        """Standard error of a variable, shape (n,): the amplitude's; of an acceleration the same share of it."""
+        errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
+        if variable not in ACCELERATIONS:
+            return errors
+        amplitude, value = self["amplitude_ratio"], self[variable]
+        known = np.isfinite(amplitude) & (amplitude > 0.0)
+        share: NDArray[np.float64] = np.divide(value, amplitude, out=np.zeros_like(value), where=known)
+        return errors * share
 
     @property
     def _scale(self) -> NDArray[np.float64]:

@@ -8,20 +8,19 @@ import xarray as xr
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
-from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
+from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.contenders import contend
 from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.front import front_of
-from damperlab.studies.design.margins import margins_of, together_of
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
 from damperlab.studies.design.shortfall import shortfall_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
 from damperlab.studies.design.steps import Step, within
+from damperlab.studies.design.surroundings import Surroundings
 from damperlab.studies.faults import Fault, StudyFaults, counted
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
@@ -154,25 +153,6 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         for candidate, other in search.robust.items()
         if candidate != best
     )
-    builds: list[Build] = []
-    if asked.tolerances and asked.builds:
-        book.stage = "builds drawn within the tolerances"
-        builds = (yield from within(drawn(search, build), left, "builds within the tolerances")) or []
-    alternatives: dict[str, Alternative] = {}
-    for name in OF_DAMPER:
-        book.stage = f"the best of {CALLED[name]}"
-        found = yield from within(alternative(name, asked, book), left, f"the best of {CALLED[name]}")
-        if found is not None:
-            alternatives[name] = found
-    book.stage = "each quantity moved alone"
-    margins = yield from within(margins_of(search, build, worst(judged)), left, "each quantity moved alone")
-    book.stage = "all quantities moved at once"
-    at_once = together_of(search, build, worst(judged), margins or {})
-    together = yield from within(at_once, left, "all quantities moved at once")
-    front: tuple[tuple[float, Score], ...] | None = ()
-    if "particle_mass_kg" in search.lattice.names:
-        book.stage = "response against mass"
-        front = yield from within(front_of(search), left, "response against mass")
     over: Score | None = None
     shown: tuple[Amplitude, ...] = ()
     if amplitudes:
@@ -182,8 +162,12 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         yield from within(started(search, build, over), left, "other starts than rest")
         levels = np.geomspace(*beyond_of(excitation), SHOWN)
         shown = tuple(Amplitude(excitation, float(each)) for each in levels)
-        book.stage = "the recommended damper beyond its amplitudes"
-        yield from within(search.known([build], CLOSE, shown), left, "amplitudes beyond the range")
+    builds: list[Build] = []
+    if asked.tolerances and asked.builds:
+        book.stage = "builds drawn within the tolerances"
+        builds = (yield from within(drawn(search, build), left, "builds within the tolerances")) or []
+    beside = Surroundings(search, build, worst(judged), shown)
+    left += yield from beside.look()
     scores = [search.score(each) for each in builds]
     stated = worst([*judged, *scores])
     return Found(
@@ -199,11 +183,11 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         compared=compared,
         stated=stated,
         builds=counted_builds(asked, scores, worst(judged).most) if scores else None,
-        margins=margins or {},
-        together=together,
-        alternatives=alternatives,
+        margins=beside.margins or {},
+        together=beside.together,
+        alternatives={name: beside.alternatives[name] for name in OF_DAMPER if name in beside.alternatives},
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
-        front=front or (),
+        front=beside.front,
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
         starts=starts_of(asked, binding(asked, over), book.from_many_starts, stated.most) if over else None,
         as_good=as_good,

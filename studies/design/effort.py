@@ -16,7 +16,7 @@ class Effort:
     rounds : int
         Steps of the search around the best of them.
     reserve : float
-        Share of the budget that the search leaves for what comes after.
+        Share of its points that it explores without: for judging the best closely, and of the first search for what follows.
     finest : float
         Step at which it ends in any case; 0 where tolerances and noise decide.
     """

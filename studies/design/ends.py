@@ -13,7 +13,7 @@ def at_ends(found: Found) -> dict[str, str]:
         choice, value = asked.choices[name], getattr(found.build, name)
         if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
             continue
-        if value in (choice.start, choice.stop):
+        if value in (choice.start, choice.stop) and not (choice.values and choice.start == choice.stop):
             # of a range that a limit left one value of, the upper end is the limit's
             ends[name] = "upper" if value == choice.stop else "lower"
     return ends

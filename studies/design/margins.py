@@ -1,5 +1,6 @@
 """How far each quantity of a damper may move alone, and how far all of them together."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from math import inf
@@ -54,7 +55,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             for key, row in moved.items()
             if len(near[key]) == first
         }
-        yield from search.known((each for row in further.values() for each in row), 0)
+        yield from search.known(_in_doubt(search, further.values(), stated), 0)
         for key, row in further.items():
             near[key] += takewhile(lambda each: not _fails(search, each, stated), row)
     yield from search.known((each for row in near.values() for each in row), CLOSE)
@@ -106,7 +107,8 @@ def together_of(
             continue
         here = [_off(search, build, signs, share) for signs in corners(list(alone))]
         for level in (0, CLOSE):
-            yield from search.known(here, level)
+            if _in_doubt(search, [here], stated) == here:
+                yield from search.known(here, level)
             if any(_fails(search, each, stated) for each in here):
                 break
         else:
@@ -144,8 +146,15 @@ def _off(search: Search, build: Build, signs: dict[str, float], share: float) ->
     return replace(build, **{name: value for name, value in values.items() if value is not None})
 
 
+def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
+    """Choose the builds that exceed no limit on the damper itself: what the others do need not be known."""
+    return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
+
+
 def _fails(search: Search, moved: Build, stated: Score) -> bool:
     """Whether a build exceeds a limit by more than is stated, or the bound where no limit is on what is measured."""
+    if moved.excess(search.asked) > stated.violation:
+        return True
     judged = search.score(moved)
     within = search.asked.limits_measure or judged.value <= WITHIN * stated.most
     return judged.violation > stated.violation or not within

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from statistics import NormalDist
 
 import numpy as np
@@ -13,7 +13,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.frequencies import overshoot
 from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.measure import LIMITS, Limit
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, Limit
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
@@ -30,7 +30,7 @@ class Score:
     violation : float
         The largest share by which a limit is exceeded; 0 where all hold.
     reached : dict of float
-        The largest value of each limited result, in the unit of its limit.
+        The largest value of whatever is limited, results and the damper itself, in the unit of its limit.
     frequency_ratio : float
         Of the worst case, over the nominal natural frequency; NaN under a ground-motion record, as the next.
     amplitude_m : float
@@ -39,6 +39,10 @@ class Score:
         Which has it.
     under : Amplitude, Case or None
         Under what; None where nothing is known.
+    at_most : dict of float
+        As `reached`, what is not exceeded with the confidence asked for.
+    violation_at_most : float
+        As `violation`, by what is not exceeded.
     """
 
     value: float
@@ -50,6 +54,8 @@ class Score:
     amplitude_m: float
     build: Build
     under: Under | None
+    at_most: dict[str, float] = field(default_factory=dict)
+    violation_at_most: float = 0.0
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -59,7 +65,7 @@ class Score:
     @property
     def sure(self) -> tuple[float, float]:
         """As `rank`, by what is not exceeded: of many noisy values the smallest is small by chance."""
-        return self.violation, self.most
+        return max(self.violation, self.violation_at_most), self.most
 
     @property
     def most(self) -> float:
@@ -78,29 +84,36 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     own_speed = asked.structure.angular_frequency * (1.0 + build.natural_frequency_hz)
     best: Score | None = None
     reached = dict.fromkeys(asked.limits, 0.0)
+    at_most = dict.fromkeys(asked.limits, 0.0)
     most = 0.0
     for amplitude in amplitudes:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
         values = curve.measured
-        errors = quantile * curve.errors
         for limit in asked.limits:
             variables = asked.limited(limit, amplitude)
             if variables:
                 results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
                 size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit], own_speed)
                 reached[limit] = max(reached[limit], float(np.max(size * results)))
+                errors = (
+                    curve.errors_of(variables[0])
+                    if LIMITS[limit].has_error(isinstance(amplitude, Case))
+                    else None
+                )
+                beyond = None if errors is None else quantile * size * errors
+                at_most[limit] = max(at_most[limit], _at_most(curve, size * results, beyond))
         place = int(values.argmax())
-        gap = overshoot(curve.r, values) if np.isfinite(values).all() else 0.0
-        most = max(most, float((values + errors).max()), float(values[place] + errors[place] + gap))
+        doubt = quantile * curve.errors
+        most = max(most, _at_most(curve, values, doubt))
         if best is None or values[place] > best.value:
             record = isinstance(amplitude, Case)
             at = math.nan if record else build.nominal(float(curve.r[place]))
             best = Score(
                 float(values[place]),
                 0.0,
-                float(errors[place]),
+                float(doubt[place]),
                 0.0,
                 reached,
                 at,
@@ -109,10 +122,34 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
                 amplitude,
             )
     if best is None:
-        return Score(math.inf, 0.0, 0.0, math.inf, reached, math.nan, math.nan, build, None)
-    violation = max((reached[name] / limit - 1.0 for name, limit in asked.limits.items()), default=0.0)
-    error = most - best.value if math.isfinite(best.value) else 0.0
-    return replace(best, error=error, violation=max(violation, 0.0), reached=reached)
+        reached |= {name: build.limited(DAMPER_LIMITS[name]) for name in asked.damper_limits}
+        return Score(
+            math.inf, 0.0, 0.0, math.inf, reached, math.nan, math.nan, build, None, reached, math.inf
+        )
+    own = {name: build.limited(DAMPER_LIMITS[name]) for name in asked.damper_limits}
+    return replace(
+        best,
+        error=most - best.value if math.isfinite(best.value) else 0.0,
+        violation=_violation(asked, build, reached),
+        reached=reached | own,
+        at_most=at_most | own,
+        violation_at_most=_violation(asked, build, at_most),
+    )
+
+
+def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> float:
+    """Give what values over the band do not exceed, with errors and between the frequencies; without errors the largest."""
+    place = int(values.argmax())
+    if errors is None or not np.isfinite(values).all():
+        return float(values[place])
+    beside = float(values[place] + errors[place] + overshoot(curve.r, values))
+    return max(float((values + errors).max()), beside)
+
+
+def _violation(asked: Specification, build: Build, reached: dict[str, float]) -> float:
+    """Give the largest share by which a limit is exceeded; 0 where all are kept."""
+    shares = (reached[name] / limit - 1.0 for name, limit in asked.limits.items())
+    return max((build.excess(asked), *shares))
 
 
 def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] | float:
@@ -140,10 +177,15 @@ def worst(scores: Iterable[Score]) -> Score:
     every = list(scores)
     top = max(every, key=lambda one: one.value)
     reached = {name: max(one.reached[name] for one in every) for name in top.reached}
-    violation = max(one.violation for one in every)
     most = max(one.most for one in every)
-    error = most - top.value if math.isfinite(top.value) else 0.0
-    return replace(top, reached=reached, violation=violation, error=error)
+    return replace(
+        top,
+        reached=reached,
+        violation=max(one.violation for one in every),
+        error=most - top.value if math.isfinite(top.value) else 0.0,
+        at_most={name: max(one.at_most[name] for one in every) for name in top.at_most},
+        violation_at_most=max(one.violation_at_most for one in every),
+    )
 
 
 def binding(asked: Specification, *judged: Score) -> Excitation:

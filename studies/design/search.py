@@ -9,6 +9,7 @@ bound); then the lattice is halved around them. The last step judges the best by
 well; a candidate whose nominal worst case is already above another's worst needs no such judgement.
 """
 
+import math
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
 from math import inf, isinf
@@ -70,23 +71,30 @@ class Search:
         self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
         self.amplitudes = amplitudes_of(self.asked, FEW)
         self.corners = corners_of(self.asked)
-        self.cap = self.book.budget
+        self.cap = self.most = self.book.budget
         self._level: dict[Build, int] = {}
 
-    def run(self) -> Generator[list[Wanted], None, Candidate]:
+    def run(self, most: int | None = None) -> Generator[list[Wanted], None, Candidate]:
         """Search, and give the best of what the budget allowed.
+
+        Parameters
+        ----------
+        most : int, optional
+            Points of the book up to which it may take them; all of the budget unless given.
 
         Raises
         ------
         BudgetSpent
             If it did not allow the first look.
         """
-        self.cap = int((1.0 - self.effort.reserve) * self.book.budget)
+        self.most = self.book.budget if most is None else most
+        room = self.most - self.book.spent
+        self.cap = self.most - math.ceil(self.effort.reserve * room)
         try:
             yield from self._explore()
         except BudgetSpent:
             self.stopped = "budget"
-        self.cap = self.book.budget
+        self.cap = self.most
         if not self.pool:
             raise BudgetSpent
         if not self.robust:
@@ -109,8 +117,8 @@ class Search:
             yield from self._halve()
         except BudgetSpent:
             self.stopped = "budget"
-            # what is left of the search's share goes into judging fewer, and all of the budget stands behind the first
-            self.cap = int((1.0 - self.effort.reserve / 2.0) * self.book.budget)
+            # half of what it had left over goes into judging fewer, and all of it stands behind the first
+            self.cap += (self.most - self.cap) // 2
         finalists = self._diverse()
         if self.corners:
             self._tell(

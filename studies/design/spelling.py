@@ -1,7 +1,10 @@
 """Quantities of a design as a drawing and a report write them."""
 
+from math import ceil, floor, isfinite, log10
+
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
 
@@ -12,6 +15,8 @@ UNITS = {
     "particle_mass_kg": "kg",
     "restitution": "",
 }
+OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
+"""What a limit is over where there are no units, by the unit that it has else."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
@@ -34,6 +39,22 @@ def response(asked: Specification, value: float) -> str:
     if asked.in_units:
         return spelled(value, asked.unit)
     return f"{value:.4g} times the base amplitude{' times ω_n²' if asked.measure.order else ''}"
+
+
+def limited(asked: Specification, limit: str, value: float) -> str:
+    """Write a value of what a limit is about, given as the document has it: in its unit, or as a ratio."""
+    unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
+    if asked.in_units:
+        return spelled(value, unit.strip("1"))
+    return f"{value:.4g}{OVER[unit]}"
+
+
+def rounded_up(value: float) -> float:
+    """Give the least number of four digits that is not less: what one is told to allow must be enough."""
+    if not isfinite(value) or value <= 0.0:
+        return value
+    scale = 10.0 ** (3 - floor(log10(value)))
+    return ceil(value * scale * (1.0 - 1e-12)) / scale
 
 
 def level(asked: Specification, amplitude: Amplitude) -> str:

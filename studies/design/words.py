@@ -5,22 +5,24 @@ from math import isinf
 
 from damperlab.studies.design.absorber import Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
+from damperlab.studies.design.alternatives import OF_DAMPER, Alternative, without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.spelling import (
     frequency,
     quantity,
     response,
+    rounded_up,
     spelled,
     spelled_out,
     under_records,
 )
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
@@ -41,7 +43,7 @@ def words_of(found: Found) -> list[str]:
     return [
         *_damper(found),
         *_worst(found),
-        *_limits(found),
+        *limits_in_words(found),
         *_builds(found),
         *_starts(found),
         *_ends(found),
@@ -56,8 +58,9 @@ def _damper(found: Found) -> Iterator[str]:
     friction = f"a friction force of {quantity(asked, 'friction_force_n', build.friction_force_n)}"
     if not asked.in_units:
         friction = f"friction {quantity(asked, 'friction_force_n', build.friction_force_n)}"
+    build_it = "Build" if asked.free else "Given is"
     if build.particle_mass_kg == 0.0:
-        yield f"Build {friction}, and no particle."
+        yield f"{build_it} {friction}, and no particle."
         return
     clearance = quantity(asked, "clearance_m", build.clearance_m)
     cavity = f" (a free cavity length of {spelled(2 * build.clearance_m, 'm')})" if asked.in_units else ""
@@ -66,17 +69,14 @@ def _damper(found: Found) -> Iterator[str]:
     material = ", ".join(filter(None, (material_of(asked, build), touching)))
     rebound = f"a coefficient of restitution of {build.restitution:.4g}"
     yield (
-        f"Build a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
+        f"{build_it} a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
         f"{rebound}{f' ({material})' if material else ''}."
     )
 
 
 def material_of(asked: Specification, build: Build) -> str:
     """Name the material of a design, where the specification names materials."""
-    choice = asked.choices["restitution"]
-    if not choice.names or build.restitution not in choice.values:
-        return ""
-    return choice.names[choice.values.index(build.restitution)]
+    return asked.choices["restitution"].called(build.restitution, build.contact_time_s)
 
 
 def _worst(found: Found) -> Iterator[str]:
@@ -113,53 +113,15 @@ def _worst(found: Found) -> Iterator[str]:
         yield f"As drawn it reaches {'; '.join(parts)}."
 
 
-def _limits(found: Found) -> Iterator[str]:
-    asked, stated = found.asked, found.stated
-    none_keeps = False
-    for name, limit in asked.limits.items():
-        about, reached = LIMITS[name], stated.reached[name]
-        what, unit = about.words, about.unit.strip("1")
-        if asked.cases and not about.under_record:
-            what += " over the bands"
-        if reached <= limit:
-            yield (
-                f"The {what} reaches {spelled(reached, unit)} of the {spelled(limit, unit)} allowed "
-                f"({100 * reached / limit:.0f} %)."
-            )
-            continue
-        drawn = found.nominal.reached[name]
-        where = (
-            ""
-            if drawn > limit
-            else f"; as drawn it reaches {spelled(drawn, unit)}, and tolerances take it beyond"
-        )
-        best = ""
-        if drawn > limit and not none_keeps:
-            none_keeps = True
-            best = (
-                "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
-            )
-        yield (
-            f"{best}The {what} reaches {spelled(reached, unit)}, "
-            f"{_excess(reached / limit)} the {spelled(limit, unit)} allowed{where}. Relax `limits.{name}` to "
-            f"{spelled(reached, unit)}, or {'widen what may be chosen' if drawn > limit else 'narrow the tolerances'}."
-        )
-
-
-def _excess(ratio: float) -> str:
-    """Say how far beyond its limit something is; a share of thousands of per cent is read as a multiple."""
-    return f"{100 * (ratio - 1):.3g} % above" if ratio < 2.0 else f"{ratio:.3g} times"
-
-
 def _builds(found: Found) -> Iterator[str]:
     builds, asked = found.builds, found.asked
     if builds is None:
         return
-    kept = (
-        "keep every limit"
-        if builds.bound is None
-        else f"stay within {response(asked, builds.bound)}, the worst of the drawn damper and of the corners of its tolerances"
-    )
+    kept = "keep every limit" if asked.limited_at_all else ""
+    if builds.bound is not None:
+        bound = response(asked, builds.bound)
+        kept += f"{' and ' if kept else ''}stay within {bound}, the worst of the drawn damper and of the corners of its "
+        kept += "tolerances"
     yield (
         f"Of {counted(builds.drawn, 'build')} drawn evenly within the tolerances (seed {SEED}), {builds.passed} {kept}: the "
         f"probability is between {builds.low:.3f} and {builds.high:.3f} with a confidence of {asked.confidence:.3g}."
@@ -199,7 +161,9 @@ def _ends(found: Found) -> Iterator[str]:
         choice = asked.choices[name]
         limit = asked.bounds.get(name) if end == "upper" else None
         if limit:
-            yield f"The {CALLED[name]} is as large as `{limit}` allows: this limit binds, and a larger one may do better."
+            built = " with its tolerance" if name in asked.tolerances else ""
+            largest = f"as large as `{limit}` allows{built}"
+            yield f"The {CALLED[name]} is {largest}: this limit binds, and a larger one may do better."
         elif choice.values:
             yield f"The {CALLED[name]} is the {'least' if end == 'lower' else 'largest'} of its list."
         elif getattr(found.build, name) > 0.0:
@@ -210,7 +174,7 @@ def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
     if not found.margins:
         return
-    kept = "every limit holds" if asked.limits else ""
+    kept = "every limit holds" if asked.limited_at_all else ""
     if found.stated.violation > 0.0:
         kept = "no limit is exceeded by more than stated above"
     bound = (
@@ -249,22 +213,33 @@ def _beside(found: Found) -> Iterator[str]:
     asked, ours = found.asked, found.compared
     judged = "with the corners of the same tolerances" if asked.tolerances else "under the same band"
     for name, other in found.alternatives.items():
-        called = ALTERNATIVES[name]
-        keeps = "" if other.score.violation == 0.0 else ", and exceeds a limit"
-        if isinf(other.score.value):
-            yield f"With {called}, {judged}, nothing bounds the response."
-            continue
-        yield (
-            f"The best of {called}, {judged}, reaches {response(asked, other.score.value)}"
-            f"{_times(other.score.value, ours.value)}{keeps}."
-        )
-        feasible = other.score.violation <= ours.violation
-        if feasible and other.score.value <= ours.value * (1.0 + SAME) and found.build.particle_mass_kg > 0.0:
-            yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
+        yield from _alternative(found, name, other, judged)
     if found.absorber is not None:
         yield _absorber(asked, found.absorber, ours.value)
         if found.absorber.value < ours.value / (1.0 + SAME):
             yield "So a tuned mass damper of the same mass does better here."
+
+
+def _alternative(found: Found, name: str, other: Alternative, judged: str) -> Iterator[str]:
+    asked, ours, theirs = found.asked, found.compared, other.score
+    called = ALTERNATIVES[name]
+    if isinf(theirs.value):
+        yield f"With {called}, {judged}, nothing bounds the response."
+        return
+    best = f"The best of {called}" if without(asked, OF_DAMPER[name]).free else _capital(called)
+    error = ""
+    if theirs.error > SAME * theirs.value:
+        most = response(asked, rounded_up(theirs.most))
+        error = f" (with a confidence of {asked.confidence:.3g} at most {most})"
+    keeps = "" if theirs.violation == 0.0 else ", and exceeds a limit"
+    yield f"{best}, {judged}, reaches {response(asked, theirs.value)}{error}{_times(theirs.value, ours.value)}{keeps}."
+    as_good = theirs.violation <= ours.violation and theirs.most <= ours.most * (1.0 + SAME)
+    if as_good and theirs.value <= ours.value * (1.0 + SAME) and found.build.particle_mass_kg > 0.0:
+        yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
+
+
+def _capital(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}"
 
 
 def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
@@ -294,7 +269,10 @@ def _known(found: Found) -> Iterator[str]:
         yield f"{found.as_good} further {dampers} {how} may be as good within the errors."
     points = f"{found.book.spent:,} points were computed"
     step = f"steps of 1/{round(1 / found.step)} of the ranges"
-    if found.stopped == "budget":
+    if not found.asked.free:
+        ended = f", where the budget of {found.book.budget:,} ended it" if found.stopped == "budget" else ""
+        yield f"Nothing was to be chosen: this is an assessment of the damper that was given. {points}{ended}."
+    elif found.stopped == "budget":
         yield f"{points}: the budget of {found.book.budget:,} ended the search, with {step}."
     else:
         yield f"{points}. The search is complete: it ended with {step}."
@@ -302,9 +280,10 @@ def _known(found: Found) -> Iterator[str]:
         yield _shortfall(found.shortfall, found.compared.most)
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
-    yield (
-        "Every response is the one reached from rest. A better damper that none of its neighbours shows cannot be excluded."
+    better = (
+        " A better damper that none of its neighbours shows cannot be excluded." if found.asked.free else ""
     )
+    yield f"Every response is the one reached from rest.{better}"
 
 
 def _digits(per_cent: float) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from damperlab.studies.faults import describe, listing
 from damperlab.studies.physical import FRICTION_FORCE, PARTICLE_MASS
 from damperlab.studies.quantity import FRICTION_RATIO, MASS_RATIO, Quantity
-from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, ROUNDING
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, ROUNDING, DamperLimit, Limit
 from damperlab.studies.specification.specification import (
     RATIO_OF,
     Choice,
@@ -24,7 +24,7 @@ STICK = Quantity(
 OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the base amplitude")
 
 QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
-EVERY = (*LIMITS.values(), *DAMPER_LIMITS.values())
+EVERY: tuple[Limit | DamperLimit, ...] = (*LIMITS.values(), *DAMPER_LIMITS.values())
 IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
 """What limits are called where only ratios mean anything."""
 LIMIT_QUANTITIES = {

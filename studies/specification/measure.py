@@ -124,6 +124,10 @@ MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECOR
 """What can be asked for over bands and under records together: what both have, so that the worse of them can be told."""
 
 
+ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
+"""Results over a band that are over Z·ω_n²."""
+
+
 @dataclass(frozen=True)
 class Limit:
     """What of a response may be limited.
@@ -157,6 +161,10 @@ class Limit:
     ratio: str = ""
     factor: float = 1.0
     per_second: bool = False
+
+    def has_error(self, by_records: bool) -> bool:
+        """Whether the result is known with an error: a length, or over a band an acceleration; others are given none."""
+        return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 
 LIMITS = {

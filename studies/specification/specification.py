@@ -242,6 +242,14 @@ class Specification:
         """Give the measure as it is made of the results under an amplitude, or under a record."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
+    def limit_key(self, limit: str) -> str:
+        """Give what a limit is called in the document: by its ratio where only ratios mean anything."""
+        return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
+
+    def as_limited(self, limit: str, value: float) -> float:
+        """Give a value of what a limit is about as the document has it: in its unit, or as a ratio."""
+        return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
+
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
         """Give the variables whose product a limit on results is about; none where the results under this do not tell it."""
         about = LIMITS[limit]

@@ -1,0 +1,88 @@
+"""What is said beside the recommended damper: how far it may move, other amplitudes, other masses, its parts alone."""
+
+from dataclasses import dataclass, field
+
+from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.front import front_of
+from damperlab.studies.design.margins import Margin, Together, margins_of, together_of
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.search import CLOSE, Search
+from damperlab.studies.design.shares import Part, share_out
+from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.excitation import Amplitude
+
+MOVED = "each quantity moved alone"
+AT_ONCE = "all quantities moved at once"
+
+
+@dataclass
+class Surroundings:
+    """What is known beside the recommended damper.
+
+    Parameters
+    ----------
+    search : Search
+        At its end.
+    build : Build
+        The recommended damper.
+    stated : Score
+        Its worst case.
+    shown : tuple of Amplitude
+        Amplitudes under which it is shown.
+    """
+
+    search: Search
+    build: Build
+    stated: Score
+    shown: tuple[Amplitude, ...] = ()
+    alternatives: dict[str, Alternative] = field(default_factory=dict)
+    margins: dict[str, Margin] | None = None
+    together: Together | None = None
+    front: tuple[tuple[float, Score], ...] = ()
+
+    def look(self) -> Step[list[str]]:
+        """Look at all of it as far as the budget allows; give what it did not."""
+        parts: dict[str, Part] = {
+            f"the best of {CALLED[name]}": self._alternative(name) for name in OF_DAMPER
+        }
+        parts[MOVED] = self._margins
+        if "particle_mass_kg" in self.search.lattice.names:
+            parts["response against mass"] = self._front
+        if self.shown:
+            parts["amplitudes beyond the range"] = self._shown
+        left_out = yield from share_out(self.search.book, parts)
+        left_out += yield from share_out(self.search.book, {AT_ONCE: self._together})
+        self.search.cap = self.search.book.budget
+        found = {f"the best of {CALLED[name]}": CALLED[name] for name in self.alternatives}
+        return [f"the search for {each} to its end" if each in found else each for each in left_out]
+
+    def _alternative(self, name: str) -> Part:
+        def part(most: int) -> Step[bool]:
+            found = yield from alternative(name, self.search.asked, self.search.book, most)
+            self.alternatives[name] = found
+            return found.complete
+
+        return part
+
+    def _margins(self, most: int) -> Step[bool]:
+        self.search.cap = most
+        self.margins = yield from margins_of(self.search, self.build, self.stated)
+        return True
+
+    def _together(self, most: int) -> Step[bool]:
+        self.search.cap = most
+        if self.margins is None:
+            return False
+        self.together = yield from together_of(self.search, self.build, self.stated, self.margins)
+        return True
+
+    def _front(self, most: int) -> Step[bool]:
+        self.search.cap = most
+        self.front = yield from front_of(self.search)
+        return True
+
+    def _shown(self, most: int) -> Step[bool]:
+        self.search.cap = most
+        yield from self.search.known([self.build], CLOSE, self.shown)
+        return True

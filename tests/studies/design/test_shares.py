@@ -1,0 +1,71 @@
+"""What is left of a budget, divided: who needs little gets it, and nothing is left that somebody needs."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.studies.design.test_design import DAMPED, pursued
+
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.book import Book, BudgetSpent, Wanted
+from damperlab.studies.design.shares import Part, share_out
+from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.reading import parse_specification
+
+
+class Counted(Book):
+    """A book whose points cost nothing to compute: what is wanted is taken for known."""
+
+    def lacking(self, wanted: list[Wanted]) -> int:  # type: ignore[override]
+        return len(wanted)
+
+
+def drive(step: Step[list[str]], book: Book) -> list[str]:
+    try:
+        while True:
+            book.spent += len(next(step))
+    except StopIteration as end:
+        return list(end.value)
+
+
+def needing(book: Book, points: int, had: dict[int, int], name: int) -> Part:
+    """Need so many points, in five looks; what was had before is known."""
+
+    def part(most: int) -> Step[bool]:
+        while had[name] < points:
+            look = min(max(points // 5, 1), points - had[name])
+            if book.spent + look > most:
+                raise BudgetSpent
+            yield [None] * look  # type: ignore[list-item]
+            had[name] += look
+        return True
+
+    return part
+
+
+@given(st.lists(st.integers(0, 400), min_size=1, max_size=6), st.integers(0, 1500))
+def test_who_needs_no_more_than_an_equal_share_gets_it_and_nothing_is_left_that_fits(
+    needs: list[int], budget: int
+) -> None:
+    book = Counted(parse_specification(DAMPED), budget)
+    had = dict.fromkeys(range(len(needs)), 0)
+    parts = {str(name): needing(book, need, had, name) for name, need in enumerate(needs)}
+    left_out = drive(share_out(book, parts), book)
+    assert book.spent == sum(had.values()) <= budget
+    for name, need in enumerate(needs):
+        assert (str(name) in left_out) == (had[name] < need)
+        if need <= budget // len(needs):
+            assert had[name] == need
+        else:  # cut short only where its next look does not fit any more
+            assert had[name] == need or book.left < max(need // 5, 1)
+
+
+@pytest.mark.parametrize("budget", [1500, 2500])
+def test_friction_alone_that_is_given_is_one_damper_and_is_said(budget: int) -> None:
+    document = DAMPED | {"choose": {"clearance_m": {"start": 0.002, "stop": 0.012}}, "friction_force_n": 30.0}
+    found, _ = pursued(document, budget)
+    assert found.book.spent <= budget
+    answer = answer_document(found)
+    assert answer["friction_alone"]["design"]["friction_force_n"] == 30.0
+    assert not any("friction alone" in each for each in found.left_out)
+    told = [each for each in answer["words"] if each.startswith("Friction alone, with the corners")]
+    assert len(told) == 1
