@@ -130,7 +130,7 @@ def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
 
 def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
     asked = found.asked
-    yield _damper(found, "recommended", found.build, found.compared.value)
+    yield _damper(found, "recommended" if asked.free else "as given", found.build, found.compared.value)
     for name, other in found.alternatives.items():
         yield _damper(found, CALLED[name], other.build, other.score.value)
     if found.absorber is not None:

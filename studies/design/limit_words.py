@@ -1,6 +1,7 @@
 """The limits of a design in words: how much of each is reached, and what is to be done about one that is not kept."""
 
 from collections.abc import Iterator
+from math import isinf
 
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import limited, rounded_up
@@ -34,6 +35,9 @@ def limits_in_words(found: Found) -> Iterator[str]:
             best = (
                 "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
             )
+        if isinf(reached):
+            yield f"{best}Nothing bounds the {what}, of which {allowed} are allowed."
+            continue
         enough = limited(asked, name, rounded_up(asked.as_limited(name, at_most)))
         if at_most > reached:
             enough += f", which it keeps with a confidence of {asked.confidence:.3g}"

@@ -36,6 +36,8 @@ def quantity(asked: Specification, name: str, value: float) -> str:
 
 def response(asked: Specification, value: float) -> str:
     """Write a value of the measure; over the base amplitude where there are no units."""
+    if not isfinite(value):
+        return "without bound"
     if asked.in_units:
         return spelled(value, asked.unit)
     return f"{value:.4g} times the base amplitude{' times ω_n²' if asked.measure.order else ''}"
@@ -54,7 +56,7 @@ def rounded_up(value: float) -> float:
     if not isfinite(value) or value <= 0.0:
         return value
     scale = 10.0 ** (3 - floor(log10(value)))
-    return ceil(value * scale * (1.0 - 1e-12)) / scale
+    return float(f"{ceil(value * scale * (1.0 - 1e-12)) / scale:.4g}")
 
 
 def level(asked: Specification, amplitude: Amplitude) -> str:

@@ -96,10 +96,13 @@ def _worst(found: Found) -> Iterator[str]:
     if count > 1:
         over = f"Of {count} excitations `{name}` binds: {shaken}"
     within = " and within the tolerances" if asked.tolerances else ""
-    yield (
-        f"{over}{within}, the largest {asked.measure.words} that was computed is "
-        f"{response(asked, stated.value)}{near}{error}."
-    )
+    if isinf(stated.value):
+        yield f"{over}{within}, nothing bounds the {asked.measure.words}{near}."
+    else:
+        yield (
+            f"{over}{within}, the largest {asked.measure.words} that was computed is "
+            f"{response(asked, stated.value)}{near}{error}."
+        )
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
     if count > 1:
@@ -254,6 +257,8 @@ def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
 
 
 def _times(other: float, ours: float) -> str:
+    if isinf(ours):
+        return ""
     if ours == 0.0:
         return ", as much" if other == 0.0 else ""
     ratio = other / ours

@@ -1,0 +1,213 @@
+"""Limits on the damper hold for it as built; what is said of limits and of responses without bound is what is known."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.studies.design.test_design import DAMPED, pursued, solved
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.book import Book, Wanted
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.corners import amplitudes_of
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.score import score
+from damperlab.studies.design.search import FEW
+from damperlab.studies.design.spelling import rounded_up
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.variables import Status
+
+WANTED: dict[str, Any] = DAMPED | {
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.5, "stop": 8.5}},
+    "choose": {"friction_force_n": {"start": 0.0, "stop": 60.0}},
+    "clearance_m": 0.006,
+    "particle_mass_kg": 0.4,
+    "tolerances": {"friction_force_n": "10%"},
+    "builds": 20,
+}
+"""So light a particle that the more friction there is, the less it moves."""
+
+
+@pytest.fixture(scope="module")
+def limited() -> Found:
+    limits = {"friction_force_n": 30.0, "displacement_m": 0.02, "cavity_length_m": 0.5}
+    found, _ = pursued(WANTED | {"limits": limits})
+    return found
+
+
+def test_no_build_within_the_tolerances_exceeds_a_limit_on_the_damper(limited: Found) -> None:
+    build, (builds,) = limited.build, [limited.builds]
+    assert builds is not None
+    assert build.friction_force_n == pytest.approx(30.0 / 1.1, rel=1e-12)
+    shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (builds.drawn, 1)).ravel()
+    forces = [build.moved(limited.asked, {"friction_force_n": each}).friction_force_n for each in shares]
+    assert max(forces) <= 30.0 * (1 + 1e-9)
+    assert builds.passed == builds.drawn == 20
+    assert limited.stated.violation == 0.0
+    assert limited.stated.reached["friction_force_n"] == pytest.approx(30.0, rel=1e-12)
+    # by itself it may be as large as its limit, and no larger
+    assert limited.margins["friction_force_n"].high == pytest.approx(30.0, rel=1e-9)
+    assert limited.margins["friction_force_n"].fails_above == pytest.approx(1.2 * 30.0 / 1.1)
+    # nor may that of what it is compared with
+    alone = limited.alternatives["friction_alone"]
+    assert alone.build.friction_force_n <= 30.0 / 1.1 * (1 + 1e-12)
+    assert alone.score.violation == 0.0
+
+
+def test_a_build_that_exceeds_one_is_not_counted_as_keeping_it(limited: Found) -> None:
+    beyond = Build(0.006, 33.0, 4.0, 0.5)
+    assert beyond.excess(limited.asked) == pytest.approx(0.1)
+    judged = score(limited.book, beyond, amplitudes_of(limited.asked, FEW))
+    assert judged.violation >= 0.1
+    # without a particle its cavity is none
+    assert Build(1.0, 20.0, 0.0, 0.0).excess(limited.asked) == 0.0
+
+
+def test_every_limit_is_told_with_what_is_allowed_and_what_is_built(limited: Found) -> None:
+    answer = answer_document(limited)
+    rows = {row["limit"]: row for row in answer["limits"]}
+    assert rows.keys() == {"friction_force_n", "displacement_m", "cavity_length_m"}
+    assert rows["friction_force_n"]["allowed"] == 30.0
+    assert rows["friction_force_n"]["reached"] == pytest.approx(30.0)
+    assert rows["friction_force_n"]["binds"]
+    assert (rows["cavity_length_m"]["allowed"], rows["cavity_length_m"]["binds"]) == (0.5, False)
+    assert all(row["kept"] for row in rows.values())
+    words = " ".join(answer["words"])
+    assert "Built at the upper end of its tolerance, the friction force is 30 N of the 30 N allowed" in words
+    assert "The free cavity length is 12 mm of the 500 mm allowed (2 %)." in words
+    assert "as large as `limits.friction_force_n` allows with its tolerance: this limit binds" in words
+    json.dumps(answer, allow_nan=False)
+
+
+def test_of_a_list_the_limit_is_told_and_not_the_largest_value_left() -> None:
+    document = {key: value for key, value in WANTED.items() if key != "clearance_m"}
+    document |= {"choose": {"clearance_m": [0.002, 0.004, 0.008]}, "friction_force_n": 20.0}
+    found, _ = pursued(document | {"tolerances": {}, "limits": {"cavity_length_m": 0.009}})
+    assert {found.asked.choices["clearance_m"].values} == {(0.002, 0.004)}
+    (row,) = answer_document(found)["limits"]
+    assert row["allowed"] == 0.009
+    assert row["reached"] == 2 * found.build.clearance_m
+
+
+def test_a_damper_that_was_given_is_assessed() -> None:
+    document = WANTED | {"choose": {}, "friction_force_n": 20.0, "limits": {"displacement_m": 1e-3}}
+    found, _ = pursued(document | {"builds": 2})
+    answer = answer_document(found)
+    words = " ".join(answer["words"])
+    assert words.startswith("Given is a clearance of 6 mm")
+    assert "Nothing was to be chosen: this is an assessment of the damper that was given." in words
+    assert not any(each in words for each in ("of the ranges", "No damper that was looked at", "None of its"))
+    assert "or let something be chosen" in words
+    assert "Friction alone, with the corners of the same tolerances, reaches" in words
+    assert answer["limits"][0]["relax_to"] == answer["limits"][0]["at_most"]
+
+
+def test_in_ratios_the_same_damper_keeps_the_same_limits() -> None:
+    """With 1 mm as the length, 1/ω_n as the time and 40 kg as the mass."""
+    units = WANTED | {"choose": {}, "friction_force_n": 20.0, "tolerances": {}}
+    limits = {"displacement_m": 0.004, "impact_speed_m_per_s": 0.5, "friction_force_n": 25.0}
+    omega = 2 * math.pi * 8.0
+    kz = 40.0 * omega**2 * 0.001
+    ratios = {
+        "structure": {"damping_ratio": 0.05, "natural_frequency_hz": 8.0},
+        "excitation": {"frequency_ratio": {"start": 7.5 / 8.0, "stop": 8.5 / 8.0}},
+        "clearance_ratio": 6.0,
+        "friction_ratio": 20.0 / kz,
+        "mass_ratio": 0.01,
+        "restitution": 0.5,
+        "limits": {
+            "displacement_ratio": 4.0,
+            "impact_speed_ratio": 0.5 / (omega * 0.001),
+            "friction_ratio": 25.0 / kz,
+        },
+    }
+    one, other = (answer_document(pursued(each)[0]) for each in (units | {"limits": limits}, ratios))
+    scales = (0.001, omega * 0.001, kz)
+    assert [row["limit"] for row in other["limits"]] == [*ratios["limits"]]
+    for row, same, scale in zip(one["limits"], other["limits"], scales, strict=True):
+        for key in ("allowed", "reached", "at_most"):
+            assert row[key] == pytest.approx(scale * same[key], rel=1e-9)
+        assert row["kept"] == same["kept"]
+    words = " ".join(other["words"])
+    assert "The friction force is 0." in words
+    assert not any(f" {unit} " in words for unit in ("mm", "N", "m/s"))
+
+
+@given(st.floats(1e-9, 1e9))
+def test_what_one_is_told_to_allow_is_enough_and_hardly_more(value: float) -> None:
+    told = rounded_up(value)
+    assert value * (1 - 1e-11) <= told <= value * (1 + 1.0001e-3)
+    assert float(f"{told:.4g}") == told
+
+
+@pytest.mark.parametrize(
+    ("friction_ratio", "bounded"),
+    [(0.3, False), (0.75, False), (0.82, True)],
+)
+def test_friction_below_pi_quarters_bounds_nothing_at_resonance(friction_ratio: float, bounded: bool) -> None:
+    """An undamped structure: friction F takes 4FX a cycle, the base gives πkZX. Den Hartog (1931)."""
+    assert (friction_ratio > math.pi / 4) == bounded
+    stiffness = 40.0 * (2 * math.pi * 8.0) ** 2
+    asked = parse_specification(
+        {
+            "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
+            "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
+            "choose": {"clearance_m": {"start": 0.002, "stop": 0.012}},
+            "friction_force_n": friction_ratio * stiffness * 0.001,
+            "particle_mass_kg": 4.0,
+            "restitution": 0.5,
+        }
+    )
+    book, build = Book(asked, 10), Build(1.0, asked.choices["friction_force_n"].start, 0.0, 0.0)
+    amplitudes = amplitudes_of(asked, FEW)
+    cubes = [solved(each) for each in book.studies([Wanted(build, amplitudes[0], (1.0,))])]
+    book.add(cubes)
+    assert math.isfinite(score(book, build, amplitudes).value) == bounded
+
+
+def test_a_response_that_does_not_repeat_is_known_to_its_error_and_no_infinity() -> None:
+    """A particle in a wide cavity on a lightly damped structure: cut off, with an error of a few per cent."""
+    study = parse_study(
+        {
+            "damping_ratio": 0.0038,
+            "axes": {
+                "clearance_ratio": [4.0, 8.0],
+                "friction_ratio": 0.0,
+                "restitution": 0.5,
+                "mass_ratio": 0.1,
+                "frequency_ratio": [0.98, 1.0, 1.02],
+            },
+            "metrics": ["amplitude_ratio", "amplitude_error", "status"],
+            "steady": {"max_cycles": 400},
+        }
+    )
+    cube = solved(study)
+    cut = cube["status"] == Status.MAX_CYCLES
+    assert cut.any()
+    assert (cube["amplitude_error"] < cube["amplitude_ratio"]).where(cut, True).all()
+
+
+def test_a_damper_without_bound_is_no_number() -> None:
+    document = {key: value for key, value in DAMPED.items() if key not in ("tolerances", "choose")} | {
+        "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
+        "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
+        "clearance_m": 1.0,
+        "particle_mass_kg": 0.0,
+        "friction_force_n": 30.0,
+        "limits": {"displacement_m": 0.01},
+    }
+    found, _ = pursued(document)
+    answer = answer_document(found)
+    words = " ".join(answer["words"])
+    assert words.startswith("Given is a friction force of 30 N, and no particle.")
+    assert "nothing bounds the displacement of the structure, near 8 Hz" in words
+    assert "Nothing bounds the displacement of the structure, of which 10 mm are allowed." in words
+    assert "inf" not in words
+    assert not answer["feasible"]
