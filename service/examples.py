@@ -114,7 +114,18 @@ RECORD_BODY: dict[str, Any] = {
                 "kanai-tajimi": {
                     "summary": "An artificial record",
                     "value": {"kanai_tajimi": {"seed": 1, "duration_s": 20, "peak_g": 0.3}},
-                }
+                },
+                "sweep": {
+                    "summary": "A swept sine of the base",
+                    "value": {
+                        "sweep": {
+                            "start_hz": 2,
+                            "stop_hz": 3,
+                            "rate_hz_per_s": 0.1,
+                            "base_amplitude_m": 0.001,
+                        }
+                    },
+                },
             },
         },
     },

@@ -20,7 +20,7 @@ from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import comparison_body, looked_at, uploaded
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.ground.files import Layout
-from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.text import load_text
@@ -134,25 +134,24 @@ async def _read(
 
 def _generated(body: bytes) -> GroundMotion:
     document: Any = load_text(body, "json")
-    if not isinstance(document, dict) or set(document) != {"kanai_tajimi"}:
+    way = recipe_in(document) if isinstance(document, dict) else ""
+    if not way or len(document) > 1:
         faults = []
         if isinstance(document, dict):
-            faults = [
-                unknown_key(str(key), key, ("kanai_tajimi",)) for key in document if key != "kanai_tajimi"
-            ]
-        allowed = '{"kanai_tajimi": {…}}'
+            known = tuple(GENERATED)
+            faults = [unknown_key(str(key), key, known) for key in document if key not in known]
         raise StudyFaults(
             faults
             or [
                 Fault(
                     "body",
                     describe(document),
-                    allowed,
+                    WRITTEN,
                     "write what to generate, or send a file as text/plain or text/csv",
                 )
             ]
         )
-    return read_kanai_tajimi(document["kanai_tajimi"])
+    return GENERATED[way](document[way])
 
 
 @router.get(

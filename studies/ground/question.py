@@ -8,7 +8,7 @@ from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
 from damperlab.studies.field import fields_of
-from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import RecordNotFound, Shelf
@@ -61,8 +61,8 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
     Parameters
     ----------
     document : object
-        As read from JSON or YAML: ``record`` (an id, an earthquake's name, or ``{"kanai_tajimi": {…}}``), and any of
-        `KEYS`.
+        As read from JSON or YAML: ``record`` (an id, an earthquake's name, or one of `GENERATED` as ``{"sweep": {…}}``),
+        and any of `KEYS`.
     shelf : Shelf
         Where records are.
 
@@ -123,10 +123,11 @@ def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]
         Where there is none.
     """
     if isinstance(raw, dict):
-        if set(raw) != {"kanai_tajimi"}:
-            allowed = 'the id of a record, or {"kanai_tajimi": {"seed": 1}}'
+        way = recipe_in(raw)
+        if not way or len(raw) > 1:
+            allowed = f"the id of a record, {WRITTEN}"
             raise StudyFaults([Fault("record", describe(raw), allowed, "name a record")])
-        motion = read_kanai_tajimi(raw["kanai_tajimi"])
+        motion = GENERATED[way](raw[way])
         return f"u-{motion.digest}", motion
     if not isinstance(raw, str):
         raise StudyFaults([Fault("record", describe(raw), "the id of a record", "name a record")])

@@ -3,9 +3,11 @@
 from typing import Any
 
 from damperlab.studies.axes import axis_schema
+from damperlab.studies.ground.generated import WRITTEN
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.suite import AXES, NUMBERS
 from damperlab.studies.ground.suite_reading import MOST_NAME, MOST_RECORDS
+from damperlab.studies.ground.sweep_reading import sweep_schema
 from damperlab.studies.ground.variables import VARIABLES
 from damperlab.studies.questions import MOST_STARTS
 
@@ -17,7 +19,8 @@ def suite_json_schema() -> dict[str, Any]:
             {"type": "string", "description": "the id of a record, or an earthquake's name"},
             {
                 "type": "object",
-                "description": '{"kanai_tajimi": {"seed": 1}}, or a record as a stored study has it',
+                "description": f"{WRITTEN}, or a record as a stored study has it",
+                "properties": {"sweep": sweep_schema()},
             },
         ]
     }

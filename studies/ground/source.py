@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
-from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from damperlab.studies.ground.generated import GENERATED, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.sweep import Sweep
+from damperlab.studies.ground.sweep_reading import sweep_of
 
-_KEYS = ("id", "sha256", "step_s", "samples", "kanai_tajimi")
+_KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class RecordSource:
     samples : int
         How many.
     recipe : str
-        What it was generated from, as JSON; empty for a record that is kept.
+        What it was generated from, as JSON of a mapping with one of `GENERATED`; empty for a record that is kept.
     """
 
     id: str
@@ -57,7 +59,19 @@ class RecordSource:
             "step_s": self.step_s,
             "samples": self.samples,
         }
-        return held | ({"kanai_tajimi": json.loads(self.recipe)} if self.recipe else {})
+        return held | (json.loads(self.recipe) if self.recipe else {})
+
+    @property
+    def sweep(self) -> Sweep | None:
+        """The sweep that it was generated from, of a record that is one."""
+        recipe = json.loads(self.recipe) if self.recipe else {}
+        return sweep_of(recipe["sweep"]) if "sweep" in recipe else None
+
+    @property
+    def called(self) -> str:
+        """What it is called in a sentence: its id, or which sweep it is."""
+        sweep = self.sweep
+        return self.id if sweep is None else sweep.name
 
     def read(self, content: bytes) -> GroundMotion:
         """Read the file of a cube back.
@@ -79,7 +93,8 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     Parameters
     ----------
     raw : object
-        The id of a record, an earthquake's name, ``{"kanai_tajimi": {…}}``, or what `RecordSource.document` gives.
+        The id of a record, an earthquake's name, one of `GENERATED` as ``{"sweep": {…}}``, or what `RecordSource.document`
+        gives.
     shelf : Shelf, optional
         Where records are found. Without one an entry that says its digest is taken as it is, as in a study that is
         stored, and of the others only the built-in records are known.
@@ -101,14 +116,20 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     faults = [unknown_key(key, key, _KEYS) for key in raw if key not in _KEYS]
     if faults:
         raise StudyFaults(faults)
-    recipe = raw.get("kanai_tajimi")
-    if "id" not in raw and recipe is None:
+    ways = [way for way in GENERATED if way in raw]
+    if len(ways) > 1:
+        told = f"{{field}} and `{ways[0]}` are given together: a record is generated in one way."
+        found, allowed = describe(raw[ways[1]]), f"one of {listing(GENERATED)}"
+        raise StudyFaults([Fault(ways[1], found, allowed, "write two records", told)])
+    if "id" not in raw and not ways:
         raise StudyFaults([Fault("id", "nothing", "the id of a record", "add `id`, or write the id alone")])
     if shelf is None and "sha256" in raw:
+        if "sweep" in raw:
+            sweep_of(raw["sweep"])
         return _stored(raw), None
-    if recipe is not None:
-        motion = read_kanai_tajimi(recipe)
-        source = _source(f"u-{motion.digest}", motion, json.dumps(recipe, sort_keys=True))
+    if ways:
+        motion = GENERATED[ways[0]](raw[ways[0]])
+        source = _source(f"u-{motion.digest}", motion, _recipe_of(raw))
     else:
         source, motion = _found(*read_record_reference(raw["id"], shelf or Shelf.none()))
     if raw.get("sha256", source.sha256) != source.sha256:
@@ -127,15 +148,19 @@ def _source(record_id: str, motion: GroundMotion, recipe: str = "") -> RecordSou
     return RecordSource(record_id, motion.sha256, motion.step_s, int(motion.acceleration_m_s2.size), recipe)
 
 
+def _recipe_of(raw: dict[str, Any]) -> str:
+    way = recipe_in(raw)
+    return json.dumps({way: raw[way]}, sort_keys=True) if way else ""
+
+
 def _stored(raw: dict[str, Any]) -> RecordSource:
-    recipe = raw.get("kanai_tajimi")
     try:
         return RecordSource(
             str(raw["id"]),
             str(raw["sha256"]),
             float(raw["step_s"]),
             int(raw["samples"]),
-            "" if recipe is None else json.dumps(recipe, sort_keys=True),
+            _recipe_of(raw),
         )
     except (KeyError, TypeError, ValueError):
         allowed = "id, sha256, step_s and samples as a stored study has them"

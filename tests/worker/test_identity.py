@@ -30,7 +30,7 @@ NEUTRAL = {
     "studies": "digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads unit_names "
     "user_error",
     # the samples of a record are in the digest
-    "studies.ground": "builtin files kanai_tajimi paper question response_spectrum shelf",
+    "studies.ground": "builtin files generated kanai_tajimi paper question response_spectrum shelf sweep sweep_reading",
     "studies.store": "checksum coding cube chunks decoded definition durable faults kept_quota record reuse sealed shelf "
     "solver submitter",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored

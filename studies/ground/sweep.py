@@ -1,0 +1,191 @@
+"""A swept sine of the base: its displacement, velocity and acceleration in closed form, and the record that it makes."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from damperlab.studies.ground.motion import GroundMotion
+
+Floats = NDArray[np.float64]
+
+INTERPOLATION = 1e-3
+"""How far a straight line from sample to sample is from the acceleration, at most, over its largest value."""
+SAMPLES_PER_CYCLE = 72
+"""Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so of a sine (ωh)²/8 = 9.5e-4 of the
+amplitude; what ramps of `FEWEST_RAMP_CYCLES` add to a'' is less than a twentieth of it."""
+FEWEST_RAMP_CYCLES = 4.0
+SPELLED: tuple[tuple[str, str], ...] = (
+    ("base amplitude", "m"),
+    ("base velocity", "m/s"),
+    ("base acceleration", "m/s²"),
+)
+"""What is constant, and its unit, by the order of the derivative."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sine whose frequency runs from one end to the other.
+
+    The base displacement is z = w·(a/ωⁿ)·sin φ with φ = ∫ω dt from 0, and w rising from 0 to 1 and falling back over the
+    first and the last cycles. Velocity and acceleration are its derivatives, with nothing left out.
+
+    Parameters
+    ----------
+    start_hz, stop_hz : float
+        Frequency at the beginning and at the end; a run-down ends lower.
+    duration_s : float
+        From the first to the last [s], ramps included.
+    logarithmic : bool
+        Whether equal times pass equal ratios of frequency, else equal differences.
+    amplitude : float
+        What is constant: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
+    order : int
+        Which of the three: 0, 1 or 2.
+    ramp_cycles : float
+        How long the amplitude rises, in cycles of `start_hz`, and falls, in cycles of `stop_hz`.
+    """
+
+    start_hz: float
+    stop_hz: float
+    duration_s: float
+    logarithmic: bool
+    amplitude: float
+    order: int
+    ramp_cycles: float
+
+    @property
+    def highest_hz(self) -> float:
+        """The higher of both ends."""
+        return max(self.start_hz, self.stop_hz)
+
+    @property
+    def rise_s(self) -> float:
+        """Time over which the amplitude rises [s]."""
+        return self.ramp_cycles / self.start_hz
+
+    @property
+    def fall_s(self) -> float:
+        """Time over which it falls [s]."""
+        return self.ramp_cycles / self.stop_hz
+
+    @property
+    def growth_per_s(self) -> float:
+        """Rate of the logarithm of the frequency, where that is constant [1/s]."""
+        return math.log(self.stop_hz / self.start_hz) / self.duration_s
+
+    @property
+    def samples(self) -> int:
+        """How many samples its record has."""
+        return math.ceil(self.duration_s * self.highest_hz * SAMPLES_PER_CYCLE) + 1
+
+    def frequency_hz(self, time_s: ArrayLike) -> Floats:
+        """Give the frequency at times from 0 to the end [Hz]."""
+        time = np.asarray(time_s, dtype=float)
+        if self.logarithmic:
+            return np.asarray(self.start_hz * np.exp(self.growth_per_s * time))
+        return np.asarray(self.start_hz + (self.stop_hz - self.start_hz) / self.duration_s * time)
+
+    def phase(self, time_s: ArrayLike) -> Floats:
+        """Give 2π∫f dt from 0 [rad]."""
+        time = np.asarray(time_s, dtype=float)
+        if self.logarithmic:
+            rate = self.growth_per_s
+            return np.asarray(2.0 * math.pi * self.start_hz * np.expm1(rate * time) / rate)
+        half_rate = (self.stop_hz - self.start_hz) / self.duration_s / 2.0
+        return np.asarray(2.0 * math.pi * (self.start_hz + half_rate * time) * time)
+
+    def base(self, time_s: ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Give displacement [m], velocity [m/s] and acceleration [m/s²] of the base at times from 0 to the end.
+
+        With the envelope E = w·a/ωⁿ: z = E sin φ, z' = E' sin φ + Eω cos φ, z'' = (E'' − Eω²) sin φ + (2E'ω + Eω') cos φ.
+        """
+        time = np.asarray(time_s, dtype=float)
+        omega, phase = 2.0 * math.pi * self.frequency_hz(time), self.phase(time)
+        # ω'/ω and ω''/ω
+        if self.logarithmic:
+            slope = np.full_like(time, self.growth_per_s)
+            bend = slope**2
+        else:
+            slope = 2.0 * math.pi * (self.stop_hz - self.start_hz) / self.duration_s / omega
+            bend = np.zeros_like(time)
+        n = self.order
+        level = self.amplitude / omega**n
+        level_1 = -n * slope * level
+        level_2 = (n * (n + 1) * slope**2 - n * bend) * level
+        ramp, ramp_1, ramp_2 = self._ramps(time)
+        envelope = ramp * level
+        envelope_1 = ramp_1 * level + ramp * level_1
+        envelope_2 = ramp_2 * level + 2.0 * ramp_1 * level_1 + ramp * level_2
+        sine, cosine = np.sin(phase), np.cos(phase)
+        return (
+            envelope * sine,
+            envelope_1 * sine + envelope * omega * cosine,
+            (envelope_2 - envelope * omega**2) * sine
+            + (2.0 * envelope_1 + envelope * slope) * omega * cosine,
+        )
+
+    def _ramps(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Give w and two derivatives of it: both ramps, which do not overlap."""
+        rise, rise_1, rise_2 = _step(time / self.rise_s)
+        fall, fall_1, fall_2 = _step((self.duration_s - time) / self.fall_s)
+        return (
+            rise * fall,
+            rise_1 / self.rise_s * fall - rise * fall_1 / self.fall_s,
+            rise_2 / self.rise_s**2 * fall + rise * fall_2 / self.fall_s**2,
+        )
+
+    def motion(self, name: str = "") -> GroundMotion:
+        """Sample the acceleration, at `SAMPLES_PER_CYCLE` of the highest frequency or a few more.
+
+        Parameters
+        ----------
+        name : str
+            Of the record; that of the sweep where it is empty.
+        """
+        count = self.samples
+        _, _, acceleration = self.base(np.linspace(0.0, self.duration_s, count))
+        source = f"{self.words[:1].upper()}{self.words[1:]}"
+        return GroundMotion(name or self.name, self.duration_s / (count - 1), acceleration, source)
+
+    @property
+    def name(self) -> str:
+        """What it is called: a sweep from one end to the other, and how fast."""
+        return f"sweep {self._course}"
+
+    @property
+    def words(self) -> str:
+        """What the base does, to follow a noun."""
+        return self.words_at(1.0)
+
+    def words_at(self, scale: float) -> str:
+        """Give the same with the amplitude times a factor."""
+        constant, unit = SPELLED[self.order]
+        value = scale * self.amplitude
+        level = f"{value:.4g} {unit}"
+        if unit != "m/s²" and value < 1.0:
+            level = f"{1e3 * value:.4g} m{unit}"
+        return f"swept {self._course} with a {constant} of {level}"
+
+    @property
+    def _course(self) -> str:
+        ends = f"from {self.start_hz:.6g} to {self.stop_hz:.6g} Hz"
+        if self.logarithmic:
+            octaves = abs(math.log2(self.stop_hz / self.start_hz))
+            return f"{ends} at {60.0 * octaves / self.duration_s:.4g} octaves per minute"
+        return f"{ends} at {abs(self.stop_hz - self.start_hz) / self.duration_s:.4g} Hz/s"
+
+
+def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
+    """Give a smooth step from 0 at 0 to 1 at 1 and its first two derivatives; the first three vanish at both ends.
+
+    So the acceleration of the base has no kink where a ramp meets what is beside it.
+    """
+    s = np.clip(share, 0.0, 1.0)
+    rest = 1.0 - s
+    return (
+        s**4 * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s))),
+        140.0 * (s * rest) ** 3,
+        420.0 * (s * rest) ** 2 * (1.0 - 2.0 * s),
+    )

@@ -1,0 +1,253 @@
+"""Swept sines: their laws against differences, integrals and the theory of slow sweeps; what is refused."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lsim
+from scipy.special import wofz
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.motion import MOST_SAMPLES
+from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.ground.source import read_source
+from damperlab.studies.ground.sweep import INTERPOLATION, Sweep
+from damperlab.studies.ground.sweep_reading import read_sweep, sweep_of
+
+UP: dict[str, Any] = {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.5, "base_amplitude_m": 0.001}
+DOWN = UP | {"start_hz": 10, "stop_hz": 6}
+OCTAVES = {"start_hz": 6, "stop_hz": 12, "rate_octaves_per_minute": 10, "base_velocity_m_per_s": 0.05}
+ACCELERATED = {"start_hz": 12, "stop_hz": 3, "rate_octaves_per_minute": 20, "base_acceleration_m_per_s2": 2}
+SWEEPS = [UP, DOWN, OCTAVES, ACCELERATED, UP | {"base_velocity_m_per_s": 0.05, "base_amplitude_m": None}]
+SWEEPS = [{key: value for key, value in each.items() if value is not None} for each in SWEEPS]
+
+
+@pytest.mark.parametrize("document", SWEEPS)
+def test_velocity_and_acceleration_are_the_derivatives_of_the_displacement(document: dict[str, Any]) -> None:
+    """By central differences over h, off by h²/6·z''' ~ (ωh)²/6; rounding adds 1e-16/(ωh)."""
+    sweep = sweep_of(document)
+    h = 1e-5 / sweep.highest_hz
+    time = np.linspace(h, sweep.duration_s - h, 997)
+    before, at, after = (sweep.base(time + shift) for shift in (-h, 0.0, h))
+    for order in (0, 1):
+        slope = (after[order] - before[order]) / (2 * h)
+        np.testing.assert_allclose(slope, at[order + 1], atol=1e-8 * np.abs(at[order + 1]).max())
+
+
+@pytest.mark.parametrize("document", SWEEPS)
+def test_the_base_begins_and_ends_at_rest(document: dict[str, Any]) -> None:
+    sweep = sweep_of(document)
+    for derivative in sweep.base([0.0, sweep.duration_s]):
+        assert derivative.tolist() == [0.0, 0.0]
+    # and the record, integrated as straight lines, comes back: its samples have no drift of their own
+    motion = sweep.motion()
+    velocity, displacement = motion.base_motion()
+    assert abs(velocity[-1]) < 1e-7 * np.abs(velocity).max()
+    assert abs(displacement[-1]) < 1e-5 * np.abs(displacement).max()
+    assert motion.duration_s == pytest.approx(sweep.duration_s, rel=1e-12)
+
+
+@pytest.mark.parametrize("document", SWEEPS)
+def test_straight_lines_between_the_samples_miss_no_more_than_is_said(document: dict[str, Any]) -> None:
+    sweep = sweep_of(document)
+    motion = sweep.motion()
+    time = np.linspace(0.0, sweep.duration_s, 8 * (sweep.samples - 1) + 1)
+    exact = sweep.base(time)[2]
+    lines = np.interp(time, time[::8], motion.acceleration_m_s2)
+    assert np.abs(lines - exact).max() <= INTERPOLATION * np.abs(exact).max()
+    # and so the base goes where it should
+    *_, displacement = motion.base_motion()
+    z = sweep.base(time[::8])[0]
+    assert np.abs(displacement - z).max() <= INTERPOLATION * np.abs(z).max()
+
+
+@pytest.mark.parametrize("document", SWEEPS)
+def test_the_amplitude_is_constant_between_the_ramps(document: dict[str, Any]) -> None:
+    """That of the displacement exactly; of a derivative but for (ω'/ω²)² ~ 1e-5, and an extremum is met to (ωh)²/8."""
+    sweep = sweep_of(document)
+    time = np.linspace(sweep.rise_s, sweep.duration_s - sweep.fall_s, 200_001)
+    constant = np.abs(sweep.base(time)[sweep.order])
+    cycles = np.array_split(constant, 20)
+    assert len({round(float(each.max()) / sweep.amplitude, 3) for each in cycles}) == 1
+    assert constant.max() == pytest.approx(sweep.amplitude, rel=1e-3)
+
+
+@pytest.mark.parametrize("document", SWEEPS)
+def test_the_phase_is_the_integral_of_the_frequency(document: dict[str, Any]) -> None:
+    sweep = sweep_of(document)
+    ends = np.array([0.3, 0.7, 1.0]) * sweep.duration_s
+    for end in ends:
+        nodes, weights = np.polynomial.legendre.leggauss(24)
+        time = end / 2 * (nodes + 1)
+        integral = 2 * math.pi * end / 2 * (weights @ sweep.frequency_hz(time))
+        assert sweep.phase(end) == pytest.approx(integral, rel=1e-13)
+    assert sweep.frequency_hz([0.0, sweep.duration_s]) == pytest.approx(
+        [document["start_hz"], document["stop_hz"]]
+    )
+    middle = float(sweep.frequency_hz(sweep.duration_s / 2))
+    start, stop = document["start_hz"], document["stop_hz"]
+    mean = math.sqrt(start * stop) if "rate_octaves_per_minute" in document else (start + stop) / 2
+    assert middle == pytest.approx(mean, rel=1e-12)
+
+
+def test_a_duration_is_a_rate() -> None:
+    lasting = {key: value for key, value in UP.items() if key != "rate_hz_per_s"} | {"duration_s": 8.0}
+    assert sweep_of(lasting) == sweep_of(UP)
+    assert sweep_of(OCTAVES).duration_s == 6.0
+    assert read_sweep(lasting).digest == read_sweep(UP).digest
+
+
+def test_a_run_down_is_a_run_up_in_reverse() -> None:
+    up, down = sweep_of(UP), sweep_of(DOWN)
+    time = np.linspace(0.0, up.duration_s, 101)
+    np.testing.assert_allclose(down.frequency_hz(time), up.frequency_hz(up.duration_s - time), rtol=1e-14)
+
+
+ZETA, NATURAL_HZ = 0.02, 8.0
+
+
+def relative_displacement(sweep: Sweep) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement of a structure against the base at the samples: exact for the straight lines of the record."""
+    motion = sweep.motion()
+    omega = 2 * math.pi * NATURAL_HZ
+    time = np.arange(motion.acceleration_m_s2.size) * motion.step_s
+    law = ([[0, 1], [-(omega**2), -2 * ZETA * omega]], [[0], [-1]], [[1, 0]], [[0]])
+    _, response, _ = lsim(law, motion.acceleration_m_s2, time)
+    return time, response
+
+
+def test_the_response_is_that_of_an_independent_integration() -> None:
+    """Of the closed form, by DOP853; the record is (ωh)²/12 less than it in amplitude."""
+    sweep = sweep_of(UP)
+    omega = 2 * math.pi * NATURAL_HZ
+    time, response = relative_displacement(sweep)
+
+    def law(now: float, state: np.ndarray) -> list[float]:
+        return [state[1], -float(sweep.base(now)[2]) - 2 * ZETA * omega * state[1] - omega**2 * state[0]]
+
+    exact = solve_ivp(
+        law, (0, sweep.duration_s), [0, 0], "DOP853", rtol=1e-8, atol=1e-10, t_eval=time[::7]
+    ).y[0]
+    assert np.abs(response[::7] - exact).max() < INTERPOLATION * np.abs(exact).max()
+
+
+def lewis(epsilon: float) -> tuple[float, float]:
+    """Largest envelope under a linear sweep over the steady one, and where: (ω − ω_n)/σ, for small damping.
+
+    F. M. Lewis (1932): |∫exp(−(1 + jd)u + jεu²/2) du| from 0 to ∞, with σ = ζω_n, ε = ω'/σ² and d the place; for a slow
+    sweep 1 − ε²/2 at d = 2ε. In closed form by the Faddeeva function.
+    """
+    d = np.linspace(0.0, 3.0, 30_001)
+    root = np.sqrt(epsilon / 2) * np.exp(-0.25j * np.pi)
+    envelope = np.abs(np.sqrt(np.pi) / 2 / root * wofz(1j * (1 + 1j * d) / (2 * root)))
+    return float(envelope.max()), float(d[envelope.argmax()])
+
+
+@pytest.mark.parametrize("epsilon", [0.4, 0.2, 0.1])
+def test_a_slow_sweep_comes_to_the_steady_amplitude_from_below_and_lags(epsilon: float) -> None:
+    """As Lewis has it. What is of order ζε changes its sign with the direction, so that a run-up and a run-down together are
+    off by ζ² = 4e-4; a record by (ωh)²/12 = 6e-4; an extremum of the oscillation is within half a cycle of the envelope's.
+    """
+    sigma_hz = ZETA * NATURAL_HZ
+    steady = 1.0 / (2 * ZETA * math.sqrt(1 - ZETA**2) * (2 * math.pi * NATURAL_HZ) ** 2)
+    rate_hz_per_s = epsilon * 2 * math.pi * sigma_hz**2
+    reached, lags_hz = [], []
+    for ends in ((7.3, 8.7), (8.7, 7.3)):
+        sweep = Sweep(*ends, 1.4 / rate_hz_per_s, False, 1.0, 2, 4.0)
+        time, response = relative_displacement(sweep)
+        at = np.abs(response).argmax()
+        reached.append(np.abs(response[at]) / steady)
+        lags_hz.append(math.copysign(1, ends[1] - ends[0]) * (sweep.frequency_hz(time[at]) - NATURAL_HZ))
+    expected, place = lewis(epsilon)
+    assert max(reached) < 1
+    assert np.mean(reached) == pytest.approx(expected - 6e-4, abs=ZETA**2)
+    # where the envelope is flat: within a half cycle, and where it is within ζ² of its largest
+    flat = math.sqrt(2) * ZETA * sigma_hz
+    assert np.mean(lags_hz) == pytest.approx(place * sigma_hz, abs=rate_hz_per_s / NATURAL_HZ / 2 + flat)
+
+
+def without(key: str, **more: Any) -> dict[str, Any]:
+    """The run-up without a key, and with others."""
+    return {name: value for name, value in UP.items() if name != key} | more
+
+
+@pytest.mark.parametrize(
+    ("document", "field", "words"),
+    [
+        ([], "sweep", "must be a mapping"),
+        (without("start_hz"), "sweep.start_hz", "missing"),
+        (UP | {"start_hz": 0}, "sweep.start_hz", "0.02 to 1000"),
+        (UP | {"stop_hz": 6}, "sweep.stop_hz", "must be another frequency"),
+        (UP | {"stop": 10}, "sweep.stop", "not a known key"),
+        (without("rate_hz_per_s"), "sweep", "how fast the frequency changes"),
+        (UP | {"duration_s": 8}, "sweep.duration_s", "`sweep.rate_hz_per_s` both say how fast"),
+        (without("base_amplitude_m"), "sweep", "how far the base moves"),
+        (UP | {"base_velocity_m_per_s": 1}, "sweep.base_velocity_m_per_s", "both say how far the base moves"),
+        (UP | {"ramp_cycles": 1}, "sweep.ramp_cycles", "4 to 1000"),
+        (UP | {"rate_hz_per_s": 5}, "sweep.rate_hz_per_s", "takes 1.067 s to rise and fall"),
+        (UP | {"rate_hz_per_s": 0.005}, "sweep.rate_hz_per_s", "a record may have at most 400,000"),
+        (UP | {"base_amplitude_m": 100}, "sweep", "at most 10000 m/s² is allowed"),
+        (UP | {"name": 3}, "sweep.name", "short text"),
+    ],
+)
+def test_what_is_no_sweep_is_refused_where_it_stands(document: object, field: str, words: str) -> None:
+    with pytest.raises(StudyFaults, match=words) as caught:
+        read_sweep(document)
+    assert [fault.field for fault in caught.value.faults] == [field]
+
+
+def test_all_that_is_wrong_is_said_at_once() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        read_sweep({"start_hz": "6", "stop": 10, "rate_hz_per_s": -1, "duration_s": 8, "name": "\n"})
+    assert {fault.field for fault in caught.value.faults} == {
+        *(
+            "sweep",
+            "sweep.start_hz",
+            "sweep.stop_hz",
+            "sweep.stop",
+            "sweep.rate_hz_per_s",
+            "sweep.duration_s",
+        ),
+        "sweep.name",
+    }
+
+
+def test_the_longest_sweep_has_as_many_samples_as_a_record_may_have() -> None:
+    longest = without("rate_hz_per_s", duration_s=(MOST_SAMPLES - 1) / 720)
+    assert sweep_of(longest).samples == MOST_SAMPLES
+    with pytest.raises(StudyFaults, match="Sweep faster"):
+        sweep_of(longest | {"duration_s": longest["duration_s"] + 0.001})
+
+
+def test_a_sweep_is_a_record_with_one_digest() -> None:
+    source, motion = read_source({"sweep": UP}, Shelf.none())
+    assert motion is not None
+    assert (source.id, source.sha256) == (f"u-{motion.digest}", motion.sha256)
+    assert motion.name == source.called == "sweep from 6 to 10 Hz at 0.5 Hz/s"
+    assert motion.source == "Swept from 6 to 10 Hz at 0.5 Hz/s with a base amplitude of 1 mm"
+    # whatever it is called, however its numbers are written and in whatever order its keys stand
+    other = dict(reversed([(key, float(value)) for key, value in UP.items()])) | {"name": "run-up"}
+    assert read_sweep(other).digest == motion.digest
+    assert read_sweep(DOWN).digest != motion.digest
+    # and as a stored study has it: with its samples looked up, or without
+    held = json.loads(json.dumps(source.document()))
+    assert read_source(held, Shelf.none())[0] == read_source(held, None)[0] == source
+    with pytest.raises(StudyFaults, match="have changed"):
+        read_source(held | {"sha256": "0" * 64}, Shelf.none())
+    with pytest.raises(StudyFaults, match="generated in one way"):
+        read_source({"sweep": UP, "kanai_tajimi": {}}, Shelf.none())
+
+
+@pytest.mark.parametrize(
+    ("document", "words"),
+    [
+        (OCTAVES, "swept from 6 to 12 Hz at 10 octaves per minute with a base velocity of 25 mm/s"),
+        (ACCELERATED, "swept from 12 to 3 Hz at 20 octaves per minute with a base acceleration of 1 m/s²"),
+        (DOWN | {"base_amplitude_m": 4}, "swept from 10 to 6 Hz at 0.5 Hz/s with a base amplitude of 2 m"),
+    ],
+)
+def test_a_sweep_in_words_at_half_its_scale(document: dict[str, Any], words: str) -> None:
+    assert sweep_of(document).words_at(0.5) == words
