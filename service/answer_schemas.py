@@ -281,6 +281,7 @@ _WORST = _object(
         "error",
         "excitation",
         "record",
+        "record_name",
         "scale",
     ),
     measure=TEXT,
@@ -295,6 +296,10 @@ _WORST = _object(
     record={
         "type": ["string", "null"],
         "description": "The ground-motion record, of a design under records.",
+    },
+    record_name={
+        "type": ["string", "null"],
+        "description": "What it is called: its id, or which sweep it is.",
     },
     scale=NUMBER,
 )
@@ -362,7 +367,7 @@ _DESIGN_ANSWER = _object(
     budget_points=COUNT,
     words=TEXTS,
     response=_by_name(NUMBERS),
-    cases=_list(_object(record=TEXT, scale=NUMBER, value=NUMBER)),
+    cases=_list(_object(("record_name",), record=TEXT, record_name=TEXT, scale=NUMBER, value=NUMBER)),
     specification={"type": "object"},
 )
 _DESIGN_LISTED: Schema = {

@@ -17,6 +17,7 @@ from damperlab.studies.design.spelling import (
     quantity,
     response,
     spelled_out,
+    transients,
     under_records,
 )
 from damperlab.studies.design.words import CALLED as QUANTITIES
@@ -81,16 +82,18 @@ def design_report(found: Found) -> str:
 
 
 def _excitations(found: Found) -> Iterable[str]:
-    asked, records = found.asked, found.asked.records
-    if records is not None:
+    asked = found.asked
+    if asked.records:
         cases = (
-            (each.source.id, f"{each.scale:g}", response(asked, value)) for each, value in cases_of(found)
+            (each.source.called, f"{each.scale:g}", response(asked, value)) for each, value in cases_of(found)
         )
-        yield "<h2>Under each record</h2>"
-        yield table("Records", ("record", "scale", "as drawn"), cases)
-    if not asked.excitations or len(asked.excitations) + (records is not None) < 2:
+        kind = transients(asked)
+        each = "sweep" if kind.startswith("sweep") else "record"
+        yield f"<h2>Under each {each}</h2>"
+        yield table(kind.capitalize(), (each, "scale", "as drawn"), cases)
+    if len(asked.excitations) + len(asked.records) < 2:
         return
-    by_record = isinstance(found.stated.under, Case)
+    by_record = isinstance(found.stated.under, Case) or not asked.excitations
     rows = [
         (
             each.name,
@@ -101,10 +104,10 @@ def _excitations(found: Found) -> Iterable[str]:
         )
         for each, judged in zip(asked.excitations, found.under, strict=True)
     ]
-    if records is not None:
-        worst = found.under_records
+    for records, worst in zip(asked.records, found.under_records, strict=True):
         at = worst.under.name if isinstance(worst.under, Case) else ""
-        told = response(asked, worst.value), at, "yes" if by_record else "no"
+        binds = by_record and found.stated.under in records.cases
+        told = response(asked, worst.value), at, "yes" if binds else "no"
         rows.append((records.name, under_records(records), *told))
     yield "<h2>Under each excitation</h2>"
     yield table("Excitations", ("excitation", "what it is", "worst case as drawn", "near", "binds"), rows)

@@ -156,7 +156,7 @@ function overBand(design, metres, unit) {
 
 /** @param {any} answer */
 function underEach(answer) {
-  const rows = answer.cases.map((/** @type {any} */ each) => [each.record, String(each.scale), response({ units: answer.worst.units, value: each.value })]);
+  const rows = answer.cases.map((/** @type {any} */ each) => [each.record_name ?? each.record, String(each.scale), response({ units: answer.worst.units, value: each.value })]);
   return table("Under each record, as drawn", ["Record", "Scale", capital(measure(answer))], rows);
 }
 
@@ -189,7 +189,7 @@ function reference(worst) {
 /** @param {any} worst */
 function response(worst) {
   const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : worst.units === "1" ? `${short(worst.value, 4)} times ${reference(worst)}` : `${short(worst.value, 4)} ${worst.units}`;
-  if (worst.record) return `${value} under ${worst.record} × ${worst.scale}`;
+  if (worst.record) return `${value} under ${worst.record_name ?? worst.record} × ${worst.scale}`;
   const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
   return at ? `${value} at ${at}` : value;
 }

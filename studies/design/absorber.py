@@ -51,8 +51,9 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     Mass, natural frequency and damping of the structure are off by their tolerances, every corner; the absorber stays as it
     was tuned.
     """
-    records = asked.records
-    if mass_ratio <= 0.0 or (records and any(each.id not in records.motions for each in records.sources)):
+    if mass_ratio <= 0.0 or any(
+        source.id not in records.motions for records in asked.records for source in records.sources
+    ):
         return None
     forced = bool(asked.excitations) and all(each.motion.force for each in asked.excitations)
     absorber = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
@@ -106,12 +107,11 @@ def _worst(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> f
 
 
 def _under_records(asked: Specification, absorber: Absorber, damping: float, omega: float) -> Iterator[float]:
-    if asked.records is None:
-        return
-    motions, tail = asked.records.motions, asked.records.tail_s
-    for case in asked.cases:
-        measures = measures_under(absorber, damping, omega, motions[case.source.id], case.scale, tail)
-        yield measures[asked.measured(case).variable]
+    for records in asked.records:
+        for case in records.cases:
+            motion = records.motions[case.source.id]
+            measures = measures_under(absorber, damping, omega, motion, case.scale, records.tail_s)
+            yield measures[asked.measured(case).variable]
 
 
 def _peak(

@@ -62,7 +62,13 @@ def answer_document(found: Found) -> dict[str, Any]:
         "words": words_of(found),
         "response": _response(found),
         "cases": [
-            {"record": case.source.id, "scale": case.scale, "value": value} for case, value in cases_of(found)
+            {
+                "record": case.source.id,
+                "record_name": case.source.called,
+                "scale": case.scale,
+                "value": value,
+            }
+            for case, value in cases_of(found)
         ],
         "specification": asked.document,
     }
@@ -94,13 +100,14 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
     under = score.under
     nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m")
     if isinstance(under, Case):
-        name = asked.records.name if asked.records else ""
+        name = asked.records_of(under).name
         return dict.fromkeys(nowhere) | {
             "excitation": name or None,
             "record": under.source.id,
+            "record_name": under.source.called,
             "scale": under.scale,
         }
-    no_record = dict.fromkeys(("record", "scale")) if asked.cases else {}
+    no_record = dict.fromkeys(("record", "record_name", "scale")) if asked.cases else {}
     if not asked.excitations:
         return dict.fromkeys((*nowhere, "excitation")) | no_record
     ratio = score.frequency_ratio
@@ -180,9 +187,9 @@ def _times(value: float, found: Found) -> float | None:
 
 
 def _under_each(found: Found) -> list[Score]:
-    """Give the worst case as drawn under each excitation, last under the records; of records alone `cases` say more."""
-    beside_bands = found.asked.excitations and found.asked.cases
-    return [*found.under, *([found.under_records] if beside_bands else [])]
+    """Give the worst case as drawn under each excitation, last those of records; of one of records `cases` say more."""
+    alone = not found.asked.excitations and len(found.asked.records) == 1
+    return [*found.under, *(() if alone else found.under_records)]
 
 
 def cases_of(found: Found) -> list[tuple[Case, float]]:

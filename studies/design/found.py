@@ -85,9 +85,9 @@ class Found:
     left_out: tuple[str, ...]
 
     @property
-    def under_records(self) -> Score:
-        """As `nominal`, under the ground-motion records alone."""
-        return score(self.book, self.build, self.asked.cases)
+    def under_records(self) -> tuple[Score, ...]:
+        """As `nominal`, under each excitation of ground-motion records or a sweep alone."""
+        return tuple(score(self.book, self.build, each.cases) for each in self.asked.records)
 
     @property
     def binding(self) -> Excitation:

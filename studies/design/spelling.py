@@ -79,12 +79,27 @@ def frequency(asked: Specification, ratio: float) -> str:
 
 
 def under_records(records: RecordCases) -> str:
-    """Write what of the ground-motion records shakes a structure."""
-    several = f"each at {counted(len(records.scales), 'scale')}"
-    scales = f", {several if len(records.scales) > 1 else f'at a scale of {records.scales[0]:g}'}"
-    if records.scales == (1.0,):
-        scales = ""
-    return f"under {counted(len(records.sources), 'ground-motion record')}{scales}"
+    """Write what of the ground-motion records and sweeps shakes a structure; a sweep by itself with all that it is."""
+    scales, sweeps = records.scales, records.sweeps
+    several = f", each at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
+    if len(sweeps) == len(records.sources) == 1:
+        return sweeps[0].words_at(scales[0]) if len(scales) == 1 else f"{sweeps[0].words}{several}"
+    recorded = len(records.sources) - len(sweeps)
+    what = " and ".join(
+        counted(count, noun)
+        for count, noun in ((recorded, "ground-motion record"), (len(sweeps), "sweep"))
+        if count
+    )
+    single = "" if scales == (1.0,) else f", at a scale of {scales[0]:g}"
+    return f"under {what}{several or single}"
+
+
+def transients(asked: Specification) -> str:
+    """Write what the records of a specification are, all together: records, sweeps, or both."""
+    every = [source.sweep is not None for records in asked.records for source in records.sources]
+    if all(every):
+        return "sweeps" if len(every) > 1 else "sweep"
+    return "records and sweeps" if any(every) else "records"
 
 
 def spelled_out(asked: Specification, excitation: Excitation) -> str:

@@ -12,6 +12,7 @@ from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.design.build import Place, Spot
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.suite_reading import read_suite
+from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import Status
 
@@ -43,20 +44,24 @@ OF_PARTICLE = ("restitution", "clearance_m")
 def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...]:
     """Make the suites that compute dampers under records, in an order that depends on nothing else.
 
-    A suite computes every record at every scale; dampers are asked for under all of them at once.
+    A suite computes every record of an excitation at every scale; dampers are asked for under all of them at once.
     """
-    cases: dict[tuple[float, bool, float, Place, float], set[tuple[str, float]]] = {}
+    place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
+    cases: dict[tuple[float, bool, float, Place, float, int], set[tuple[str, float]]] = {}
     for law, place, contact in lacking:
         assert len(law) == 4  # that of a record
         record, scale, mass, frequency = law
-        cases.setdefault((mass, place[2] > 0.0, contact, place, frequency), set()).add((record, scale))
-    groups: dict[tuple[float, bool, float, frozenset[tuple[str, float]]], list[list[float]]] = {}
-    for (mass, particle, contact, place, frequency), each in sorted(cases.items(), key=lambda one: one[0]):
-        groups.setdefault((mass, particle, contact, frozenset(each)), []).append([frequency, *place])
+        key = (mass, place[2] > 0.0, contact, place, frequency, place_of[record])
+        cases.setdefault(key, set()).add((record, scale))
+    groups: dict[tuple[float, bool, float, int, frozenset[tuple[str, float]]], list[list[float]]] = {}
+    for (mass, particle, contact, place, frequency, of), each in sorted(
+        cases.items(), key=lambda one: one[0]
+    ):
+        groups.setdefault((mass, particle, contact, of, frozenset(each)), []).append([frequency, *place])
     return tuple(
-        _suite(asked, mass, particle, contact, wanted, grid)
-        for (mass, particle, contact, wanted), rows in sorted(
-            groups.items(), key=lambda one: (*one[0][:3], sorted(one[0][3]))
+        _suite(asked, asked.records[of], mass, particle, contact, wanted, grid)
+        for (mass, particle, contact, of, wanted), rows in sorted(
+            groups.items(), key=lambda one: (*one[0][:4], sorted(one[0][4]))
         )
         for grid in cover(np.array(rows), most=max(8, len(rows)))
     )
@@ -64,14 +69,13 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
 
 def _suite(
     asked: Specification,
+    records: RecordCases,
     mass_kg: float,
     particle: bool,
     contact_time: float,
     wanted: frozenset[tuple[str, float]],
     grid: list[np.ndarray],
 ) -> Suite:
-    records = asked.records
-    assert records is not None  # nothing is asked for under a record otherwise
     ids = {record for record, _ in wanted}
     axes: dict[str, Any] = dict(zip(AXES, (axis.tolist() for axis in grid), strict=True))
     if not particle:

@@ -20,6 +20,7 @@ from damperlab.studies.design.spelling import (
     rounded_up,
     spelled,
     spelled_out,
+    transients,
     under_records,
 )
 from damperlab.studies.faults import counted
@@ -34,6 +35,13 @@ CALLED = {
 }
 HARDLY = 0.05
 """Per cent below which a damper is not called better."""
+UNDER_EVERY = {
+    "records": "under every record",
+    "sweep": "under the sweep",
+    "sweeps": "under every sweep",
+    "records and sweeps": "under every record and sweep",
+}
+"""All of `transients`."""
 SAME = 0.02
 """Share within which two worst cases are called equal."""
 
@@ -80,11 +88,15 @@ def material_of(asked: Specification, build: Build) -> str:
 
 
 def _worst(found: Found) -> Iterator[str]:
-    asked, stated, records = found.asked, found.stated, found.asked.records
-    shaken, name, near = "", "", ""
-    if records is not None and (isinstance(stated.under, Case) or not asked.excitations):
+    asked, stated = found.asked, found.stated
+    if isinstance(stated.under, Case):
+        records = asked.records_of(stated.under)
         shaken, name = under_records(records), records.name
-        near = f", under {stated.under.name}" if isinstance(stated.under, Case) else ""
+        # a sweep at its one scale is what the sentence begins with
+        one = len(records.cases) == 1 and records.sweeps
+        near = "" if one else f", under {stated.under.name}"
+    elif not asked.excitations:  # no record lets anything move
+        shaken, name, near = under_records(asked.records[0]), asked.records[0].name, ""
     else:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = f", near {frequency(asked, stated.frequency_ratio)}"
@@ -92,7 +104,7 @@ def _worst(found: Found) -> Iterator[str]:
     most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, stated.most)}"
     error = f"; {most}" if asked.excitations else ""
     over = f"{shaken[:1].upper()}{shaken[1:]}"
-    count = len(asked.excitations) + (records is not None)
+    count = len(asked.excitations) + len(asked.records)
     if count > 1:
         over = f"Of {count} excitations `{name}` binds: {shaken}"
     within = " and within the tolerances" if asked.tolerances else ""
@@ -110,9 +122,10 @@ def _worst(found: Found) -> Iterator[str]:
             f"{response(asked, judged.value)} under `{each.name}` ({spelled_out(asked, each)})"
             for each, judged in zip(asked.excitations, found.under, strict=True)
         ]
-        if records is not None:
-            value = response(asked, found.under_records.value)
-            parts.append(f"{value} under `{records.name}` ({under_records(records)})")
+        parts += [
+            f"{response(asked, judged.value)} under `{each.name}` ({under_records(each)})"
+            for each, judged in zip(asked.records, found.under_records, strict=True)
+        ]
         yield f"As drawn it reaches {'; '.join(parts)}."
 
 
@@ -152,7 +165,7 @@ def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
     held = locked(found)
     if held:
-        met = (("at every frequency", asked.excitations), ("under every record", asked.cases))
+        met = (("at every frequency", asked.excitations), (UNDER_EVERY[transients(asked)], asked.cases))
         when = " and ".join(words for words, there in met if there)
         yield (
             f"Friction holds the structure at its base {when}: it moves as its base does, nothing is damped, and "
@@ -214,7 +227,8 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
 
 def _beside(found: Found) -> Iterator[str]:
     asked, ours = found.asked, found.compared
-    judged = "with the corners of the same tolerances" if asked.tolerances else "under the same band"
+    shaker = "band" if asked.excitations else transients(asked)
+    judged = "with the corners of the same tolerances" if asked.tolerances else f"under the same {shaker}"
     for name, other in found.alternatives.items():
         yield from _alternative(found, name, other, judged)
     if found.absorber is not None:

@@ -137,7 +137,7 @@ class _Reader(LimitFields):
         """Read all of it; None where something was wrong that the rest depends on."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
-        records = self._records(structure) if self._shaken_by_records else None
+        records = self._records(structure)
         alone = self._shaken_by_records and not isinstance(self.document["excitation"], list)
         excitations = () if alone else self._excitations(structure)
         name = self._name()
@@ -146,8 +146,7 @@ class _Reader(LimitFields):
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
         builds = self._count("builds", 0, 10_000, 60)
-        unread = excitations is None or (self._shaken_by_records and records is None)
-        if structure is None or excitations is None or unread:
+        if structure is None or excitations is None or records is None:
             self._without_ratios(structure)
             return None
         # of records no quantity is over an amplitude of the base

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
@@ -15,9 +15,13 @@ from damperlab.studies.specification.fields import Fields
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
-RECORD_KEYS = ("records", "scales", "tail_s")
+OF_RECORDS = ("records", "sweep")
+"""What makes an excitation one of records: a sweep is short for records that are this one alone."""
+RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
-"""Records times scales."""
+"""Records times scales, of all excitations."""
+Entry = tuple[str, str, object]
+"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""
@@ -48,9 +52,11 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Those of them that are ground-motion records."""
+        """Those of them that are ground-motion records, or a sweep."""
         return [
-            (place, each) for place, each in self._shakers if isinstance(each, Mapping) and "records" in each
+            (place, each)
+            for place, each in self._shakers
+            if isinstance(each, Mapping) and any(key in each for key in OF_RECORDS)
         ]
 
     @property
@@ -61,19 +67,35 @@ class RecordFields(Fields):
     def _shaken_over_bands(self) -> bool:
         return len(self._shakers) > len(self._by_records)
 
-    def _records(self, structure: Structure | None) -> RecordCases | None:
-        """Read the records of a specification that has them."""
-        (place, given), *further = self._by_records
-        for field, _ in further:
-            told = f"{{field}} holds records, and so does `{place}`: the worst of all is judged, so that one list will do."
-            advice = f"move them into `{place}.records`"
-            self._fault(field, "records a second time", "one excitation of records", advice, told)
-        raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
-        before = len(self.faults)
-        if raw is None:
-            return None
+    def _records(self, structure: Structure | None) -> tuple[RecordCases, ...] | None:
+        """Read the records of a specification; None where some cannot be read."""
+        if not self._by_records:
+            return ()
+        self._unitless()
         if not self._shaken_over_bands:
             self._unknown_ratios()
+        named: set[str] = set()
+        read = [self._group(place, given, structure, named) for place, given in self._by_records]
+        groups = tuple(each for each in read if each is not None)
+        count = sum(len(each.cases) for each in groups)
+        if count > MOST_CASES:
+            place, given = self._by_records[0]
+            key = next(key for key in OF_RECORDS if key in given)
+            told = f"The records make {count} cases, each at every scale of its own; at most {MOST_CASES} are allowed."
+            advice = "keep the records and scales that may be the worst"
+            self._fault(f"{place}.{key}", f"{count} cases", f"at most {MOST_CASES}", advice, told)
+        if len(groups) < len(read):
+            return None
+        # the record as it is now is what is asked, so its samples' digest is in the document, and in its digest
+        held = iter(groups)
+        places = {place for place, _ in self._by_records}
+        kept = [_held(next(held), each) if place in places else each for place, each in self._shakers]
+        listed = isinstance(self.document["excitation"], list)
+        self.document = self.document | {"excitation": kept if listed else kept[0]}
+        return groups
+
+    def _unitless(self) -> None:
+        """Refuse records on a structure that is not in units."""
         for keys, advice in (
             (("mass_kg",), "add the mass"),
             (("natural_frequency_hz", "stiffness_n_per_m"), "add it, or `stiffness_n_per_m`"),
@@ -81,24 +103,35 @@ class RecordFields(Fields):
             if not self._has("structure", *keys):
                 told = "{field} is missing: records are in m/s² and seconds, so that the structure must be in units."
                 self._fault(f"structure.{keys[0]}", NOTHING, "a structure in units", advice, told)
-        found = self._sources(f"{place}.records", raw["records"])
+
+    def _group(
+        self, place: str, given: Mapping[str, Any], structure: Structure | None, named: set[str]
+    ) -> RecordCases | None:
+        """Read the records of one excitation; `named` are those of the ones before it."""
+        before = len(self.faults)
+        raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
+        assert raw is not None  # it is a mapping
+        if "sweep" in raw and "records" in raw:
+            told = f"{{field}} and `{place}.records` are given together: one excitation has one of them."
+            advice = "write the sweep among the records, or make a list of two excitations"
+            self._fault(
+                f"{place}.sweep", describe(raw["sweep"]), f"one of {listing(OF_RECORDS)}", advice, told
+            )
+            return None
+        if "sweep" in raw:
+            # its faults name the key themselves
+            entries: list[Entry] = [(f"{place}.sweep", place, {"sweep": raw["sweep"]})]
+        else:
+            entries = self._entries(f"{place}.records", raw["records"])
+        found = self._sources(entries, named)
         scales = self._scales(f"{place}.scales", raw.get("scales", 1.0))
         tail = self._read(f"{place}.tail_s", raw.get("tail_s", 0.0), TAIL)
         if len(self.faults) > before or tail is None:
             return None
-        if len(found) * len(scales) > MOST_CASES:
-            cases = f"{len(found) * len(scales)} cases"
-            told = f"{{field}} make {cases}, every record at every scale; at most {MOST_CASES} are allowed."
-            advice = "keep the records and scales that may be the worst"
-            self._fault(f"{place}.records", cases, f"at most {MOST_CASES}", advice, told)
         if structure is not None:
-            self._too_long(f"{place}.records", [source for source, _ in found], structure, tail)
+            for (field, *_), (source, _) in zip(entries, found, strict=True):
+                self._too_long(field, source, structure, tail)
         found.sort(key=lambda one: one[0].id)
-        # the record as it is now is what is asked, so its samples' digest is in the document, and in its digest
-        held = {"records": [source.document() for source, _ in found], "scales": list(scales), "tail_s": tail}
-        held = {key: raw[key] for key in ("name",) if key in raw} | held
-        kept = [held if field == place else each for field, each in self._shakers]
-        self.document = self.document | {"excitation": held if place == "excitation" else kept}
         motions = {source.id: motion for source, motion in found if motion is not None}
         number = 1 + [field for field, _ in self._shakers].index(place)
         name = "" if place == "excitation" else str(raw.get("name", f"excitation {number}")).strip()
@@ -114,29 +147,37 @@ class RecordFields(Fields):
                     told = "{field} is over the amplitude of the base, which records do not have."
                     self._fault(field, describe(held[key]), name, f"give `{name}`", told)
 
-    def _sources(self, field: str, raw: object) -> list[tuple[RecordSource, GroundMotion | None]]:
+    def _entries(self, field: str, raw: object) -> list[Entry]:
+        """Give the records of a list, or one by itself."""
         entries = [raw] if isinstance(raw, str | dict) else raw
         if not isinstance(entries, list | tuple) or not 0 < len(entries) <= MOST_CASES:
             allowed = f"a list of 1 to {MOST_CASES} records"
             self._fault(field, describe(raw), allowed, "write [loma-prieta, el-centro]")
             return []
-        found: dict[str, tuple[RecordSource, GroundMotion | None]] = {}
-        for index, entry in enumerate(entries):
-            place = f"{field}[{index}]"
+        places = [f"{field}[{index}]" for index in range(len(entries))]
+        return list(zip(places, places, entries, strict=True))
+
+    def _sources(
+        self, entries: list[Entry], named: set[str]
+    ) -> list[tuple[RecordSource, GroundMotion | None]]:
+        found: list[tuple[RecordSource, GroundMotion | None]] = []
+        for place, within, entry in entries:
             try:
                 source, motion = read_source(entry, self._shelf)
             except StudyFaults as caught:
                 # a record that is not found says so under a name of its own, which a list has no use for
                 self.faults.extend(
-                    replace(each, field=place) if each.field == "record" else each.under(place)
+                    replace(each, field=place) if each.field == "record" else each.under(within)
                     for each in caught.faults
                 )
                 continue
-            if source.id in found:
-                told = f"{{field}} names {source.id} a second time."
-                self._fault(place, f"{source.id} a second time", "each record once", "remove one", told)
-            found[source.id] = source, motion
-        return list(found.values())
+            if source.id in named:
+                told = f"{{field}} names {source.called} a second time."
+                words = f"{source.called} a second time"
+                self._fault(place, words, "each record once", "remove one", told)
+            named.add(source.id)
+            found.append((source, motion))
+        return found
 
     def _scales(self, field: str, raw: object) -> tuple[float, ...]:
         entries = list(raw) if isinstance(raw, list | tuple) else [raw]
@@ -153,11 +194,20 @@ class RecordFields(Fields):
                 found.append(value)
         return tuple(sorted(found))
 
-    def _too_long(self, field: str, sources: list[RecordSource], structure: Structure, tail_s: float) -> None:
-        for index, source in enumerate(sources):
-            steps = float(windows_of(source, 1.5 * structure.natural_frequency_hz, tail_s))
-            if steps > MOST_WINDOWS:
-                found = f"{steps:,.0f} steps of {source.id}"
-                told = f"{{field}} takes about {found} a damper; at most {MOST_WINDOWS:,} are allowed."
-                advice = "use a shorter record or tail, or a slower structure"
-                self._fault(f"{field}[{index}]", found, f"at most {MOST_WINDOWS:,} steps", advice, told)
+    def _too_long(self, field: str, source: RecordSource, structure: Structure, tail_s: float) -> None:
+        steps = float(windows_of(source, 1.5 * structure.natural_frequency_hz, tail_s))
+        if steps > MOST_WINDOWS:
+            found = f"{steps:,.0f} steps of {source.called}"
+            told = f"{{field}} takes about {found} a damper; at most {MOST_WINDOWS:,} are allowed."
+            advice = "use a shorter record or tail, or a slower structure"
+            if source.sweep is not None:
+                advice = "sweep faster, over a narrower band, or at lower frequencies"
+            self._fault(field, found, f"at most {MOST_WINDOWS:,} steps", advice, told)
+
+
+def _held(group: RecordCases, given: object) -> dict[str, Any]:
+    """Give an excitation of records as a specification keeps it."""
+    assert isinstance(given, Mapping)  # or it would not be one of records
+    name = {key: given[key] for key in ("name",) if key in given}
+    records = [source.document() for source in group.sources]
+    return name | {"records": records, "scales": list(group.scales), "tail_s": group.tail_s}

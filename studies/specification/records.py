@@ -1,10 +1,11 @@
-"""What shakes a structure for once: ground-motion records, each at every one of some scales."""
+"""What shakes a structure for once: ground-motion records and sweeps, each at every one of some scales."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
+from damperlab.studies.ground.sweep import Sweep
 from damperlab.studies.specification.excitation import Amplitude
 
 ONCE = (1.0,)
@@ -29,12 +30,12 @@ class Case:
     @property
     def name(self) -> str:
         """What it is called in a sentence."""
-        return f"{self.source.id} × {self.scale:g}"
+        return f"{self.source.called} × {self.scale:g}"
 
 
 @dataclass(frozen=True)
 class RecordCases:
-    """Records and scales; the worst of all their pairs is judged.
+    """Records with their scales, one excitation of a specification; the worst of all pairs is judged.
 
     Parameters
     ----------
@@ -60,6 +61,11 @@ class RecordCases:
     def cases(self) -> tuple[Case, ...]:
         """Every record at every scale."""
         return tuple(Case(source, scale) for source in self.sources for scale in self.scales)
+
+    @property
+    def sweeps(self) -> tuple[Sweep, ...]:
+        """Those of the records that are sweeps."""
+        return tuple(sweep for sweep in (source.sweep for source in self.sources) if sweep is not None)
 
 
 Under = Amplitude | Case

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from damperlab.studies.faults import NOTHING, describe, listing
+from damperlab.studies.ground.sweep_reading import AMPLITUDES
 from damperlab.studies.physical import (
-    BASE_AMPLITUDE,
     DAMPING,
     EXCITATION_FREQUENCY,
     MASS,
@@ -14,7 +14,7 @@ from damperlab.studies.physical import (
 )
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
 from damperlab.studies.specification.excitation import MOTIONS, Excitation
-from damperlab.studies.specification.record_fields import RecordFields
+from damperlab.studies.specification.record_fields import OF_RECORDS, RecordFields
 from damperlab.studies.specification.specification import Structure
 
 STRUCTURE_KEYS = (
@@ -29,28 +29,11 @@ MOST_EXCITATIONS = 8
 MOST_LETTERS = 60
 """Of the name of an excitation."""
 STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
-BASE = {
-    "base_amplitude_m": BASE_AMPLITUDE,
-    "base_velocity_m_per_s": Quantity(
-        "base_velocity_m_per_s", "amplitude of the base velocity [m/s]", 1e-12, 1e12, "give it in m/s"
-    ),
-    "base_acceleration_m_per_s2": Quantity(
-        "base_acceleration_m_per_s2",
-        "amplitude of the base acceleration [m/s²]",
-        1e-12,
-        1e12,
-        "give it in m/s²",
-    ),
+BASE = AMPLITUDES | {
     "force_n": Quantity(
         "force_n", "amplitude F₀ of a force on the structure [N]", 1e-12, 1e12, "give it in N"
     ),
 }
-
-REFUSED_EXCITATIONS = {
-    "sweep": "A sweep through the band is a transient. One so slow that the response is steady at every frequency is the "
-    "same as a band",
-}
-"""Excitations that a design does not know, and why."""
 
 
 class SceneFields(RecordFields):
@@ -65,7 +48,7 @@ class SceneFields(RecordFields):
             and "mass_kg" in structure
             and ("natural_frequency_hz" in structure or "stiffness_n_per_m" in structure)
             and all(
-                isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, "records"))
+                isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, *OF_RECORDS))
                 for each in every
             )
         )
@@ -152,7 +135,7 @@ class SceneFields(RecordFields):
                 told = f"{{field}} is the name of another excitation too: {name}."
                 self._fault(f"excitation[{place}].name", describe(name), "each name once", "change it", told)
         have = [
-            isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, "records")) for each in raw
+            isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, *OF_RECORDS)) for each in raw
         ]
         if any(have) and not all(have):
             place = have.index(False)
@@ -198,14 +181,6 @@ class SceneFields(RecordFields):
         structure : Structure or None
             What it shakes, where that could be read.
         """
-        if isinstance(raw, Mapping):
-            for key in set(raw) & set(REFUSED_EXCITATIONS):
-                why = REFUSED_EXCITATIONS[key]
-                advice = (
-                    f"give one of {listing(MOTIONS)}, and the band as `frequency_hz: {{start: …, stop: …}}`"
-                )
-                self._fault(f"{field}.{key}", describe(raw[key]), listing(EXCITATION_KEYS), advice, f"{why}.")
-            raw = {key: value for key, value in raw.items() if key not in REFUSED_EXCITATIONS}
         raw = self._mapping(field, known, raw)
         if raw is None:
             return None

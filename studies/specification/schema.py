@@ -3,6 +3,7 @@
 from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
+from damperlab.studies.ground.sweep_reading import sweep_schema
 from damperlab.studies.physical import DAMPING, EXCITATION_FREQUENCY, MASS, NATURAL_FREQUENCY
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
@@ -19,7 +20,7 @@ from damperlab.studies.specification.measure import (
     RECORD_MEASURES,
 )
 from damperlab.studies.specification.reading import BUDGET_MINUTES, CONFIDENCE
-from damperlab.studies.specification.record_fields import MOST_CASES, SCALE, TAIL
+from damperlab.studies.specification.record_fields import MOST_CASES, OF_RECORDS, SCALE, TAIL
 from damperlab.studies.specification.scene import (
     BASE,
     EXCITATION_KEYS,
@@ -50,8 +51,8 @@ LIMIT_WORDS = {
 
 WORDS = "How the base moves, or what force acts: at every frequency of the band with every amplitude of the range."
 MEASURE_WORDS = (
-    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records one of {', '.join(RECORD_MEASURES)}; "
-    f"under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."
+    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records and sweeps one of "
+    f"{', '.join(RECORD_MEASURES)}; under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."
 )
 NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
@@ -103,18 +104,21 @@ def specification_schema() -> Schema:
 
 
 def _records(more: Schema | None = None) -> Schema:
-    entry = {"anyOf": [{"type": "string"}, {"type": "object"}]}
+    entry = {
+        "anyOf": [{"type": "string"}, {"type": "object", "properties": {"sweep": sweep_schema()}}],
+    }
     scales = {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": SCALE.schema()}
     return {
         "type": "object",
-        "description": "Ground-motion records, each at every scale: the worst is judged.",
-        "required": ["records"],
+        "description": "Ground-motion records, or a sweep, each at every scale: the worst is judged.",
+        "oneOf": [{"required": [key]} for key in OF_RECORDS],
         "additionalProperties": False,
         "properties": {
             "records": {
-                "description": "Ids of records, names of earthquakes, or `{kanai_tajimi: {…}}`.",
+                "description": "Ids of records, names of earthquakes, `{kanai_tajimi: {…}}` or `{sweep: {…}}`.",
                 "anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": entry}],
             },
+            "sweep": sweep_schema(),
             "scales": {"description": SCALE.meaning, "default": 1, "anyOf": [SCALE.schema(), scales]},
             "tail_s": TAIL.schema(0.0),
         }

@@ -207,8 +207,8 @@ class Specification:
         Whether lengths, forces and masses mean anything; else only ratios do.
     document : dict
         As it was given; records with the digest of their samples.
-    records : RecordCases or None
-        The ground-motion records that shake it, in place of excitations over a band or beside them.
+    records : tuple of RecordCases
+        The ground-motion records and sweeps that shake it, in place of excitations over a band or beside them.
     """
 
     name: str
@@ -226,7 +226,7 @@ class Specification:
     builds: int
     in_units: bool
     document: dict[str, Any]
-    records: RecordCases | None = None
+    records: tuple[RecordCases, ...] = ()
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -236,7 +236,11 @@ class Specification:
     @property
     def cases(self) -> tuple[Case, ...]:
         """Every record at every scale; none where no record shakes it."""
-        return () if self.records is None else self.records.cases
+        return tuple(case for records in self.records for case in records.cases)
+
+    def records_of(self, case: Case) -> RecordCases:
+        """Give the excitation that a case is of: no record is in two of them."""
+        return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
         """Give the measure as it is made of the results under an amplitude, or under a record."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from damperlab.studies.design.spelling import transients, under_records
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.shelf import Shelf
@@ -167,7 +168,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("excitation.force_n", -3.0, "excitation.force_n", "given together"),
         ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "given together"),
         ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "given together"),
-        ("excitation.sweep", 0.1, "excitation.sweep", "so slow"),
+        ("excitation.sweep", 0.1, "excitation.sweep", "must be a mapping"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
         ("measure", "rms_acceleration", "measure", "worst_rms_acceleration"),
         ("measure", "rms_displacement", "measure", "worst_rms_displacement"),
@@ -315,15 +316,14 @@ SHAKEN = {key: value for key, value in PROTOTYPE.items() if key not in ("limits"
 
 def test_records_with_scales_are_read_with_the_digest_of_their_samples() -> None:
     asked = parse_specification(SHAKEN)
-    assert asked.records is not None
     assert asked.excitations == ()
-    assert [each.name for each in asked.records.cases] == [
+    assert [each.name for each in asked.records[0].cases] == [
         "el-centro-180 × 0.5",
         "el-centro-180 × 1",
         "loma-prieta-090 × 0.5",
         "loma-prieta-090 × 1",
     ]
-    assert asked.records.tail_s == 5.0
+    assert asked.records[0].tail_s == 5.0
     assert asked.measure.name == "worst_relative_displacement"
     held = asked.document["excitation"]["records"]
     assert held[0]["sha256"] == builtin_record("el-centro-180").sha256
@@ -366,8 +366,7 @@ def test_faults_of_records_are_named_where_they_stand(place: str, value: Any, fi
 def test_records_are_one_of_a_list_of_excitations() -> None:
     document = PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"], "scales": 0.5, "name": "quake"}]}
     asked = parse_specification(document)
-    assert asked.records is not None
-    assert (len(asked.excitations), asked.records.name) == (1, "quake")
+    assert (len(asked.excitations), asked.records[0].name) == (1, "quake")
     assert [each.name for each in asked.cases] == ["el-centro-180 × 0.5"]
     assert asked.measure.name == "worst_displacement"
     held = asked.document["excitation"][1]
@@ -386,7 +385,10 @@ def test_records_are_one_of_a_list_of_excitations() -> None:
 @pytest.mark.parametrize(
     ("document", "field"),
     [
-        ({"excitation": [ONE, {"records": ["el-centro"]}, {"records": ["loma-prieta"]}]}, "excitation[2]"),
+        (
+            {"excitation": [{"records": ["el-centro"]}, {"records": "el-centro-180"}]},
+            "excitation[1].records[0]",
+        ),
         ({"excitation": [ONE, {"records": ["nowhere"]}]}, "excitation[1].records[0]"),
         ({"excitation": [ONE, {"records": ["el-centro"], "scales": [1, 1]}]}, "excitation[1].scales[1]"),
         ({"excitation": [ONE, {"records": ["el-centro"], "frequency_hz": 2}]}, "excitation[1].frequency_hz"),
@@ -402,6 +404,77 @@ def test_faults_of_records_in_a_list_are_named_where_they_stand(document: dict[s
     # what else a specification without units lacks stands elsewhere
     faults = faults_of(PROTOTYPE | document)
     assert [told for told in faults if told.startswith(("excitation", "measure"))] == [field]
+
+
+SWEEP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
+DOWN = SWEEP | {"start_hz": 3, "stop_hz": 2}
+
+
+def test_a_sweep_reads_as_records_that_are_it_alone() -> None:
+    asked = parse_specification(SHAKEN | {"excitation": {"sweep": SWEEP, "scales": [1, 0.5], "tail_s": 2}})
+    listed = {"records": [{"sweep": SWEEP}], "scales": [0.5, 1], "tail_s": 2}
+    assert asked.digest == parse_specification(SHAKEN | {"excitation": listed}).digest
+    assert asked.excitations == ()
+    (records,) = asked.records
+    assert [each.name for each in records.cases] == [
+        "sweep from 2 to 3 Hz at 0.1 Hz/s × 0.5",
+        "sweep from 2 to 3 Hz at 0.1 Hz/s × 1",
+    ]
+    assert records.sweeps[0].amplitude == 0.001
+    # what is kept reads back as the same, with the samples looked up or not
+    kept = json.loads(json.dumps(asked.document))
+    assert parse_specification(kept).digest == parse_specification(kept, Shelf.none()).digest == asked.digest
+    assert parse_specification(kept).records == asked.records
+    assert under_records(records) == (
+        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm, each at 2 scales"
+    )
+
+
+def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:
+    document = PROTOTYPE | {
+        "excitation": [
+            {"name": "run-up", "sweep": SWEEP},
+            ONE,
+            {"records": ["el-centro", {"sweep": SWEEP | {"stop_hz": 4}}], "scales": [0.1, 0.2], "tail_s": 3},
+            {"name": "run-down", "sweep": DOWN, "scales": 0.5},
+        ]
+    }
+    asked = parse_specification(document)
+    assert len(asked.excitations) == 1
+    assert [each.name for each in asked.records] == ["run-up", "excitation 3", "run-down"]
+    assert [each.tail_s for each in asked.records] == [0.0, 3.0, 0.0]
+    assert [under_records(each) for each in asked.records] == [
+        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm",
+        "under 1 ground-motion record and 1 sweep, each at 2 scales",
+        "swept from 3 to 2 Hz at 0.1 Hz/s with a base amplitude of 0.5 mm",
+    ]
+    assert transients(asked) == "records and sweeps"
+    assert all(asked.records_of(case).cases.count(case) == 1 for case in asked.cases)
+    assert asked.measure.name == "worst_displacement"
+    assert parse_specification(asked.document).digest == asked.digest
+
+
+@pytest.mark.parametrize(
+    ("excitation", "field", "words"),
+    [
+        ({"sweep": SWEEP | {"stop_hz": 2}}, "excitation.sweep.stop_hz", "another frequency"),
+        ([ONE, {"sweep": SWEEP | {"stop_hz": 2000}}], "excitation[1].sweep.stop_hz", "0.02 to 1000"),
+        ([ONE, {"sweep": SWEEP, "name": 3}], "excitation[1].name", "printable"),
+        ({"sweep": SWEEP, "records": ["el-centro"]}, "excitation.sweep", "given together"),
+        ({"sweep": SWEEP, "frequency_hz": 2}, "excitation.frequency_hz", "not a known key"),
+        ({"sweep": SWEEP, "scales": [1, 1]}, "excitation.scales[1]", "each scale once"),
+        ([{"sweep": SWEEP}, {"sweep": SWEEP}], "excitation[1].sweep", "Hz/s a second time"),
+        ({"sweep": SWEEP | {"rate_hz_per_s": 0.001}}, "excitation.sweep", "Sweep faster"),
+        ([{"sweep": SWEEP, "scales": [k + 1 for k in range(26)]}, {"sweep": DOWN, "scales": [k + 1 for k in range(26)]}],
+         "excitation[0].sweep", "52 cases"),
+    ],
+)  # fmt: skip
+def test_faults_of_a_sweep_are_named_where_they_stand(excitation: Any, field: str, words: str) -> None:
+    structure = {"mass_kg": 40, "natural_frequency_hz": 25, "damping_ratio": 0.02}
+    document = PROTOTYPE | {"excitation": excitation, "structure": structure}
+    found = faults_of(document)
+    assert [told for told in found if told.startswith("excitation")] == [field]
+    assert words in found[field]
 
 
 @pytest.mark.parametrize("limit", ["acceleration_m_per_s2", "rms_acceleration_m_per_s2"])

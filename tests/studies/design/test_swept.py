@@ -1,0 +1,97 @@
+"""A design under a sweep with the real solver, from a specification to words; and sweeps beside a band."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.studies.design.test_design import pursued as pursued_with
+from tests.studies.design.test_mixture import solved
+
+from damperlab.service.design_report import design_report
+from damperlab.studies.definition import parse_study
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.found import Found
+
+UP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.25, "base_amplitude_m": 0.003}
+DOWN = {"start_hz": 3, "stop_hz": 2, "rate_octaves_per_minute": 10, "base_amplitude_m": 0.003}
+SWEPT: dict[str, Any] = {
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 2.5, "damping_ratio": 0.02},
+    "excitation": {"sweep": UP},
+    "choose": {"clearance_m": {"start": 0.004, "stop": 0.03}},
+    "friction_force_n": 8.0,
+    "particle_mass_kg": 4.0,
+    "restitution": 0.5,
+    "limits": {"acceleration_m_per_s2": 20},
+}
+BUDGET = 400
+
+
+def pursued(**changes: Any) -> Found:
+    """Follow a search to its end."""
+    return pursued_with(SWEPT | changes, BUDGET, solved)[0]
+
+
+@pytest.fixture(scope="module")
+def swept() -> Found:
+    return pursued()
+
+
+def under_sweep_m(sweep: dict[str, Any], clearances_m: list[float], scale: float = 1.0) -> np.ndarray:
+    """Largest displacement against the base [m], by clearance."""
+    axes = {
+        **{"scale": scale, "natural_frequency_hz": 2.5, "damping_ratio": 0.02, "restitution": 0.5},
+        **{"particle_mass_kg": 4.0, "clearance_m": clearances_m, "friction_force_n": 8.0},
+    }
+    metrics = ["peak_relative_displacement_m"]
+    study = parse_study({"records": [{"sweep": sweep}], "mass_kg": 40.0, "axes": axes, "metrics": metrics})
+    return solved(study)["peak_relative_displacement_m"].values.ravel()
+
+
+def test_no_other_clearance_keeps_the_response_to_the_sweep_lower(swept: Found) -> None:
+    clearances = np.geomspace(0.004, 0.03, 25).tolist()
+    assert under_sweep_m(UP, clearances).min() > 0.98 * swept.nominal.value
+    own = under_sweep_m(UP, [swept.build.clearance_m])
+    assert swept.nominal.value == pytest.approx(own[0], rel=1e-9)
+
+
+def test_a_sweep_is_called_one_in_words_json_and_report(swept: Found) -> None:
+    answer = answer_document(swept)
+    assert answer["words"][1].startswith(
+        "Swept from 2 to 3 Hz at 0.25 Hz/s with a base amplitude of 3 mm, the largest displacement of the structure against "
+        "its base that was computed is "
+    )
+    told = " ".join(answer["words"])
+    assert "under the same sweep" in told
+    assert "record" not in told
+    assert answer["worst"]["record_name"] == "sweep from 2 to 3 Hz at 0.25 Hz/s"
+    assert [each["record_name"] for each in answer["cases"]] == ["sweep from 2 to 3 Hz at 0.25 Hz/s"]
+    assert answer["specification"]["excitation"]["records"][0]["sweep"] == UP
+    report = design_report(swept)
+    assert "Under each sweep" in report
+    assert "<td>sweep from 2 to 3 Hz at 0.25 Hz/s</td>" in report
+    json.dumps(answer, allow_nan=False)
+
+
+def test_a_run_down_beside_a_run_up_and_a_band() -> None:
+    band = {"name": "running", "base_amplitude_m": 0.001, "frequency_hz": 2.2}
+    document = {
+        "excitation": [band, {"name": "up", "sweep": UP}, {"name": "down", "sweep": DOWN, "scales": 0.5}],
+        "measure": "worst_relative_displacement",
+    }
+    found = pursued(**document)
+    clearance = [found.build.clearance_m]
+    up, down = (each.value for each in found.under_records)
+    assert up == pytest.approx(under_sweep_m(UP, clearance)[0], rel=1e-9)
+    assert down == pytest.approx(under_sweep_m(DOWN, clearance, 0.5)[0], rel=1e-9)
+    assert found.nominal.value == max(up, down, found.under[0].value)
+    answer = answer_document(found)
+    assert [each["excitation"] for each in answer["excitations"]] == ["running", "up", "down"]
+    assert answer["worst"]["excitation"] == "up"
+    told = " ".join(answer["words"])
+    assert "Of 3 excitations `up` binds: swept from 2 to 3 Hz" in told
+    assert (
+        "under `down` (swept from 3 to 2 Hz at 10 octaves per minute with a base amplitude of 1.5 mm)" in told
+    )
+    assert "under the sweeps reaches" in told
+    assert design_report(found).count("Under each excitation") == 1
