@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from damperlab.service.cli.asked import Values, asks, names_a_design
+from damperlab.service.cli.generated_record import Duration, Generate, PeakG, Swept, recipe_of
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
@@ -35,17 +36,6 @@ COLUMNS = (
     ("stick_fraction", "stuck"),
 )
 
-Generate = Annotated[
-    int | None,
-    typer.Option(
-        "--kanai-tajimi",
-        metavar="SEED",
-        help="Generate an artificial (Kanai–Tajimi) record from this seed in place of a file.",
-    ),
-]
-Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
-PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
-
 
 def _meaning(name: str) -> str:
     """Say what a parameter is, and the prototype's value where it has one of its own."""
@@ -71,15 +61,16 @@ def records(
     seed: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
+    sweep: Swept = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
     """List the ground-motion records, or store a new one."""
     from damperlab.studies.ground.shelf import Shelf
 
-    _check_recipe(seed, duration_s, peak_g)
+    recipe = recipe_of(seed, duration_s, peak_g, sweep)
     shelf = Shelf(data_folder(data_dir))
-    if file is None and seed is None:
+    if file is None and recipe is None:
         listed = shelf.summaries()
         if as_json:
             print_json({"records": listed})
@@ -100,9 +91,11 @@ def records(
             ),
         )
         return
-    if file is not None and seed is not None:
-        raise typer.BadParameter("A FILE and --kanai-tajimi cannot be combined. Leave one of them out.")
-    motion = read_file(file, units, name) if file is not None else _generated(seed, duration_s, peak_g, name)
+    if file is not None and recipe is not None:
+        raise typer.BadParameter(
+            "A FILE cannot be combined with --kanai-tajimi or --sweep. Leave one of them out."
+        )
+    motion = read_file(file, units, name) if file is not None else _generated(recipe or {}, name)
     record_id, new = shelf.put(motion)
     summary: dict[str, Any] = {"id": record_id, **motion.summary()}
     if as_json:
@@ -131,6 +124,7 @@ def earthquake(
     kanai_tajimi: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
+    sweep: Swept = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -148,7 +142,7 @@ def earthquake(
     Parameters that are not given are those of the paper's prototype.
     """
     check_file(output)
-    _check_recipe(kanai_tajimi, duration_s, peak_g)
+    recipe = recipe_of(kanai_tajimi, duration_s, peak_g, sweep)
     from damperlab.service.earthquakes import answer_comparison
     from damperlab.studies.ground.question import read_earthquake
     from damperlab.studies.ground.shelf import Shelf
@@ -159,8 +153,8 @@ def earthquake(
     if compared.cases is not None:
         document["cases"] = list(compared.cases)
     document |= contact_document(contact, contact_time)
-    if kanai_tajimi is not None:
-        document["record"] = {"kanai_tajimi": _recipe(kanai_tajimi, duration_s, peak_g)}
+    if recipe is not None:
+        document["record"] = recipe
     elif Path(record).suffix.lower() in RECORD_SUFFIXES:
         document["record"], _ = shelf.put(read_file(Path(record), units, ""))
     else:
@@ -201,23 +195,11 @@ def read_file(file: Path, units: str | None, name: str) -> Any:
     return read_record(content, layout, name or file.stem, units)
 
 
-def _check_recipe(seed: int | None, duration_s: float | None, peak_g: float | None) -> None:
-    """Refuse what only an artificial record is told."""
-    for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
-        if seed is None and value is not None:
-            message = f"found {value:g}, allowed: only with --kanai-tajimi; leave it out, or name a seed"
-            raise typer.BadParameter(message, param_hint=option)
+def _generated(recipe: dict[str, Any], name: str) -> Any:
+    from damperlab.studies.ground.generated import GENERATED
 
-
-def _recipe(seed: int | None, duration_s: float | None, peak_g: float | None) -> dict[str, Any]:
-    given = {"seed": seed, "duration_s": duration_s, "peak_g": peak_g}
-    return {key: value for key, value in given.items() if value is not None}
-
-
-def _generated(seed: int | None, duration_s: float | None, peak_g: float | None, name: str) -> Any:
-    from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
-
-    return read_kanai_tajimi(_recipe(seed, duration_s, peak_g) | {"name": name})
+    ((way, values),) = recipe.items()
+    return GENERATED[way](values | {"name": name})
 
 
 def _write_csv(answer: dict[str, Any], output: Path) -> None:

@@ -20,6 +20,12 @@ def test_records_are_listed_and_kept(tmp_path: Path) -> None:
     assert "Line 3" in refused.stderr
     made = run("records", "--kanai-tajimi", "4", "--duration-s", "15", "--data-dir", tmp_path)
     assert "Stored" in made.stdout
+    sweep = "start_hz=2, stop_hz=3,rate_hz_per_s=0.1,base_amplitude_m=0.001"
+    swept = json.loads(
+        run("records", "--sweep", sweep, "--name", "run-up", "--data-dir", tmp_path, "--json").stdout
+    )
+    assert (swept["name"], swept["duration_s"]) == ("run-up", pytest.approx(10.0))
+    assert swept["source"] == "Swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm"
 
 
 def test_a_comparison_prints_its_table_and_draws_it(tmp_path: Path) -> None:
@@ -51,6 +57,9 @@ def test_a_comparison_prints_its_table_and_draws_it(tmp_path: Path) -> None:
         (("-o", "x.gif"), ".png"),
         (("--contact-time", "0.1"), "add --contact dwell"),
         (("el-centro", "--duration-s", "5"), "--kanai-tajimi"),
+        (("--sweep", "start_hz=2,stop_hz"), "such as start_hz=6"),
+        (("--sweep", "start_hz=2,stop_hz=3"), "rate_hz_per_s"),
+        (("--sweep", "start_hz=2", "--kanai-tajimi", "1"), "cannot be combined"),
     ],
 )
 def test_bad_usage_says_what_to_do(tmp_path: Path, arguments: tuple[str, ...], word: str) -> None:
