@@ -1,4 +1,4 @@
-/** What shakes the structure: one excitation, several that act one at a time, or ground-motion records. */
+/** What shakes the structure: one excitation, several that act one at a time, a sweep, or ground-motion records. */
 
 import { el, picker } from "./dom.js";
 import { group, number, read, span } from "./specified.js";
@@ -6,26 +6,36 @@ import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
 /** @typedef {import("./specified.js").Held} Held */
+/** @typedef {"band" | "sweep" | "records"} Kind */
 
-const { motions, frequency, most, tail } = WORDS.specification.excitation;
+const { motions, frequency, sweep, most, tail } = WORDS.specification.excitation;
 const { measures, measures_under_records } = WORDS.specification.tables;
 const PLACE = "excitation";
 
 /** Kinds of excitation. */
-const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["records", "ground-motion records"]]);
+const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["sweep", "a sweep"], ["records", "ground-motion records"]]);
+const TITLES = { band: "Excitation", sweep: "Sweep", records: "Ground-motion records" };
 /** What a form begins with that is told to be about the other kind. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
+  sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
   records: { records: ["el-centro-180"], scales: 1 },
 };
+/** What a field of a sweep begins with that takes the place of another. */
+const USUAL = /** @type {Record<string, number>} */ ({ rate_hz_per_s: 0.1, rate_octaves_per_minute: 1, duration_s: 30, base_amplitude_m: 0.001, base_velocity_m_per_s: 0.05, base_acceleration_m_per_s2: 1 });
 /** What is over an amplitude of the base, which records do not have. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
-/** What shakes the structure: bands of frequencies, ground-motion records, or both. @param {Held} held */
+/** The kind of one excitation. @param {any} each @returns {Kind} */
+function kindOf(each) {
+  if (each?.sweep !== undefined) return "sweep";
+  return each?.records === undefined ? "band" : "records";
+}
+
+/** What shakes the structure: bands of frequencies, records (sweeps are such), or both. @param {Held} held */
 export function shakenBy(held) {
-  const every = [held.get(PLACE)].flat();
-  const records = every.filter((/** @type {any} */ each) => each?.records !== undefined).length;
-  return { bands: every.length > records, records: records > 0 };
+  const kinds = [held.get(PLACE)].flat().map(kindOf);
+  return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };
 }
 
 /**
@@ -35,43 +45,79 @@ export function shakenBy(held) {
  * @param {any[]} records those that the service has
  */
 export function excitationFields(held, records) {
-  const kind = shakenBy(held).bands ? "band" : "records";
+  const raw = held.get(PLACE);
+  const kind = kindOf(Array.isArray(raw) ? raw.find((/** @type {any} */ each) => kindOf(each) === "band") ?? raw[0] : raw);
   const change = (/** @type {string} */ next) => {
-    held.set(PLACE, structuredClone(next === "records" ? BEGINNING.records : BEGINNING.band));
+    held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
     held.set("measure", undefined);
-    for (const ratio of Object.keys(next === "records" ? IN_UNITS : {})) for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
+    for (const ratio of Object.keys(next === "band" ? {} : IN_UNITS)) for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
     held.again();
   };
-  const several = Array.isArray(held.get(PLACE));
-  return [picker("Kind of excitation", KINDS, kind, change), kind === "records" && !several ? group("Ground-motion records", PLACE, recordFields(held, records, PLACE)) : bandFields(held, records)];
+  return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
+}
+
+/** @param {Held} held @param {any[]} records @param {string} place @param {Kind} kind */
+function fieldsOfKind(held, records, place, kind) {
+  if (kind === "band") return fieldsAt(held, place);
+  return kind === "sweep" ? sweepFields(held, place) : recordFields(held, records, place);
+}
+
+/** Where a sweep begins and ends, how fast it is, what is constant, its scales and what follows. @param {Held} held @param {string} place */
+function sweepFields(held, place) {
+  const path = `${place}.sweep`;
+  return [
+    ...sweep.ends.map((each) => number(held, `${path}.${each.name}`, each)),
+    ...oneFieldOf(held, path, "How fast", sweep.paces),
+    ...oneFieldOf(held, path, "Constant in the sweep", sweep.amplitudes),
+    ...scaleFields(held, place),
+  ];
+}
+
+/** Which of some fields is given, and that one. @param {Held} held @param {string} path @param {string} title @param {import("./words.js").SpecifiedField[]} fields */
+function oneFieldOf(held, path, title, fields) {
+  const now = fields.find((each) => held.get(`${path}.${each.name}`) !== undefined) ?? fields[0];
+  const change = (/** @type {string} */ name) => {
+    held.set(`${path}.${now.name}`, undefined);
+    held.set(`${path}.${name}`, USUAL[name]);
+    held.again();
+  };
+  return [picker(title, fields.map((each) => [each.name, each.label]), now.name, change), number(held, `${path}.${now.name}`, now)];
 }
 
 /** Records, their scales, and what follows them. @param {Held} held @param {any[]} records @param {string} place */
 function recordFields(held, records, place) {
+  return [
+    recordsField({ records: held.get(`${place}.records`) }, (_, value) => held.set(`${place}.records`, value), records, `${place}.records`),
+    ...scaleFields(held, place),
+  ];
+}
+
+/** @param {Held} held @param {string} place */
+function scaleFields(held, place) {
   const path = `${place}.scales`;
   const scales = held.get(path) ?? 1;
   const box = el("input", { type: "text", value: [scales].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, { name: "scale", label: "scale", unit: "", scale: 1 }))) });
   return [
-    recordsField({ records: held.get(`${place}.records`) }, (_, value) => held.set(`${place}.records`, value), records, `${place}.records`),
     el("label", { class: "field", "data-field": path }, el("span", {}, "Scales, one after the other"), box, el("span", { class: "faults" })),
     number(held, `${place}.tail_s`, tail),
   ];
 }
 
-/** @param {Held} held @param {any[]} records */
-function bandFields(held, records) {
+/** Each in a group of its own, and what adds one. @param {Held} held @param {any[]} records */
+function everyOne(held, records) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);
   const count = several ? raw.length : 1;
   return [
     several
       ? raw.map((each, i) => oneOf(held, records, each, i))
-      : group("Excitation", PLACE, fieldsAt(held, PLACE)),
+      : group(TITLES[kindOf(raw)], PLACE, fieldsOfKind(held, records, PLACE, kindOf(raw))),
     count < most && el(
       "div",
       { class: "row" },
       el("button", { type: "button", class: "small", onclick: () => add(held, likeLast(held)) }, "Add another excitation"),
-      !shakenBy(held).records && el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) }, "Add ground-motion records"),
+      el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.sweep)) }, "Add a sweep"),
+      ![raw].flat().some((each) => kindOf(each) === "records") && el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) }, "Add ground-motion records"),
     ),
     several && el("p", { class: "quiet" }, "They act one at a time; the worst of them is judged."),
   ];
@@ -80,13 +126,14 @@ function bandFields(held, records) {
 /** One of several excitations. @param {Held} held @param {any[]} records @param {any} each @param {number} i */
 function oneOf(held, records, each, i) {
   const place = `${PLACE}.${i}`;
-  const fields = each?.records === undefined ? fieldsAt(held, place) : recordFields(held, records, place);
-  return group(`Excitation ${i + 1}${each?.records === undefined ? "" : ": ground-motion records"}`, place, [nameField(held, i), ...fields, remover(held, i)]);
+  const kind = kindOf(each);
+  const title = kind === "band" ? "" : `: ${TITLES[kind].toLowerCase()}`;
+  return group(`Excitation ${i + 1}${title}`, place, [nameField(held, i), ...fieldsOfKind(held, records, place, kind), remover(held, i)]);
 }
 
 /** One excitation over a band, like the last that there is. @param {Held} held */
 function likeLast(held) {
-  const over = [held.get(PLACE) ?? {}].flat().filter((/** @type {any} */ each) => each?.records === undefined);
+  const over = [held.get(PLACE) ?? {}].flat().filter((/** @type {any} */ each) => kindOf(each) === "band");
   const { name, ...like } = over[over.length - 1] ?? BEGINNING.band;
   return structuredClone(like);
 }

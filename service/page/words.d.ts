@@ -54,7 +54,13 @@ export const WORDS: {
     /** `usual`: shown though it is not given; `loose`: has a tolerance. */
     structure: (SpecifiedField & { usual: boolean; loose: boolean })[];
     /** `most`: how many there may be. */
-    excitation: { motions: SpecifiedField[]; frequency: SpecifiedField[]; most: number; tail: SpecifiedField };
+    excitation: {
+      motions: SpecifiedField[];
+      frequency: SpecifiedField[];
+      sweep: { ends: SpecifiedField[]; paces: SpecifiedField[]; amplitudes: SpecifiedField[] };
+      most: number;
+      tail: SpecifiedField;
+    };
     /** Quantities of the damper, each with the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string })[];
     ratios: Record<string, SpecifiedField>;

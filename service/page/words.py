@@ -9,6 +9,8 @@ from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.sweep_reading import AMPLITUDES as AMPLITUDES_OF_SWEEP
+from damperlab.studies.ground.sweep_reading import ENDS, PACES
 from damperlab.studies.ground.variables import DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
@@ -110,6 +112,10 @@ def _specification() -> dict[str, Any]:
             "frequency": [
                 _specified(name, OF_SCENE[name].meaning) for name in EXCITATION_KEYS if name not in MOTIONS
             ],
+            "sweep": {
+                name: [_specified(key, quantity.meaning) for key, quantity in fields.items()]
+                for name, fields in (("ends", ENDS), ("paces", PACES), ("amplitudes", AMPLITUDES_OF_SWEEP))
+            },
             "most": MOST_EXCITATIONS,
             "tail": _specified("tail_s", TAIL.meaning),
         },

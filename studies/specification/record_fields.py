@@ -209,5 +209,7 @@ def _held(group: RecordCases, given: object) -> dict[str, Any]:
     """Give an excitation of records as a specification keeps it."""
     assert isinstance(given, Mapping)  # or it would not be one of records
     name = {key: given[key] for key in ("name",) if key in given}
-    records = [source.document() for source in group.sources]
-    return name | {"records": records, "scales": list(group.scales), "tail_s": group.tail_s}
+    # a sweep says all that its samples are made of; of other records the digest of their samples is a part of what is asked
+    sources = [source.document() for source in group.sources]
+    shaken = {"sweep": given["sweep"]} if "sweep" in given else {"records": sources}
+    return name | shaken | {"scales": list(group.scales), "tail_s": group.tail_s}

@@ -136,6 +136,39 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
     assert len(excitation()) == 8
 
 
+def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
+    watched = open_page()
+    watched.allowed = ("422",)
+    page = watched.go("#/designs/new")
+    text = page.get_by_label("The specification as JSON")
+    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}}))
+
+    def excitation() -> Any:
+        return json.loads(text.input_value())["excitation"]
+
+    page.get_by_label("Kind of excitation").select_option("sweep")
+    sweep = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
+    assert excitation() == {"sweep": sweep}
+    page.get_by_label("Constant in the sweep").select_option("base_velocity_m_per_s")
+    page.get_by_label("How fast").select_option("rate_octaves_per_minute")
+    page.locator('[data-field="excitation.sweep.rate_octaves_per_minute"] input').fill("2")
+    page.get_by_label("Scales").fill("0.5, 1")
+    swept = {"start_hz": 2, "stop_hz": 3, "rate_octaves_per_minute": 2, "base_velocity_m_per_s": 0.05}
+    assert excitation() == {"sweep": swept, "scales": [0.5, 1]}
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+    expect(page.get_by_label("Least").locator("option")).to_have_count(6)
+    page.locator('[data-field="excitation.sweep.stop_hz"] input').fill("2")
+    expect(page.locator('[data-field="excitation.sweep.stop_hz"] .faults')).to_contain_text(
+        "where the sweep begins"
+    )
+    # a run-down of its own beside it, then a band
+    page.get_by_role("button", name="Add a sweep").click()
+    page.get_by_role("button", name="Add another excitation").click()
+    assert [next(iter(each)) for each in excitation()] == ["sweep", "sweep", "base_amplitude_m"]
+    expect(page.get_by_role("group", name="Excitation 2: sweep")).to_be_visible()
+    expect(page.get_by_label("Least").locator("option")).to_have_count(3)
+
+
 def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:

@@ -66,7 +66,7 @@ def test_a_sweep_is_called_one_in_words_json_and_report(swept: Found) -> None:
     assert "record" not in told
     assert answer["worst"]["record_name"] == "sweep from 2 to 3 Hz at 0.25 Hz/s"
     assert [each["record_name"] for each in answer["cases"]] == ["sweep from 2 to 3 Hz at 0.25 Hz/s"]
-    assert answer["specification"]["excitation"]["records"][0]["sweep"] == UP
+    assert answer["specification"]["excitation"] == {"sweep": UP, "scales": [1.0], "tail_s": 0.0}
     report = design_report(swept)
     assert "Under each sweep" in report
     assert "<td>sweep from 2 to 3 Hz at 0.25 Hz/s</td>" in report
