@@ -317,6 +317,11 @@ _ESTIMATED: dict[str, Schema] = {
     "widening": NUMBER,
     "others": _list(_by_name(NUMBER)),
     "evaluations": COUNT,
+    "specification": {
+        "type": ["object", "null"],
+        "description": "A specification of a corrected design; null where none can be made.",
+    },
+    "specification_words": TEXTS | {"description": "About the specification, or why there is none."},
     "words": TEXTS,
 }
 _FITTED = _object(
@@ -335,6 +340,10 @@ _FITTED_HISTORY = _object(
     measured_m=NUMBERS,
     model_m=NUMBERS,
     deviation_m=NUMBERS,
+    study={
+        "type": ["object", "null"],
+        "description": "The prototype as a study around its natural frequency; null where nothing says how its base moves.",
+    },
 )
 _DESIGN_ANSWER = _object(
     name=TEXT,

@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.fitted import Estimate, Fitted
+from damperlab.studies.fit.made import Made
+from damperlab.studies.fit.specification_text import specification_text
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.worker.fit.curve import Curve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
 
-def fit_document(fitted: Fitted) -> dict[str, Any]:
-    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, sentences, and the study."""
+def fit_document(fitted: Fitted, made: Made) -> dict[str, Any]:
+    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, sentences, and what it makes."""
     question = fitted.question
     measured = question.measured
     return {
@@ -49,8 +51,17 @@ def fit_document(fitted: Fitted) -> dict[str, Any]:
             "frequency": "Hz" if measured.in_hertz else "1",
             "amplitude": "m" if measured.in_metres else "1",
         },
-        "study": fitted.study(),
+        **made_document(made),
         "words": [*(told(question.confidence, each) for each in fitted.estimates), *verdict(fitted)],
+    }
+
+
+def made_document(made: Made) -> dict[str, Any]:
+    """Put what a fit makes into a document: study and specification, None where there is none, and words about it."""
+    return {
+        "study": made.study,
+        "specification": None if made.specification is None else made.specification.document,
+        "specification_words": list(made.words),
     }
 
 
@@ -91,7 +102,19 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     ]
 
 
-def fit_report(fitted: Fitted, curves: list[Curve]) -> str:
+def made_parts(made: Made) -> list[str]:
+    """Give the parts of a page that show what a fit makes."""
+    parts = []
+    if made.study is not None:
+        study = json.dumps(made.study, indent=2, ensure_ascii=False)
+        parts += ["<h2>The prototype as a study</h2>", f"<pre>{escape(study)}</pre>"]
+    parts.append("<h2>The specification of a corrected design</h2>")
+    if made.specification is None:
+        return [*parts, *(said(sentence) for sentence in made.words)]
+    return [*parts, f"<pre>{escape(specification_text(made.specification))}</pre>"]
+
+
+def fit_report(fitted: Fitted, curves: list[Curve], made: Made) -> str:
     """Write a fit as one page of HTML that loads nothing.
 
     Parameters
@@ -100,6 +123,8 @@ def fit_report(fitted: Fitted, curves: list[Curve]) -> str:
         The outcome.
     curves : list of Curve
         Of `damperlab.worker.fit.curve.curves_of`.
+    made : Made
+        What the fit makes.
     """
     from damperlab.service.figures.fit import caption_of, draw_fit
 
@@ -135,7 +160,6 @@ def fit_report(fitted: Fitted, curves: list[Curve]) -> str:
         "<h2>Measured and computed</h2>",
         drawing(draw_fit(fitted, curves), caption_of(fitted.question)),
         table("Rows", head, ([f"{value:.4g}" for value in row] for row in zip(*columns, strict=True))),
-        "<h2>The prototype as a study</h2>",
-        f"<pre>{escape(json.dumps(fitted.study(), indent=2, ensure_ascii=False))}</pre>",
+        *made_parts(made),
     ]
     return page(title, parts)

@@ -3,14 +3,21 @@
 from html import escape
 from typing import Any
 
-from damperlab.service.fit_report import COLUMNS, estimates_document, parameter_rows
+from damperlab.service.fit_report import (
+    COLUMNS,
+    estimates_document,
+    made_document,
+    made_parts,
+    parameter_rows,
+)
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.history.verdict import verdict_of_history
+from damperlab.studies.fit.made import Made
 from damperlab.studies.fit.verdict import told
 
 
-def history_document(fitted: FittedHistory) -> dict[str, Any]:
+def history_document(fitted: FittedHistory, made: Made) -> dict[str, Any]:
     """Put a fit of a time history into a document of plain data."""
     question = fitted.question
     measured = question.measured
@@ -32,6 +39,7 @@ def history_document(fitted: FittedHistory) -> dict[str, Any]:
         "measured_m": measured.displacement_m.tolist(),
         "model_m": fitted.model_m.tolist(),
         "deviation_m": fitted.deviation_m.tolist(),
+        **made_document(made),
         "words": [
             *(told(question.confidence, each) for each in fitted.estimates),
             *verdict_of_history(fitted),
@@ -39,7 +47,7 @@ def history_document(fitted: FittedHistory) -> dict[str, Any]:
     }
 
 
-def history_report(fitted: FittedHistory) -> str:
+def history_report(fitted: FittedHistory, made: Made) -> str:
     """Write a fit of a time history as one page of HTML that loads nothing."""
     from damperlab.service.figures.history_fit import draw_history_fit
 
@@ -57,5 +65,6 @@ def history_report(fitted: FittedHistory) -> str:
         said(counted, "quiet"),
         "<h2>Measured and computed</h2>",
         drawing(draw_history_fit(fitted), caption),
+        *made_parts(made),
     ]
     return page(title, parts)

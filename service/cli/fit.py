@@ -1,22 +1,30 @@
 """The command fit: parameters of a prototype from its measured frequency response or time history."""
 
-import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
 from damperlab.service.cli.asked import Values, names_a_design
+from damperlab.service.cli.fit_files import (
+    Wanted,
+    check_output,
+    read_correction,
+    write_fit,
+    write_history_fit,
+)
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
     ContactTime,
+    DataDir,
     check_file,
     contact_document,
     read_number,
     read_range,
 )
-from damperlab.service.cli.output import make_parent, note, print_json, print_table, say, working
+from damperlab.service.cli.output import print_json, print_table, say, working
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
@@ -24,10 +32,9 @@ if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
     from damperlab.studies.fit.history.history import History
+    from damperlab.studies.fit.made import Made
     from damperlab.studies.fit.measured import Measurement
 
-FIGURES = (".png", ".svg", ".pdf")
-PAGES = (".html", ".htm")
 STUDIES = (".yaml", ".yml", ".json")
 
 
@@ -99,7 +106,25 @@ def fit(
     study: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write the fitted prototype as a study that `damperlab run` computes."
+            metavar="FILE",
+            help="Write the fitted prototype as a study that `damperlab run` computes: over the measured frequencies, or of "
+            "a time history from 0.8 to 1.25 times the natural frequency.",
+        ),
+    ] = None,
+    specification: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a specification of a corrected design for `damperlab design`: what was measured, with the intervals "
+            "as tolerances, and ranges around what was built to choose from (.yaml, .json).",
+        ),
+    ] = None,
+    correct: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SPEC",
+            help="Make it from this specification, a file or a named one: its structure, given values and tolerances become "
+            "what was measured, all else is kept.",
         ),
     ] = None,
     output: Annotated[
@@ -108,17 +133,22 @@ def fit(
             "--output",
             "-o",
             metavar="FILE",
-            help="Write the measured and the fitted response as a .png, .svg or .pdf figure, or a report as .html.",
+            help="Write the measured and the fitted response as a .png or .svg figure, or a report as .html or .pdf.",
         ),
     ] = None,
+    data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
     """Estimate parameters of a prototype from its measured frequency response or time history, with intervals.
 
     Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
     """
-    check_file(output, (*FIGURES, *PAGES))
+    check_output(output)
     check_file(study, STUDIES)
+    check_file(specification, STUDIES)
+    if correct is not None and specification is None and not as_json:
+        message = "says what is corrected, and nothing says where to write it. Add --specification FILE."
+        raise typer.BadParameter(message, param_hint="--correct")
     ranges = _ranges(free)
     with working("Reading the measurement"):
         from damperlab.studies.fit.history.history import History
@@ -133,11 +163,13 @@ def fit(
             swept = {"kind": "continuation", "direction": start}
             known["start"] = "rest" if start == "rest" else swept
         table = read_table(measured)
+        correction = None if correct is None else read_correction(correct, data_dir)
     asked = Asked(known, ranges, design, _share(deviation), confidence, seed)
+    wanted = Wanted(output, study, specification, correction, as_json)
     if isinstance(table, History):
-        _fit_history(table, asked, output, study, as_json)
+        _fit_history(table, asked, wanted)
     else:
-        _fit_response(table, asked, output, study, as_json)
+        _fit_response(table, asked, wanted)
 
 
 class Asked(NamedTuple):
@@ -151,11 +183,10 @@ class Asked(NamedTuple):
     seed: int
 
 
-def _fit_response(
-    table: "Measurement", asked: Asked, output: Path | None, study: Path | None, as_json: bool
-) -> None:
+def _fit_response(table: "Measurement", asked: Asked, wanted: Wanted) -> None:
     from damperlab.service.fit_report import fit_document
     from damperlab.studies.fit.asking import make_question
+    from damperlab.studies.fit.verdict import verdict
     from damperlab.worker.fit.estimate import fit_response
     from damperlab.worker.fit.model import scenes_of
 
@@ -168,33 +199,27 @@ def _fit_response(
         confidence=asked.confidence,
         seed=asked.seed,
     )
+    wanted.check(question)
     have_ready(scenes_of(question))
     computed = [0]
     with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
         fitted = fit_response(question, lambda number: computed.__setitem__(0, number))
-    if output is not None:
-        _write(fitted, output)
-    if study is not None:
-        _write_study(fitted.study(), study)
-    if as_json:
-        print_json(fit_document(fitted))
+    made = wanted.make(fitted)
+    if wanted.output is not None:
+        write_fit(fitted, made, wanted.output)
+    if wanted.as_json:
+        print_json(fit_document(fitted, made))
     else:
-        _print(fitted)
+        _print(fitted, "sets of parameters", verdict(fitted), made if wanted.specification else None)
 
 
-def _fit_history(
-    table: "History", asked: Asked, output: Path | None, study: Path | None, as_json: bool
-) -> None:
-    from damperlab.service.fit_report import COLUMNS, parameter_rows
+def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
     from damperlab.studies.fit.history.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 
-    if study is not None:
-        message = "a time history has no base amplitude to write a study with. Leave --study out."
-        raise typer.BadParameter(message, param_hint="--study")
     question = make_history_question(
         table,
         asked.known,
@@ -203,19 +228,18 @@ def _fit_history(
         share=asked.share,
         confidence=asked.confidence,
     )
+    wanted.check(question)
     have_ready(scenes_of(question))
     computed = [0]
     with working(lambda: f"Fitting, {computed[0]} histories computed"):
         fitted = fit_history(question, lambda number: computed.__setitem__(0, number))
-    if output is not None:
-        _write_history(fitted, output)
-    if as_json:
-        print_json(history_document(fitted))
-        return
-    print_table(COLUMNS, parameter_rows(fitted.estimates))
-    say(f"Intervals of {100 * asked.confidence:g} %; {fitted.evaluations} histories computed.")
-    for sentence in verdict_of_history(fitted):
-        say(sentence)
+    made = wanted.make(fitted)
+    if wanted.output is not None:
+        write_history_fit(fitted, made, wanted.output)
+    if wanted.as_json:
+        print_json(history_document(fitted, made))
+    else:
+        _print(fitted, "histories", verdict_of_history(fitted), made if wanted.specification else None)
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
@@ -238,53 +262,13 @@ def _share(text: str | None) -> float | None:
     return read_number("--deviation", text)
 
 
-def _write(fitted: "Fitted", output: Path) -> None:
-    from damperlab.service.figures.fit import draw_fit
-    from damperlab.service.figures.style import save
-    from damperlab.service.fit_report import fit_report
-    from damperlab.worker.fit.curve import curves_of
-
-    with working("Drawing"):
-        curves = curves_of(fitted)
-        make_parent(output)
-        if output.suffix in PAGES:
-            output.write_text(fit_report(fitted, curves), encoding="utf-8")
-        else:
-            save(draw_fit(fitted, curves), output)
-    note(f"Wrote {output}.")
-
-
-def _write_history(fitted: "FittedHistory", output: Path) -> None:
-    from damperlab.service.figures.history_fit import draw_history_fit
-    from damperlab.service.figures.style import save
-    from damperlab.service.history_report import history_report
-
-    with working("Drawing"):
-        make_parent(output)
-        if output.suffix in PAGES:
-            output.write_text(history_report(fitted), encoding="utf-8")
-        else:
-            save(draw_history_fit(fitted), output)
-    note(f"Wrote {output}.")
-
-
-def _write_study(document: dict[str, Any], path: Path) -> None:
-    import yaml
-
-    text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
-    if path.suffix != ".json":
-        text = yaml.safe_dump(document, allow_unicode=True, sort_keys=False)
-    make_parent(path).write_text(text, encoding="utf-8")
-    note(f"Wrote {path}; `damperlab run {path}` computes it.")
-
-
-def _print(fitted: "Fitted") -> None:
+def _print(
+    fitted: "Fitted | FittedHistory", computed: str, verdict: Iterable[str], made: "Made | None"
+) -> None:
+    """Print the parameters, what is to be said of them, and of the specification that was written."""
     from damperlab.service.fit_report import COLUMNS, parameter_rows
-    from damperlab.studies.fit.verdict import verdict
 
     print_table(COLUMNS, parameter_rows(fitted.estimates))
-    say(
-        f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} sets of parameters computed."
-    )
-    for sentence in verdict(fitted):
+    say(f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} {computed} computed.")
+    for sentence in (*verdict, *(made.words if made else ())):
         say(sentence)

@@ -325,8 +325,9 @@ class Client:
         deviation: float | None = None,
         confidence: float | None = None,
         seed: int | None = None,
+        specification: Mapping[str, Any] | str | Path | None = None,
     ) -> dict[str, Any]:
-        """Estimate parameters of a prototype from its measured frequency response, as `damperlab fit` does.
+        """Estimate parameters of a prototype from its measured response or time history, as `damperlab fit` does.
 
         Parameters
         ----------
@@ -342,18 +343,23 @@ class Client:
             Of the intervals; 0.95 where nothing is said.
         seed : int, optional
             Of the draws.
+        specification : mapping, path or str, optional
+            The specification of a design that is to be corrected, as `design` takes one; without it one is made anew.
 
         Returns
         -------
         dict
-            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, ``study`` …
+            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, the prototype as a ``study``, the
+            ``specification`` of a corrected design, which `design` takes …
 
         Raises
         ------
         Refused
             With every fault of the request; or if it takes longer than a request may, which the command line does not mind.
         """
-        document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
+        document = question(
+            measured, fit, structure, specification, deviation=deviation, confidence=confidence, seed=seed
+        )
         answer: dict[str, Any] = self._transport.ask("POST", "/fits", **body(document))
         return answer
 

@@ -5,20 +5,42 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.faults import refused
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import Fault, StudyFaults, describe
 
 if TYPE_CHECKING:
     Ranges = Mapping[str, tuple[float, float] | None] | Iterable[str]
 
 
 def question(
-    measured: str | Path, fit: "Ranges", structure: Mapping[str, Any] | None, **numbers: float | None
+    measured: str | Path,
+    fit: "Ranges",
+    structure: Mapping[str, Any] | None,
+    specification: Mapping[str, Any] | str | Path | None = None,
+    **numbers: float | None,
 ) -> dict[str, Any]:
     """Give the document of a fit; see `Client.fit`."""
     ranges = fit if isinstance(fit, Mapping) else dict.fromkeys([fit] if isinstance(fit, str) else fit)
     given = {name: None if span is None else [float(end) for end in span] for name, span in ranges.items()}
     document = _measured(measured) | {"structure": dict(structure or {}), "fit": given}
+    if specification is not None:
+        document["specification"] = _specification(specification)
     return document | {name: value for name, value in numbers.items() if value is not None}
+
+
+def _specification(specification: Mapping[str, Any] | str | Path) -> Any:
+    """Read the specification that is to be corrected; the service judges it."""
+    from damperlab.studies.specification.reading import specification_document
+    from damperlab.studies.text import load_text
+
+    if isinstance(specification, Mapping):
+        return dict(specification)
+    text = str(specification)
+    try:
+        return (
+            load_text(text, "yaml") if "\n" in text or text.startswith("{") else specification_document(text)
+        )
+    except StudyFaults as error:
+        raise refused(error.faults) from None
 
 
 def _measured(measured: str | Path) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,10 @@ from damperlab.service.fit_report import fit_document
 from damperlab.service.history_report import history_document
 from damperlab.service.simulation import Asked, compute
 from damperlab.studies.design.design import designing
-from damperlab.studies.fit.document import read_fit
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.fit.document import read_correction, read_fit
 from damperlab.studies.fit.history.question import HistoryQuestion
+from damperlab.studies.fit.made import Correction, check_specification, made_of
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
@@ -40,17 +42,40 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
     return bytes(Document(answer_comparison(asked, samples)).body)
 
 
-def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
-    """Read what is asked of a measurement, and say what it needs compiled."""
-    asked = read_fit(load_text(body, "json"))
-    return asked, scenes_of_history(asked) if isinstance(asked, HistoryQuestion) else scenes_of(asked)
+class AskedFit(NamedTuple):
+    """A question to a measurement, and the specification that its answer corrects."""
+
+    question: FitQuestion | HistoryQuestion
+    correction: Correction | None
 
 
-def fit_body(asked: FitQuestion | HistoryQuestion) -> bytes:
+def fit_asked(body: bytes, records: Shelf) -> tuple[AskedFit, list[Scene]]:
+    """Read what is asked of a measurement, and say what it needs compiled; every fault of both is named."""
+    document = load_text(body, "json")
+    correction, faults = None, list[Fault]()
+    try:
+        correction = read_correction(document, records)
+    except StudyFaults as error:
+        faults += error.faults
+    try:
+        question = read_fit(document)
+    except StudyFaults as error:
+        raise StudyFaults([*error.faults, *faults]) from None
+    if faults:
+        raise StudyFaults(faults)
+    if correction is not None:
+        check_specification(question, correction)
+    wanted = scenes_of_history(question) if isinstance(question, HistoryQuestion) else scenes_of(question)
+    return AskedFit(question, correction), wanted
+
+
+def fit_body(asked: AskedFit) -> bytes:
     """Estimate the parameters of a prototype; the JSON of the answer."""
-    if isinstance(asked, HistoryQuestion):
-        return bytes(Document(history_document(fit_history(asked))).body)
-    return bytes(Document(fit_document(fit_response(asked))).body)
+    if isinstance(asked.question, HistoryQuestion):
+        found = fit_history(asked.question)
+        return bytes(Document(history_document(found, made_of(found, asked.correction))).body)
+    fitted = fit_response(asked.question)
+    return bytes(Document(fit_document(fitted, made_of(fitted, asked.correction))).body)
 
 
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:

@@ -151,19 +151,7 @@ class FitQuestion:
 
     def document(self, given: Mapping[str, float], frequencies: Any) -> dict[str, Any]:
         """Write the study of one configuration; `given` may hold axes in place of numbers."""
-        particle = self.settings.get("particle", True)
-        axes = {name: value for name, value in given.items() if name in RATIOS and name != "damping_ratio"}
-        physical = {name: value for name, value in given.items() if name not in RATIOS}
-        if not particle:
-            for part in (axes, physical):
-                for name in [name for name in part if RATIO_OF.get(name, name) in OF_PARTICLE]:
-                    del part[name]
-        document: dict[str, Any] = {**self.settings, "axes": {**axes, "frequency_ratio": frequencies}}
-        if "damping_ratio" in given:
-            document["damping_ratio"] = given["damping_ratio"]
-        if physical:
-            document["physical"] = physical
-        return document
+        return study_document(self.settings, given, frequencies)
 
     def ratios(self, given: Mapping[str, float], rows: NDArray[np.intp]) -> NDArray[np.float64]:
         """Frequency ratios of some rows."""
@@ -180,3 +168,31 @@ def drop(numbers: dict[str, Any], name: str) -> None:
     ratio = RATIO_OF.get(name, name)
     for other in [other for other in numbers if RATIO_OF.get(other, other) == ratio]:
         del numbers[other]
+
+
+def study_document(
+    settings: Mapping[str, Any], given: Mapping[str, float], frequencies: Any
+) -> dict[str, Any]:
+    """Write the study of a prototype.
+
+    Parameters
+    ----------
+    settings : mapping
+        What is no number: `particle`, `contact`, …
+    given : mapping of float
+        The prototype, by `NAMED`; may hold axes in place of numbers.
+    frequencies : object
+        The axis of frequency ratios.
+    """
+    axes = {name: value for name, value in given.items() if name in RATIOS and name != "damping_ratio"}
+    physical = {name: value for name, value in given.items() if name not in RATIOS}
+    if not settings.get("particle", True):
+        for part in (axes, physical):
+            for name in [name for name in part if RATIO_OF.get(name, name) in OF_PARTICLE]:
+                del part[name]
+    document: dict[str, Any] = {**settings, "axes": {**axes, "frequency_ratio": frequencies}}
+    if "damping_ratio" in given:
+        document["damping_ratio"] = given["damping_ratio"]
+    if physical:
+        document["physical"] = physical
+    return document

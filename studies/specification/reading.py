@@ -3,6 +3,7 @@
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
@@ -68,12 +69,17 @@ def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specifi
     StudyFaults
         Where there is neither such a file nor such a name, or with every fault of the specification.
     """
+    return parse_specification(specification_document(path_or_name), shelf)
+
+
+def specification_document(path_or_name: str) -> dict[str, Any]:
+    """Read the document of a specification, as it is written; see `read_specification`."""
     path = Path(path_or_name)
     written_in = _FORMATS.get(path.suffix.lower())
     if written_in is None:
         named = named_specifications()
         if path_or_name in named:
-            return parse_specification(load_text(named[path_or_name], "yaml"))
+            return _mapping(load_text(named[path_or_name], "yaml"))
         allowed = f"a {', '.join(_FORMATS)} file, or one of the named specifications {listing(named)}"
         told = f"There is no specification {printable(path_or_name)}: name {allowed}."
         near = nearest(path_or_name, named)
@@ -88,7 +94,7 @@ def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specifi
         raise StudyFaults(
             [Fault("specification", describe(path_or_name), "a readable file", "check the path", told)]
         ) from None
-    return parse_specification(load_text(text, written_in), shelf)
+    return _mapping(load_text(text, written_in))
 
 
 @cache
@@ -119,15 +125,19 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     StudyFaults
         With every fault of the document.
     """
-    if not isinstance(document, dict):
-        advice = "write keys and values: structure, excitation, choose"
-        raise StudyFaults([Fault("specification", describe(document), "a mapping", advice)])
-    given, faults = guard(document)
+    given, faults = guard(_mapping(document))
     reader = _Reader(given, faults, shelf)
     found = reader.specification()
     if found is None or reader.faults:
         raise StudyFaults(reader.faults)
     return found
+
+
+def _mapping(document: object) -> dict[str, Any]:
+    if isinstance(document, dict):
+        return document
+    advice = "write keys and values: structure, excitation, choose"
+    raise StudyFaults([Fault("specification", describe(document), "a mapping", advice)])
 
 
 class _Reader(LimitFields):

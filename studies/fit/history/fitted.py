@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.fit.chi_square import chi_square_probability
 from damperlab.studies.fit.fitted import Estimate, pairs_alike
+from damperlab.studies.fit.history.harmonic import harmonic_document
 from damperlab.studies.fit.history.question import HistoryQuestion
 
 Column = NDArray[np.float64]
@@ -56,6 +58,10 @@ class FittedHistory:
     def values(self) -> dict[str, float]:
         """The best parameters."""
         return {each.name: each.value for each in self.estimates}
+
+    def study(self) -> dict[str, Any]:
+        """Write the prototype as a study over a band around its natural frequency; see `harmonic_document`."""
+        return harmonic_document(self.question, self.values)
 
     @property
     def stretch_s(self) -> float:

@@ -8,8 +8,11 @@ import pytest
 import yaml
 from tests.service.cli.commands import run
 
+from damperlab.service.printing import require_printer
+from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import Study
 from damperlab.studies.reading import read_study
+from damperlab.studies.specification.reading import read_specification
 from damperlab.studies.tmd.transfer import without_absorber
 
 ZETA = 0.05
@@ -142,7 +145,114 @@ def test_a_time_history_is_fitted_as_well(decay: Path, tmp_path: Path) -> None:
     assert document["rows_counted"] == len(document["time_s"]) == len(document["model_m"]) == 300
     assert "<h1>decay, fitted</h1>" in report.read_text()
 
-    refused = run("fit", decay, *sought, *known, "--study", tmp_path / "fitted.yaml", status=2)
-    assert "a time history has no base amplitude" in refused.stderr
     refused = run("fit", decay, "--fit", "friction_ratio=0,1", *known, status=2)
     assert "friction_ratio belongs to a base that moves as a sine" in refused.stderr
+
+
+SOUGHT = ("--fit", "damping_ratio=0.01,0.2", "--fit", "natural_frequency_hz=2.3,2.7")
+BARE = ("--no-particle", "--friction-ratio", "0", "--base-amplitude-m", str(BASE_MM / 1e3))
+PLANNED = {
+    "name": "planned",
+    "structure": {"mass_kg": 1.7, "natural_frequency_hz": 2.4, "damping_ratio": 0.02},
+    "excitation": {"base_amplitude_m": 0.0015, "frequency_hz": 2.5},
+    "choose": {"clearance_m": [0.004, 0.008, 0.016]},
+    "friction_force_n": 0.0,
+    "particle_mass_kg": 0.16,
+    "restitution": 0.5,
+    "tolerances": {"clearance_m": 0.0005},
+    "measure": "worst_displacement",
+    "budget_points": 300,
+    "builds": 2,
+}
+
+
+def test_a_fit_makes_a_specification_that_is_accepted(measured: Path, tmp_path: Path) -> None:
+    anew = tmp_path / "anew.yaml"
+    ended = run("fit", measured, *SOUGHT, *BARE, "--mass-kg", "1.6", "--specification", anew)
+    assert f"Wrote {anew}; `damperlab design {anew}` searches a damper for it." in ended.stderr
+    guessed = "Guessed are the clearance, the friction force, the mass of the particle and the restitution"
+    assert guessed in ended.stdout
+    assert "GUESS, to be edited: 1 to 20 times the amplitude of the base" in anew.read_text()
+    dry = run("design", anew, "--dry-run").stdout
+    assert dry.startswith("bench, corrected is complete. Chosen: clearance_m, friction_force_n.")
+    asked = read_specification(str(anew))
+    for name, true in (("damping_ratio", ZETA), ("natural_frequency_hz", NATURAL_HZ)):
+        value = getattr(asked.structure, name)
+        # twice an interval of 95 % is four standard deviations
+        assert abs(value - true) <= 2 * asked.tolerances[name].of(value) < 0.1 * true
+
+
+def test_a_fit_corrects_a_specification_and_a_design_of_it_runs(measured: Path, tmp_path: Path) -> None:
+    planned, corrected = tmp_path / "planned.json", tmp_path / "corrected.json"
+    planned.write_text(json.dumps(PLANNED))
+    ended = run("fit", measured, *SOUGHT, *BARE, "--correct", planned, "--specification", corrected, "--json")
+    document, answer = json.loads(corrected.read_text()), json.loads(ended.stdout)
+    assert answer["specification"] == document
+    assert answer["specification_words"][0] == (
+        "As measured, or known with it, are now the natural frequency, the damping ratio and the friction force."
+    )
+    structure = document["structure"]
+    assert structure["mass_kg"] == 1.7
+    assert abs(structure["damping_ratio"] - ZETA) < 0.05 * ZETA
+    assert set(document["tolerances"]) == {"clearance_m", "natural_frequency_hz", "damping_ratio"}
+    kept = {name: document[name] for name in PLANNED if name not in ("structure", "tolerances")}
+    assert PLANNED | kept == PLANNED
+    ended = run("design", corrected, "--data-dir", tmp_path / "data", "--json")
+    assert json.loads(ended.stdout)["design"]["particle_mass_kg"] == 0.16
+
+
+@pytest.mark.parametrize(
+    ("correct", "into", "said"),
+    [
+        (None, "corrected.csv", "allowed: a name that ends in .yaml"),
+        ("prototype", None, "Add --specification FILE."),
+        ("prototipe", "c.yaml", "Did you mean prototype?"),
+        ("none.yaml", "c.yaml", "cannot be read"),
+        ("wrong.json", "c.yaml", "`structure` is missing"),
+    ],
+)
+def test_a_specification_that_cannot_be_written_is_told_before_anything_is_computed(
+    measured: Path, tmp_path: Path, correct: str | None, into: str | None, said: str
+) -> None:
+    (tmp_path / "wrong.json").write_text(json.dumps({**PLANNED, "structure": None}))
+    more: list[str | Path] = []
+    if correct is not None:
+        more += ["--correct", tmp_path / correct if "." in correct else correct]
+    if into is not None:
+        more += ["--specification", tmp_path / into]
+    refused = run("fit", measured, *SOUGHT, *BARE, *more, status=2)
+    assert said in refused.stderr
+    assert refused.stdout == ""
+
+
+def test_a_history_makes_a_study_and_a_specification_where_its_mass_is_known(
+    decay: Path, tmp_path: Path
+) -> None:
+    known: tuple[str | Path, ...] = ("--no-particle", "--natural-frequency-hz", "2.5")
+    known += ("--friction-force-n", "0", "--fit", "damping_ratio=0.001,0.1")
+    refused = run("fit", decay, *known, "--specification", tmp_path / "c.yaml", status=2)
+    assert "`mass_kg` is missing: a time history is in metres" in refused.stderr
+
+    study, written = tmp_path / "fitted.yaml", tmp_path / "c.yaml"
+    known += ("--mass-kg", "1.6", "--study", study, "--specification", written)
+    answer = json.loads(run("fit", decay, *known, "--json").stdout)
+    assert answer["study"] == yaml.safe_load(study.read_text())
+    assert answer["specification"] == yaml.safe_load(written.read_text())
+    definition = read_study(str(study))
+    assert isinstance(definition, Study)
+    assert definition.coordinates["frequency_ratio"][[0, -1]] == pytest.approx([0.8, 1.25])
+    assert "is complete." in run("design", written, "--dry-run").stdout
+
+
+def test_a_report_is_printed_on_sheets(measured: Path, tmp_path: Path) -> None:
+    pypdf = pytest.importorskip("pypdf")
+    try:
+        require_printer()
+    except QueryFault as error:
+        pytest.skip(str(error))
+    report = tmp_path / "fit.pdf"
+    run("fit", measured, *SOUGHT, *BARE, "-o", report)
+    text = " ".join(" ".join(page.extract_text() for page in pypdf.PdfReader(report).pages).split())
+    assert "bench, fitted" in text
+    assert "The specification of a corrected design" in text
+    assert "natural_frequency_hz" in text

@@ -1,0 +1,98 @@
+"""A prototype that was identified from a time history under a sine: over which band, and with which amplitude of the base."""
+
+from collections.abc import Mapping
+from math import pi
+from typing import Any
+
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
+from damperlab.studies.fit.question import study_document
+
+BAND = 0.8, 1.25
+"""Frequencies over the natural one: the particle that rides on its wall, m/M up to 0.5, resonates within them."""
+CURVE_VALUES = 101
+"""Frequencies of the study."""
+
+
+def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) -> dict[str, Any]:
+    """Write the prototype as a study over frequency.
+
+    Parameters
+    ----------
+    question : HistoryQuestion
+        What is known.
+    values : mapping of float
+        The parameters that were estimated.
+
+    Returns
+    -------
+    dict
+        The definition, over `BAND`, with the base amplitude of `base_amplitude_m`.
+
+    Raises
+    ------
+    StudyFaults
+        As `base_amplitude_m` does.
+    """
+    given = {name: value for name, value in question.given(values).items() if name != RELEASE}
+    if given.get("friction_force_n") == 0.0:
+        # no force needs no mass for its ratio
+        del given["friction_force_n"]
+        given["friction_ratio"] = 0.0
+    given["base_amplitude_m"] = base_amplitude_m(question.measured, given)
+    settings: dict[str, Any] = {"name": f"{question.measured.name}, fitted"}
+    if not question.particle:
+        settings["particle"] = False
+    else:
+        settings["contact"] = question.contact.model_dump(mode="json")
+    band = {"start": BAND[0], "stop": BAND[1], "num": CURVE_VALUES}
+    return study_document(settings, given, band)
+
+
+def band_hz(given: Mapping[str, float]) -> tuple[float, float]:
+    """Give the ends of the band [Hz]."""
+    own = given["natural_frequency_hz"]
+    return BAND[0] * own, BAND[1] * own
+
+
+def peak_m_s2(measured: History) -> float | None:
+    """Largest |acceleration| of the base [m/s²]; None where the structure is released."""
+    return None if measured.base_m_s2 is None else float(abs(measured.base_m_s2).max())
+
+
+def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
+    """Give an amplitude of the base under which the prototype moves about as it did when it was measured.
+
+    Where the base moved, that of a sine at the natural frequency with the largest acceleration. Where the structure was
+    released at X, that which keeps it at X at resonance if its particle does nothing: a base that is a quarter of a cycle
+    ahead puts πkZX into a cycle, damping takes 2πζkX² and friction 4FX, so that Z = 2ζX + 4F/(πk).
+
+    Parameters
+    ----------
+    measured : History
+        The measurement.
+    given : mapping of float
+        The prototype, in the names of a study.
+
+    Raises
+    ------
+    StudyFaults
+        Where nothing but a particle takes energy from the structure that was released.
+    """
+    omega = 2.0 * pi * given["natural_frequency_hz"]
+    peak = peak_m_s2(measured)
+    if peak is not None:
+        return peak / omega**2
+    mass = given.get("mass_kg", 1.0)
+    damping = given.get("damping_ratio", given.get("damping_n_s_per_m", 0.0) / (2.0 * mass * omega))
+    friction = 4.0 * given.get("friction_force_n", 0.0) / (pi * mass * omega**2)
+    base_m = 2.0 * damping * measured.largest_m + friction
+    if base_m == 0.0:
+        told = (
+            "A structure that was released and has neither damping nor friction says nothing about a base amplitude: "
+            "whatever its base does, it resonates without bound."
+        )
+        advice = "give the damping ratio, or estimate it; or measure with a base that moves"
+        raise StudyFaults([Fault("damping_ratio", "0", "damping or friction", advice, told)])
+    return base_m
