@@ -131,7 +131,9 @@ class _Writer:
         found: dict[str, Any] = {}
         for name, ends in self._ranges().items():
             scale = self._scale(name)
-            found[self.spelled(name)] = span([end / scale for end in ends])
+            shown = [end / scale for end in ends]
+            # a guess needs no digits; what was measured keeps them
+            found[self.spelled(name)] = span([float(f"{end:.3g}") for end in shown] if name in CHANGED else shown)
         return found
 
     def given(self) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def test_friction_that_may_be_none_is_chosen_from_none() -> None:
     nothing = made(response(friction_force_n=(0.0, 1.0)), estimate("friction_force_n", 1e-6, 0.0, 2e-5))
     stiffness = 1.605 * (2 * math.pi * 2.5) ** 2
     most = nothing.document["choose"]["friction_force_n"]
-    assert most == {"start": 0.0, "stop": pytest.approx(0.78 * stiffness * 0.0015, rel=1e-5)}
+    assert most == {"start": 0.0, "stop": pytest.approx(0.78 * stiffness * 0.0015, rel=5e-3)}
     assert "tolerances" not in nothing.document
 
 
