@@ -61,10 +61,46 @@ COLUMNS = (
 CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
 """Columns that say what a row was measured at, where rows differ in more than their frequency."""
 
+ACCELERATIONS = (
+    "acceleration",
+    "acceleration amplitude",
+    "amplitude of the acceleration",
+    "absolute acceleration",
+    "relative acceleration",
+    "acceleration of the structure",
+)
+"""Headings of what an accelerometer on the structure measured, which is not fitted."""
+
+
+@dataclass(frozen=True)
+class NotFitted:
+    """Why an acceleration of the structure is not fitted, and what to do with one.
+
+    Parameters
+    ----------
+    why : str
+        The reason, as a sentence.
+    advice : str
+        What to do.
+    """
+
+    why: str
+    advice: str
+
+
+OF_RESPONSE = NotFitted(
+    "Friction and impacts make a motion that is no sine, so that its largest displacement is not its largest acceleration "
+    "over ω²",
+    "integrate the recorded acceleration twice, high-pass filtered well below the excitation frequency, and give the largest "
+    "displacement of a cycle as `amplitude (mm)`",
+)
+
 _UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
 
 
-def read_heading(text: str, field: str, columns: Sequence[Column] = COLUMNS) -> tuple[str, float] | Fault:
+def read_heading(
+    text: str, field: str, columns: Sequence[Column] = COLUMNS, not_fitted: NotFitted = OF_RESPONSE
+) -> tuple[str, float] | Fault:
     """Read one heading, as in ``amplitude (mm)``, ``X/Z`` or ``amplitude_m``.
 
     Parameters
@@ -75,6 +111,8 @@ def read_heading(text: str, field: str, columns: Sequence[Column] = COLUMNS) -> 
         Where it stands, for the fault.
     columns : sequence of Column
         Those that the table may have.
+    not_fitted : NotFitted
+        What to say of an acceleration of the structure.
 
     Returns
     -------
@@ -103,6 +141,9 @@ def read_heading(text: str, field: str, columns: Sequence[Column] = COLUMNS) -> 
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
         return Fault(field, found, allowed, f"write the heading as {example}", told)
+    if said in ACCELERATIONS:
+        told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted.why}."
+        return Fault(field, printable(written), "a displacement", not_fitted.advice, told)
     known = [spelling for column in columns for spelling in column.spellings]
     near = nearest(said, known)
     advice = f"did you mean `{near}`? Otherwise remove the column" if near else "remove the column"

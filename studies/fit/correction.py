@@ -151,11 +151,11 @@ class _Correction:
     def words(self) -> Iterator[str]:
         """Say what was replaced and what was kept."""
         if self.replaced:
-            yield f"As measured, or known with it, are now {spoken(self.replaced)}."
+            yield f"Replaced by what was measured, or is known with it: {spoken(self.replaced)}."
         yield from words_of(self.prototype, (*self.replaced, *self.chosen))
         kept = [name for name in self.kept if name in self.prototype.values or name in CHOSEN]
         if kept:
-            yield f"As before are {spoken(kept)}: the measurement does not say what they are."
+            yield f"Kept as before, since the measurement does not say it: {spoken(kept)}."
         yield from self._outside()
 
     def _outside(self) -> Iterator[str]:

@@ -65,8 +65,9 @@ def specified(prototype: Prototype) -> Specified:
     """
     _check_scales(prototype)
     writer = _Writer(prototype)
+    name = "".join(letter for letter in prototype.name if letter.isprintable())
     document: dict[str, Any] = {
-        "name": f"{prototype.name[: MAX_NAME - 40]}, corrected",
+        "name": f"{name[: MAX_NAME - 40]}, corrected",
         "structure": writer.structure(),
         "excitation": dict(prototype.excitation),
         "choose": writer.choose(),
@@ -133,7 +134,9 @@ class _Writer:
             scale = self._scale(name)
             shown = [end / scale for end in ends]
             # a guess needs no digits; what was measured keeps them
-            found[self.spelled(name)] = span([float(f"{end:.3g}") for end in shown] if name in CHANGED else shown)
+            found[self.spelled(name)] = span(
+                [float(f"{end:.3g}") for end in shown] if name in CHANGED else shown
+            )
         return found
 
     def given(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, read_heading
+from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, lines_of
 from damperlab.studies.vocabulary import ACCELERATION_UNITS
@@ -19,6 +19,13 @@ shaken from rest."""
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
 DEVIATION, SHARE = "deviation_m", "deviation_share"
+OF_HISTORY = NotFitted(
+    "An impact changes its velocity within moments: what an accelerometer shows of it is a pulse, whose height and shape are "
+    "those of the sensor and its filter",
+    "integrate it twice, high-pass filtered well below the natural frequency without a shift in time, and give it as "
+    "`displacement (mm)`, its first row at rest or where it is let go; that of the base is `base acceleration (m/s2)`",
+)
+"""What is said of an acceleration of the structure over time."""
 COLUMNS = (
     Column({TIME: {"s": 1.0, "ms": 1e-3}}, ("time", "t")),
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
@@ -72,7 +79,7 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
 def _headings(lines: Lines) -> tuple[list[str], list[float]]:
     number, text = lines.heading
     field = f"line {number}"
-    read = [read_heading(cell, field, COLUMNS) for cell in lines.cells(text)]
+    read = [read_heading(cell, field, COLUMNS, OF_HISTORY) for cell in lines.cells(text)]
     faults = [each for each in read if isinstance(each, Fault)]
     names = [each[0] for each in read if not isinstance(each, Fault)]
     for name in sorted({name for name in names if names.count(name) > 1}):

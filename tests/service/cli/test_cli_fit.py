@@ -189,7 +189,7 @@ def test_a_fit_corrects_a_specification_and_a_design_of_it_runs(measured: Path, 
     document, answer = json.loads(corrected.read_text()), json.loads(ended.stdout)
     assert answer["specification"] == document
     assert answer["specification_words"][0] == (
-        "As measured, or known with it, are now the natural frequency, the damping ratio and the friction force."
+        "Replaced by what was measured, or is known with it: the natural frequency, the damping ratio and the friction force."
     )
     structure = document["structure"]
     assert structure["mass_kg"] == 1.7

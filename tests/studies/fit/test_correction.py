@@ -89,7 +89,7 @@ def test_what_the_measurement_says_nothing_about_stays_with_its_tolerance() -> N
     found = correct(PLANNED, asked(), *ESTIMATES[:3], unknown)
     assert found.document["restitution"] == 0.6
     assert found.document["tolerances"]["restitution"] == 0.1
-    assert "As before are the restitution: the measurement does not say what they are." in found.words
+    assert "Kept as before, since the measurement does not say it: the restitution." in found.words
 
 
 def test_a_bare_structure_changes_the_structure_alone() -> None:

@@ -79,3 +79,11 @@ def test_what_is_wrong_with_a_history_is_told(text: str, said: str) -> None:
     with pytest.raises(StudyFaults) as refused:
         parse_table(text)
     assert said in " ".join(fault.sentence for fault in refused.value.faults)
+
+
+def test_an_acceleration_of_the_structure_is_refused_with_what_to_do() -> None:
+    with pytest.raises(StudyFaults) as refused:
+        parse_history("time (s), acceleration (g), base acceleration (g)\n0, 1, 0\n", "bench")
+    said = str(refused.value)
+    assert "an accelerometer shows of it is a pulse, whose height and shape are those of the sensor" in said
+    assert "`displacement (mm)`, its first row at rest or where it is let go" in said

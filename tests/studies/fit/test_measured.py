@@ -89,3 +89,17 @@ def test_a_file_that_is_not_there_and_a_long_one_are_refused(tmp_path: Path) -> 
         parse_measurement("r, X/Z\n" + "1, 2\n" * 2001)
     with pytest.raises(StudyFaults, match="at most 4,194,304 bytes"):
         parse_measurement("x" * (4 * 1024 * 1024 + 1))
+
+
+@pytest.mark.parametrize(
+    "heading", ["acceleration (m/s2)", "Acceleration amplitude (g)", "absolute_acceleration (m/s2)"]
+)
+def test_an_acceleration_of_the_structure_is_refused_with_what_to_do(heading: str) -> None:
+    with pytest.raises(StudyFaults) as refused:
+        parse_measurement(f"frequency (Hz), {heading}\n2.5, 12\n")
+    said = str(refused.value)
+    assert (
+        "a motion that is no sine, so that its largest displacement is not its largest acceleration over ω²."
+        in said
+    )
+    assert "Integrate the recorded acceleration twice, high-pass filtered" in said

@@ -1,6 +1,7 @@
 """Specifications made of fits: what they hold is what was measured, and they are accepted."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -47,6 +48,13 @@ def test_a_response_in_units_makes_one_with_ranges_around_what_was_built() -> No
     }
     assert set(found.guesses) == {"choose.clearance_m", "choose.friction_force_n"}
     assert "GUESS, to be edited: a quarter to four times what was built, 0.015." in specification_text(found)
+
+
+def test_a_name_of_any_length_and_any_letters_is_a_name() -> None:
+    prototype = prototype_of(response(friction_force_n=(0.0, 1.0)), [FRICTION])
+    found = specified(replace(prototype, name="a\nb" + "x" * 500))
+    assert found.document["name"].startswith("abxx")
+    assert found.document["name"].endswith("x, corrected")
 
 
 def test_tolerances_are_rounded_up_and_hold_the_interval() -> None:
