@@ -10,6 +10,7 @@ from typing import Any
 from distributed import Client, Future
 
 from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
+from damperlab.worker.sealed import sealed
 
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
@@ -63,7 +64,7 @@ class Errands:
         """
         with asking_the_cluster(self._client):
             future = self._client.submit(
-                *call,
+                *sealed(*call),
                 key=key,
                 pure=False,
                 workers=[address],

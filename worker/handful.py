@@ -21,6 +21,7 @@ from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.preparation import all_ready
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
 from damperlab.worker.scenes import scenes
+from damperlab.worker.sealed import sealed
 from damperlab.worker.tasks import run_block
 
 MOST = 64
@@ -67,7 +68,7 @@ def run_handful(
                 return list(ids)
             tasks = _tasks(store, records, identity)
             futures = [
-                client.submit(run_blocks, tasks[start : start + A_TASK], pure=False)
+                client.submit(*sealed(run_blocks, tasks[start : start + A_TASK]), pure=False)
                 for start in range(0, len(tasks), A_TASK)
             ]
             try:

@@ -8,6 +8,7 @@ from distributed import Client
 from damperlab.worker.jit import CACHE_FOLDER
 from damperlab.worker.provenance import identity
 from damperlab.worker.scenes import Scene
+from damperlab.worker.sealed import sealed
 from damperlab.worker.warm import missing, warm
 
 LOOK_SECONDS = 0.2
@@ -50,7 +51,9 @@ def compile_at_workers(
         places.setdefault((host, folder), (lacking, []))[1].append(address)
     tasks = [
         # another worker may take over from one that dies: machines differ less than that costs
-        client.submit(_warm, scene, pure=False, workers=[there[i % len(there)]], allow_other_workers=True)
+        client.submit(
+            *sealed(_warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
+        )
         for lacking, there in places.values()
         for i, scene in enumerate(lacking)
     ]

@@ -1,0 +1,27 @@
+"""What a scheduler learns of the calls that it hands on."""
+
+from damperlab.worker.cluster import connect
+from damperlab.worker.errands import Errands
+from damperlab.worker.examination import examine
+from damperlab.worker.provenance import computing
+from damperlab.worker.sealed import opened, sealed
+
+
+def test_a_sealed_call_is_made_with_its_arguments() -> None:
+    assert opened(*sealed(divmod, 7, 3)[1:]) == (2, 1)
+
+
+def test_a_scheduler_loads_neither_solver_nor_store_for_what_workers_do() -> None:
+    with connect(workers=1) as client:
+        (address,) = client.nthreads()
+        errands = Errands(client, 0)
+        facts = errands.send(errands.key("facts"), address, (computing,)).result()
+        assert facts["identity"] == computing()["identity"]
+        # what it raises comes back as well
+        refused = errands.send(
+            errands.key("examination"), address, (examine, "", "", "other", None)
+        ).exception()
+        assert type(refused).__name__ == "WrongCode"
+        loaded = client.run_on_scheduler(eval, "list(__import__('sys').modules)")
+    assert "distributed.scheduler" in loaded
+    assert not {"numba", "pydantic", "sqlalchemy", computing.__module__, examine.__module__} & set(loaded)
