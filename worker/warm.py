@@ -13,6 +13,7 @@ import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -29,8 +30,8 @@ try:
 except ImportError:  # not a POSIX system: every process compiles for itself, and ends where what acts changes
     fcntl = resource = None  # type: ignore[assignment]
 
-MUCH = 4e8
-"""Memory from which a process that compiles ends before scenes with other parts [bytes]; libraries alone take 2e8."""
+SHARE = 1 / 3
+"""Of the machine's memory for each of its cores, what a process that compiles may hold and still go on with other parts."""
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 
@@ -57,8 +58,9 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
     """Compile the first scene that no other process is at, then those in which the same acts, then others while memory is left.
 
     What acts in a scene decides most of what must be compiled for it: six scenes of a hybrid damper take 44 s of CPU time
-    in one process, and 69 s in one each; a start alone takes 3 s. Compiled parts stay in memory, so that a process ends
-    rather than go on with other parts where it holds much.
+    in one process, and 69 s in one each. A process that goes on with another damper still saves a third of what the first
+    scene of that would take: what numba itself compiles first, and what both share. Compiled parts stay in memory, 0.2 GB
+    for a large scene, so that a process ends rather than go on with other parts where it holds much.
 
     Parameters
     ----------
@@ -70,13 +72,24 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
     RuntimeError
         With the scene's name, where one cannot be compiled.
     """
-    left, next_ones = list(wanted), list(wanted)
+    left = list(wanted)
+    next_ones: Iterable[Scene] = wanted
     while made := next((scene for scene in next_ones if _made_by_name(scene, wait=False)), None):
         left.remove(made)
         alike = [scene for scene in left if scene[1:] == made[1:]]
-        next_ones = alike + [scene for scene in left if scene not in alike and _has_held() < MUCH]
+        others = [scene for scene in left if scene not in alike]
+        next_ones = chain(alike, (scene for scene in others if _has_held() < _much()))
     if len(left) == len(wanted):  # others compile all of them: until the first is done
         _made_by_name(left[0], wait=True)
+
+
+def _much() -> float:
+    """Memory from which this process shall end before scenes with other parts [bytes], by what its machine or container has."""
+    from dask.system import CPU_COUNT
+    from distributed.system import MEMORY_LIMIT
+
+    much: float = SHARE * MEMORY_LIMIT / CPU_COUNT
+    return much
 
 
 def _has_held() -> float:

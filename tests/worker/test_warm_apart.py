@@ -35,15 +35,15 @@ def test_a_scene_that_another_process_compiles_is_left_to_it_and_waited_for_wher
     assert (folder / marker(first)).read_text() == "", "compiled twice"
 
 
-@pytest.mark.parametrize(("much", "others"), [(0.0, False), (1e12, True)])
+@pytest.mark.parametrize(("share", "others"), [(0.0, False), (1e3, True)])
 def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_left_with_others(
-    much: float, others: bool, tmp_path: Path
+    share: float, others: bool, tmp_path: Path
 ) -> None:
     friction, linear, alike = SCENES
     names = [scene.name for scene in (linear, friction, alike)]
     code = (
         "from damperlab.worker import warm; from damperlab.worker.scenes import scene_named as named; "
-        f"warm.MUCH = {much}; warm.warm_alike([named(name) for name in {names}])"
+        f"warm.SHARE = {share}; warm.warm_alike([named(name) for name in {names}])"
     )
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
