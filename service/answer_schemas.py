@@ -346,6 +346,8 @@ _FITTED_HISTORY = _object(
     },
 )
 _DESIGN_ANSWER = _object(
+    # of answers that were kept before there were such
+    ("starts", "amplitudes", "masses", "ended", "no_damper"),
     name=TEXT,
     digest=TEXT,
     design=_BUILT,
@@ -376,6 +378,46 @@ _DESIGN_ANSWER = _object(
     budget_points=COUNT,
     words=TEXTS,
     response=_by_name(NUMBERS),
+    no_damper=_object(response=_by_name(NUMBERS)),
+    starts=_or_null(
+        _object(
+            count=COUNT,
+            frequencies=COUNT,
+            several=COUNT,
+            where=_list(
+                _object(frequency_ratio=NUMBER, attractors=COUNT, highest=NUMBER, responses=_list(TABLE))
+            ),
+        )
+    ),
+    amplitudes=_list(
+        _object(
+            amplitude=NUMBER,
+            amplitude_units=TEXT,
+            asked=FLAG,
+            frequency_ratio=NUMBERS,
+            frequency_hz=_or_null(NUMBERS),
+            value=NUMBERS,
+            ratio=NUMBERS,
+            units=TEXT,
+            worst=NUMBER,
+            worst_ratio=NUMBER,
+            worst_frequency_ratio=NUMBER,
+            worst_frequency_hz=NUMBER,
+        )
+    ),
+    masses=_list(
+        _object(
+            design=_BUILT,
+            worst=_WORST,
+            feasible=FLAG,
+            looked_at=COUNT,
+            recommended=FLAG,
+            lighter_as_good=FLAG,
+            tuned_mass_damper=NUMBER,
+            particle_alone=NUMBER,
+        )
+    ),
+    ended=_object(criterion=TEXT, step=NUMBER, open=COUNT),
     cases=_list(_object(("record_name",), record=TEXT, record_name=TEXT, scale=NUMBER, value=NUMBER)),
     specification={"type": "object"},
 )

@@ -13,6 +13,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import (
     frequency,
+    length,
     limited,
     quantity,
     response,
@@ -46,6 +47,7 @@ def design_report(found: Found) -> str:
                 "Response over the band under the largest amplitude, each damper as drawn, at every frequency computed.",
             )
         )
+    parts += _starts(found)
     if found.shown:
         parts += [
             "<h2>Under other amplitudes</h2>",
@@ -55,19 +57,7 @@ def design_report(found: Found) -> str:
                 "Dots mark the peaks at the frequencies that were computed.",
             ),
         ]
-    if found.front:
-        front = (
-            (quantity(asked, "particle_mass_kg", mass), response(asked, each.value))
-            for mass, each in found.front
-        )
-        parts += [
-            "<h2>Mass against response</h2>",
-            table("Mass against response", ("particle", "worst case as drawn"), front),
-            drawing(
-                draw_front(found),
-                "The best damper found for every mass of the first look that none lighter reaches.",
-            ),
-        ]
+    parts += _masses(found)
     if asked.limited_at_all:
         parts += [
             "<h2>Limits</h2>",
@@ -79,6 +69,70 @@ def design_report(found: Found) -> str:
         said(f"damperlab {damperlab.__version__}; specification {asked.digest[:12]}.", "quiet"),
     ]
     return page(title, parts)
+
+
+def _masses(found: Found) -> Iterable[str]:
+    asked = found.asked
+    if len(found.front) < 2:
+        return
+    rows = [
+        (
+            quantity(asked, "particle_mass_kg", each.mass_kg),
+            response(asked, each.score.value) + ("" if each.score.violation == 0.0 else ", exceeds a limit"),
+            *(
+                "" if other is None else response(asked, other)
+                for other in (each.absorber, each.particle_alone)
+            ),
+            *_without_mass(found, each.build),
+            f"{each.looked_at:,}",
+        )
+        for each in found.front
+    ]
+    columns = (
+        "particle", "best as drawn", "tuned mass damper", "particle alone", "clearance", "friction force", "e", "looked at"
+    )  # fmt: skip
+    yield "<h2>Mass against response</h2>"
+    yield table("Mass against response", columns, rows)
+    yield drawing(
+        draw_front(found),
+        "The best damper found of each mass, as drawn, of as many as were looked at: what else is chosen was followed from the "
+        "best of the neighbouring mass while it got better. The tuned mass damper is exact.",
+    )
+
+
+def _without_mass(found: Found, build: Build) -> tuple[str, str, str]:
+    asked, particle = found.asked, build.particle_mass_kg > 0.0
+    return (
+        quantity(asked, "clearance_m", build.clearance_m) if particle else "",
+        quantity(asked, "friction_force_n", build.friction_force_n),
+        f"{build.restitution:.4g}" if particle else "",
+    )
+
+
+def _starts(found: Found) -> Iterable[str]:
+    asked, starts = found.asked, found.starts
+    if starts is None or not starts.where:
+        return
+    rows = [
+        (
+            frequency(asked, at.frequency_ratio) if each is at.responses[0] else "",
+            length(asked, each.displacement),
+            f"{round(each.share * starts.count)} of {starts.count}",
+            (each.response_class or "not known").replace("_", " "),
+            "yes" if each.from_rest else "no",
+        )
+        for at in starts.where
+        for each in at.responses
+    ]
+    columns = ("near", "displacement of the structure", "starts", "class", "from rest")
+    yield "<h2>More than one response</h2>"
+    yield table("More than one response", columns, rows)
+    yield said(
+        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different responses; of "
+        "more than three at a frequency the three that most of them lead to. The class is known of the first, and of the one "
+        "from rest.",
+        "quiet",
+    )
 
 
 def _excitations(found: Found) -> Iterable[str]:

@@ -13,6 +13,8 @@ from damperlab.studies.html import card
 from damperlab.studies.vocabulary import ENDED
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     Specification = Mapping[str, Any] | str | Path
 
 LOOK_SECONDS = 1.0
@@ -96,6 +98,22 @@ class Design:
         if now["state"] not in ENDED:
             raise StillRunning(f"{self} is {now['state']}: {_points(now)}.")
         return self._answer(now)
+
+    @property
+    def amplitudes(self) -> "xr.Dataset":
+        """The response of the recommended damper over ``amplitude`` and ``frequency_ratio``, from half the least amplitude to
+        twice the largest: ``value``, ``ratio`` over the base amplitude, ``worst`` and ``worst_frequency_ratio``.
+
+        Raises
+        ------
+        StillRunning
+            If the design has not ended.
+        Stopped
+            If it has failed or was cancelled.
+        """
+        from damperlab.studies.design.backbone import backbone_dataset
+
+        return backbone_dataset(self.answer["amplitudes"])
 
     def wait(self, progress: bool = True, timeout: float | None = None) -> "Design":
         """Wait until the design is done.

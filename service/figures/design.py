@@ -80,15 +80,24 @@ def draw_amplitudes(found: Found) -> Figure:
 
 
 def draw_front(found: Found) -> Figure:
-    """Draw the best response of every particle's mass that none lighter reaches."""
-    asked = found.asked
-    masses = [mass if asked.in_units else mass / asked.structure.mass_kg for mass, _ in found.front]
-    values = [_size(asked) * each.value for _, each in found.front]
+    """Draw the best response found of every particle's mass, and that of the tuned mass damper of it."""
+    asked, size = found.asked, _size(found.asked)
+    share = 1.0 if asked.in_units else asked.structure.mass_kg
     with styled():
         figure = Figure(figsize=(6.6, 4.2), layout="constrained")
         axes = figure.add_subplot()
-        axes.plot(masses, values, color=BLUE, marker="o", ms=4)
+        tuned = [
+            (each.mass_kg / share, size * each.absorber) for each in found.front if each.absorber is not None
+        ]
+        if tuned:
+            axes.plot(
+                *np.transpose(tuned), color=VERMILION, marker="s", ms=4, ls="--", label="tuned mass damper"
+            )
+        drawn = [(each.mass_kg / share, size * each.score.value) for each in found.front]
+        axes.plot(*np.transpose(drawn), color=BLUE, marker="o", ms=4, label="best found, as drawn")
         axes.grid(color="#dddddd", lw=0.5)
+        axes.set_ylim(bottom=0.0)
+        axes.legend()
         axes.set(
             xlabel="Mass of the particle [kg]" if asked.in_units else "Mass ratio $β$",
             ylabel=f"Largest {asked.measure.words} [{_unit(asked)}]",

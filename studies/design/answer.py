@@ -4,9 +4,12 @@ from dataclasses import asdict
 from typing import Any
 
 from damperlab.studies.design.alternatives import OF_DAMPER
+from damperlab.studies.design.backbone import backbone_document
 from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.ends import at_ends
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.front import OfMass, undominated
+from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.words import material_of, words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
@@ -37,7 +40,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "probability_interval": None if builds is None else [builds.low, builds.high],
         "builds": 0 if builds is None else builds.drawn,
         "builds_within": None if builds is None else builds.bound,
-        "starts": None if found.starts is None else asdict(found.starts),
+        "starts": _starts(found),
         "at_range_end": at_ends(found),
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
         "margin_together": found.together and asdict(found.together),
@@ -45,22 +48,22 @@ def answer_document(found: Found) -> dict[str, Any]:
         "tuned_mass_damper": _absorber(found),
         "compared": worst_document(asked, found.compared),
         "pareto": [
-            {
-                "particle_mass_kg" if asked.in_units else "mass_ratio": mass,
-                "worst": each.value,
-                "error": each.error,
-            }
-            for mass, each in found.front
+            {_mass_name(asked): each.mass_kg, "worst": each.score.value, "error": each.score.error}
+            for each in undominated(found.front)
         ],
+        "masses": [_of_mass(found, each) for each in found.front],
         "as_good": found.as_good,
         "shortfall": None if found.shortfall is None else asdict(found.shortfall),
         "stopped": found.stopped,
+        "ended": asdict(found.ended),
         "left_out": list(found.left_out),
         "confidence": asked.confidence,
         "points": found.book.spent,
         "budget_points": found.book.budget,
         "words": words_of(found),
-        "response": _response(found),
+        "response": response_document(found, found.build),
+        "no_damper": {"response": closed_form_document(found, NO_DAMPER)},
+        "amplitudes": backbone_document(found),
         "cases": [
             {
                 "record": case.source.id,
@@ -120,6 +123,20 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
     }
 
 
+def _starts(found: Found) -> dict[str, Any] | None:
+    """Give what several starts lead to; lengths in metres, or over the base amplitude where there are no units."""
+    if found.starts is None:
+        return None
+    known = asdict(found.starts)
+    for each in (known, *known["where"]):
+        each["frequency_hz"] = _hertz(found.asked, each["frequency_ratio"])
+    return known
+
+
+def _hertz(asked: Specification, ratio: float) -> float | None:
+    return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
+
+
 def _limits(found: Found) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     asked = found.asked
@@ -164,6 +181,7 @@ def _alternative(found: Found, name: str) -> dict[str, Any] | None:
         "worst": worst_document(found.asked, other.score),
         "feasible": other.score.violation == 0.0,
         "ratio": _times(other.score.value, found),
+        "response": response_document(found, other.build),
     }
 
 
@@ -178,7 +196,28 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "worst": {"value": beside.value, "units": found.asked.unit},
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
         "ratio": _times(beside.value, found),
+        "response": closed_form_document(found, beside.absorber),
     }
+
+
+def _of_mass(found: Found, one: OfMass) -> dict[str, Any]:
+    """Give the best damper found of a mass, as drawn, with other dampers of that mass."""
+    return {
+        _mass_name(found.asked): one.mass_kg,
+        "design": design_document(one.build, found.asked),
+        "worst": worst_document(found.asked, one.score),
+        "feasible": one.score.violation == 0.0,
+        "looked_at": one.looked_at,
+        "recommended": one.mass_kg == found.build.particle_mass_kg,
+        "lighter_as_good": one not in undominated(found.front),
+        "tuned_mass_damper": one.absorber,
+        "particle_alone": one.particle_alone,
+    }
+
+
+def _mass_name(asked: Specification) -> str:
+    """Name the mass of a particle: in a specification in ratios the structure's is 1."""
+    return "particle_mass_kg" if asked.in_units else "mass_ratio"
 
 
 def _times(value: float, found: Found) -> float | None:
@@ -196,19 +235,3 @@ def cases_of(found: Found) -> list[tuple[Case, float]]:
     """Give the measure of the drawn damper under every record at every scale; none of a specification over bands."""
     cases = found.asked.cases
     return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
-
-
-def _response(found: Found) -> dict[str, Any]:
-    """Give the response of the drawn damper under the largest amplitude of what binds at every frequency; none of records."""
-    asked = found.asked
-    if not asked.excitations:
-        return {}
-    curve = found.book.curve(found.build, found.binding.largest)
-    known: dict[str, Any] = {
-        "frequency_ratio": curve.r.tolist(),
-        "value": curve.measured.tolist(),
-        "error": curve.errors.tolist(),
-    }
-    if asked.in_units:
-        known["frequency_hz"] = (curve.r * asked.structure.natural_frequency_hz).tolist()
-    return known

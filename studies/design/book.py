@@ -37,6 +37,16 @@ VARIABLES = (
 """What is kept of a point, beside what limits are about."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
 """The dimension that stands in the place of a ratio where something else than the displacement of the base is constant."""
+OF_STARTS = (
+    "amplitude_ratio_worst",
+    "attractors",
+    "attractor_share",
+    "attractor_share_second",
+    "amplitude_ratio_second",
+    "attractor_share_third",
+    "amplitude_ratio_third",
+)
+"""What is stored of several starts."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
 """What is stored as well."""
 STUDY_COST = 40
@@ -206,7 +216,7 @@ class Book:
         law, place, contact = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
-            "metrics": [*self.variables, *ABOUT_THE_RUN, "amplitude_ratio_worst", "attractors"],
+            "metrics": [*self.variables, *ABOUT_THE_RUN, *OF_STARTS],
             "start": {"kind": "ensemble", "n": starts, "seed": seed},
         }
         grid = [np.array([value]) for value in place]

@@ -26,7 +26,7 @@ def contend(search: Search) -> Asks:
     """
     search.cap = int(SHARE * search.book.budget)
     try:
-        while contenders := _contenders(search):
+        while contenders := contenders_of(search):
             yield from _look(search, contenders)
         yield from search.polish()
     except BudgetSpent:
@@ -40,7 +40,7 @@ def at_least(search: Search, candidate: Candidate) -> Score:
     return worst(search.score(build) for build in known)
 
 
-def _contenders(search: Search) -> list[Candidate]:
+def contenders_of(search: Search) -> list[Candidate]:
     """Name the candidates, not judged with tolerances yet, that may be better than the best, the most promising first."""
     bar = search.robust[search.best()].sure
     found: list[tuple[float, float, Candidate]] = []

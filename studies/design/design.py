@@ -14,6 +14,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.contenders import contend
 from damperlab.studies.design.corners import amplitudes_of
+from damperlab.studies.design.ended import ended_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
@@ -166,7 +167,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     if asked.tolerances and asked.builds:
         book.stage = "builds drawn within the tolerances"
         builds = (yield from within(drawn(search, build), left, "builds within the tolerances")) or []
-    beside = Surroundings(search, build, worst(judged), shown)
+    beside = Surroundings(search, best, worst(judged), shown)
     left += yield from beside.look()
     scores = [search.score(each) for each in builds]
     stated = worst([*judged, *scores])
@@ -189,11 +190,11 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=beside.front,
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
-        starts=starts_of(asked, binding(asked, over), book.from_many_starts, stated.most) if over else None,
+        starts=starts_of(asked, book, build, binding(asked, over).largest, stated.most) if over else None,
         as_good=as_good,
         shortfall=shortfall_of(search, best),
         stopped=search.stopped or "complete",
-        step=search.step,
+        ended=ended_of(search),
         left_out=tuple(left),
     )
 

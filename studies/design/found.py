@@ -7,6 +7,8 @@ from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
+from damperlab.studies.design.ended import Ended
+from damperlab.studies.design.front import OfMass
 from damperlab.studies.design.margins import Margin, Together
 from damperlab.studies.design.score import Score, binding, score
 from damperlab.studies.design.shortfall import Shortfall
@@ -38,8 +40,8 @@ class Found:
         `friction_alone`, `particle_alone`.
     absorber : Beside or None
         The tuned mass damper.
-    front : tuple of (float, Score)
-        Where the mass is chosen: the best response of every mass looked at that none lighter reaches.
+    front : tuple of OfMass
+        The best damper found of each of several masses, the lightest first; empty without a particle.
     over : Score or None
         As `nominal`, over the bands alone; None where there is none.
     under : tuple of Score
@@ -48,16 +50,15 @@ class Found:
         Amplitudes of the excitation that binds, also beyond its range, under which the damper as drawn is known at every
         frequency of the survey.
     starts : Starts or None
-        What other starts than rest lead to; None where something else than the displacement is measured,
-        or where the budget did not allow it.
+        What other starts than rest lead to; None where the budget did not allow it.
     as_good : int
         Further dampers judged that may be as good within the errors.
     shortfall : Shortfall or None
         By how much another damper may be better; None where limits are exceeded.
     stopped : str
         "complete" or "budget".
-    step : float
-        The last step, as a share of the ranges.
+    ended : Ended
+        Which criterion ended it, and what that left open.
     left_out : tuple of str
         What the budget did not allow.
     """
@@ -73,7 +74,7 @@ class Found:
     together: Together | None
     alternatives: dict[str, Alternative]
     absorber: Beside | None
-    front: tuple[tuple[float, Score], ...]
+    front: tuple[OfMass, ...]
     over: Score | None
     under: tuple[Score, ...]
     shown: tuple[Amplitude, ...]
@@ -81,7 +82,7 @@ class Found:
     as_good: int
     shortfall: Shortfall | None
     stopped: str
-    step: float
+    ended: Ended
     left_out: tuple[str, ...]
 
     @property

@@ -1,26 +1,204 @@
-"""The best response of every mass that none lighter reaches."""
+"""Response against the mass of the particle: the best damper found of each of several masses, the others chosen anew.
 
+Every mass is looked at from the best damper of its neighbour on, one step of what else is chosen at a time, while that is
+better. So each is the best of those that were looked at, as drawn, and no more; the tuned mass damper beside it is exact.
+"""
+
+from dataclasses import dataclass, replace
+
+from damperlab.studies.design.absorber import tuned_beside
+from damperlab.studies.design.alternatives import Alternative
+from damperlab.studies.design.book import BudgetSpent
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.lattice import Candidate, Lattice
 from damperlab.studies.design.score import Score
-from damperlab.studies.design.search import CLOSEST, Search
+from damperlab.studies.design.search import CLOSE, CLOSEST, Asks, Search
 from damperlab.studies.design.steps import Step
+from damperlab.studies.specification.specification import Choice, Specification
+
+MASS = "particle_mass_kg"
+MASSES = 5
+"""Masses over a range that is to be chosen from; more where the recommended one is between them."""
+MOST_LISTED = 7
+"""Most masses of a list."""
+SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
+"""Of a mass that is given."""
+WIDEST, FINEST = 1 / 8, 1 / 16
+"""Steps of what else is chosen, as shares of its range."""
+SAME = 1e-9
+"""Share within which two masses are one."""
 
 
-def front_of(search: Search) -> Step[tuple[tuple[float, Score], ...]]:
-    """Know the best candidate of every mass that was looked at closely, and keep those that no lighter one reaches."""
-    place = search.lattice.names.index("particle_mass_kg")
-    found: list[tuple[float, Score]] = []
-    for mass in sorted({each[place] for each in search.lattice.first()}):
-        same = [each for each in search.pool if each[place] == mass]
-        while True:
-            build = search.lattice.build(
-                min(same, key=lambda each: (*search.score(search.lattice.build(each)).rank, each))
-            )
-            if search.close(build):
+@dataclass(frozen=True)
+class OfMass:
+    """The best damper found of one mass, as drawn.
+
+    Parameters
+    ----------
+    build : Build
+        Which.
+    score : Score
+        Its worst case.
+    looked_at : int
+        Of how many dampers of this mass it is the best.
+    absorber : float or None
+        Worst case of the tuned mass damper of this mass on the nominal structure; None without mass.
+    particle_alone : float or None
+        That of the particle alone of this mass; None where it was not looked for.
+    """
+
+    build: Build
+    score: Score
+    looked_at: int
+    absorber: float | None
+    particle_alone: float | None
+
+    @property
+    def mass_kg(self) -> float:
+        """The mass of the particle."""
+        return self.build.particle_mass_kg
+
+
+def masses_of(asked: Specification, recommended: Build) -> list[float]:
+    """Choose the masses, the recommended one among them: over its range, or about a mass that is given, within its limit.
+
+    None without mass where nothing of it is to be chosen.
+    """
+    choice, own = asked.choices[MASS], recommended.particle_mass_kg
+    if choice.values:
+        count = min(len(choice.values), MOST_LISTED)
+        every = [choice.at(k / max(count - 1, 1)) for k in range(count)]
+    elif choice.free:
+        every = [choice.at(k / (MASSES - 1)) for k in range(MASSES)]
+    else:
+        most = _limit(asked)
+        every = [share * own for share in SHARES if share * own <= most]
+        every += [most] if own < most < SHARES[-1] * own else []
+    kept = [mass for mass in every if abs(mass - own) > SAME * own]
+    return sorted({*kept, own})
+
+
+def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, ...]]:
+    """Look for the best damper of every mass, from the recommended one on to lighter and to heavier ones.
+
+    Parameters
+    ----------
+    search : Search
+        At its end.
+    best : tuple of float
+        What it recommends.
+    most : int
+        Points of the book that there may be after it.
+
+    Returns
+    -------
+    tuple of OfMass
+        In the order of their masses, as many as the points allow.
+    """
+    recommended = search.lattice.build(best)
+    masses = masses_of(search.asked, recommended)
+    place = masses.index(recommended.particle_mass_kg)
+    found: dict[float, OfMass] = {}
+    for path in (masses[place:], masses[:place][::-1]):
+        start = _others(search, best)
+        for mass in path:
+            try:
+                found[mass], start = yield from _best_of(search, mass, start, most)
+            except BudgetSpent:
                 break
-            yield from search.known([build], CLOSEST)
-        found.append((build.particle_mass_kg, search.score(build)))
-    kept: list[tuple[float, Score]] = []
-    for weight, each in found:
-        if all(each.rank < other.rank for _, other in kept):
-            kept.append((weight, each))
+    return tuple(found[mass] for mass in sorted(found))
+
+
+def beside_particle_alone(
+    front: tuple[OfMass, ...], search: Search, alone: Alternative | None
+) -> tuple[OfMass, ...]:
+    """Add the particle alone where it was looked for with the mass of one of them."""
+    if alone is None:
+        return front
+    value = search.score(alone.build).value
+    return tuple(
+        replace(each, particle_alone=value) if each.mass_kg == alone.build.particle_mass_kg else each
+        for each in front
+    )
+
+
+def undominated(front: tuple[OfMass, ...]) -> tuple[OfMass, ...]:
+    """Choose the masses that no lighter one does as well as."""
+    kept: list[OfMass] = []
+    for each in front:
+        if all(each.score.rank < other.score.rank for other in kept):
+            kept.append(each)
     return tuple(kept)
+
+
+@dataclass
+class _Looking:
+    """The dampers of one mass that are looked at."""
+
+    search: Search
+    lattice: Lattice
+    known: set[Candidate]
+
+    def best(self) -> Candidate:
+        return min(self.known, key=lambda each: (*self.search.score(self.lattice.build(each)).rank, each))
+
+    def closer(self, level: int) -> Asks:
+        """Look at the best more closely until the best is known so closely."""
+        while True:
+            best = self.best()
+            yield from self.search.known([self.lattice.build(best)], level)
+            if self.best() == best:
+                return
+
+
+def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
+    """Look for the best damper of a mass, beginning at that of a neighbour and at what the search knows of this mass."""
+    asked = _with_mass(search.asked, mass)
+    looking = _Looking(_looker(search, asked), Lattice(asked), set())
+    looking.search.cap = cap
+    try:
+        yield from looking.search.known([looking.lattice.build(start)], CLOSE)
+        looking.known = {start, *_pool(search, mass)}
+        yield from looking.closer(CLOSE)
+        step = WIDEST
+        while step >= FINEST and looking.lattice.names:
+            best = looking.best()
+            around = set(looking.lattice.around([best], step))
+            yield from looking.search.known(map(looking.lattice.build, sorted(around)), 0)
+            looking.known |= around
+            yield from looking.closer(CLOSE)
+            step = step / 2 if looking.best() == best else step
+        yield from looking.closer(CLOSEST)
+    finally:
+        looking.search.cap = search.book.budget
+    build = looking.lattice.build(looking.best())
+    tuned = tuned_beside(search.asked, mass / search.asked.structure.mass_kg)
+    nominal = None if tuned is None else tuned.nominal
+    return OfMass(build, looking.search.score(build), len(looking.known), nominal, None), looking.best()
+
+
+def _looker(search: Search, asked: Specification) -> Search:
+    """Give what looks at dampers of a mass: the search itself, or where its frequencies are for lighter ones another."""
+    heavier = asked.choices[MASS].stop > search.asked.choices[MASS].stop
+    return Search(asked, search.book, told=False) if heavier else search
+
+
+def _others(search: Search, candidate: Candidate) -> Candidate:
+    """Give the shares of what is chosen beside the mass."""
+    return tuple(share for name, share in zip(search.lattice.names, candidate, strict=True) if name != MASS)
+
+
+def _pool(search: Search, mass: float) -> set[Candidate]:
+    """Give what the search knows of a mass."""
+    same = (each for each in search.pool if search.lattice.build(each).particle_mass_kg == mass)
+    return {_others(search, each) for each in same}
+
+
+def _with_mass(asked: Specification, mass: float) -> Specification:
+    return replace(asked, choices={**asked.choices, MASS: Choice(mass, mass)}, tolerances={})
+
+
+def _limit(asked: Specification) -> float:
+    """Give the heaviest mass that keeps its limit, with its tolerance."""
+    limit = asked.damper_limits.get(MASS, float("inf"))
+    return asked.tolerances[MASS].most(limit) if MASS in asked.tolerances else limit

@@ -59,6 +59,11 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value * scale * (1.0 - 1e-12)) / scale:.4g}")
 
 
+def length(asked: Specification, value: float) -> str:
+    """Write a displacement, whatever is measured; over the base amplitude where there are no units."""
+    return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
+
+
 def level(asked: Specification, amplitude: Amplitude) -> str:
     """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
     value, unit = asked.level(amplitude), amplitude.excitation.motion.unit

@@ -1,21 +1,83 @@
-"""The damper as drawn from other starts than rest."""
+"""The damper as drawn from other starts than rest: which responses they lead to, and how many of them to each."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.design.book import Wanted
+from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
-from damperlab.studies.specification.excitation import Excitation
+from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.measure import Measure
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.variables import ResponseClass
 
 STARTS = 12
 """Starts of the damper as drawn, one of them rest."""
+BY_RANK = (
+    ("attractor_share", "amplitude_ratio"),
+    ("attractor_share_second", "amplitude_ratio_second"),
+    ("attractor_share_third", "amplitude_ratio_third"),
+)
+"""Share of the starts and amplitude of the responses that are told apart, the most frequent first."""
+SAME = 1e-6
+"""Share within which the amplitude from rest is that of one of them: it is computed from the same start."""
+
+
+@dataclass(frozen=True)
+class Reached:
+    """One of several responses at a frequency.
+
+    Parameters
+    ----------
+    displacement : float
+        Of the structure, in the unit of lengths.
+    value : float or None
+        Of the measure in its unit; None where the starts do not tell it.
+    share : float
+        Of all starts, that lead to it.
+    response_class : str or None
+        In words; None where it is neither the most frequent response nor the one from rest, of which alone it is known.
+    from_rest : bool
+        Whether rest leads to it.
+    """
+
+    displacement: float
+    value: float | None
+    share: float
+    response_class: str | None
+    from_rest: bool
+
+
+@dataclass(frozen=True)
+class Several:
+    """A frequency at which starts lead to more than one response.
+
+    Parameters
+    ----------
+    frequency_ratio : float
+        Which.
+    attractors : int
+        How many responses.
+    highest : float
+        The largest displacement of any, in the unit of lengths.
+    responses : tuple of Reached
+        Up to three, the most frequent first.
+    share_left : float
+        Of all starts, that lead to further responses, or failed.
+    """
+
+    frequency_ratio: float
+    attractors: int
+    highest: float
+    responses: tuple[Reached, ...]
+    share_left: float
 
 
 @dataclass(frozen=True)
@@ -29,11 +91,14 @@ class Starts:
     several : int
         Frequencies at which they lead to more than one response.
     worst : float
-        The largest amplitude of any, in the unit of lengths.
+        The largest displacement of any, in the unit of lengths.
     frequency_ratio : float
         Where that is.
-    beyond : int
-        Frequencies at which some start leads to more than the stated worst case is at most.
+    beyond : int or None
+        Frequencies at which some start leads to more than the stated worst case is at most; None where something else than
+        the displacement is measured, which is not known of every start.
+    where : tuple of Several
+        The frequencies of `several`, ascending.
     """
 
     count: int
@@ -41,7 +106,13 @@ class Starts:
     several: int
     worst: float
     frequency_ratio: float
-    beyond: int
+    beyond: int | None
+    where: tuple[Several, ...]
+
+    @property
+    def worst_of_several(self) -> Several | None:
+        """The frequency with more than one response at which the largest of them is highest."""
+        return max(self.where, key=lambda each: each.highest, default=None)
 
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
@@ -52,22 +123,90 @@ def started(search: Search, build: Build, over: Score) -> Step[None]:
 
 
 def starts_of(
-    asked: Specification, excitation: Excitation, cubes: list[xr.Dataset], bound: float
+    asked: Specification, book: Book, build: Build, largest: Amplitude, bound: float
 ) -> Starts | None:
-    """Sum up what starts lead to, where the displacement is what is measured."""
-    if asked.measure.name != "worst_displacement" or not cubes:
+    """Sum up what starts lead to.
+
+    Parameters
+    ----------
+    asked, book, build : Specification, Book, Build
+        The damper as drawn, and what is known of it.
+    largest : Amplitude
+        Under which it was started.
+    bound : float
+        What the stated worst case is at most, in the unit of the measure.
+    """
+    cubes = book.from_many_starts
+    if not cubes:
         return None
     r = np.concatenate([cube["frequency_ratio"].values for cube in cubes])
-    base_m = excitation.largest.base_m(r)
-    worst_of = base_m * np.concatenate([cube["amplitude_ratio_worst"].values.ravel() for cube in cubes])
+    worst_of = largest.base_m(r) * np.concatenate(
+        [cube["amplitude_ratio_worst"].values.ravel() for cube in cubes]
+    )
     if not np.isfinite(worst_of).any():
         return None
     place = int(np.nanargmax(worst_of))
+    rest = book.curve(build, largest)
+    where = sorted(
+        (each for cube in cubes for each in _several(asked, cube, largest, rest)),
+        key=lambda each: each.frequency_ratio,
+    )
+    displacement = asked.measured(largest).variable == "amplitude_ratio"
     return Starts(
         count=STARTS,
         frequencies=worst_of.size,
-        several=sum(int((cube["attractors"].values > 1).sum()) for cube in cubes),
+        several=len(where),
         worst=float(worst_of[place]),
         frequency_ratio=float(r[place]),
-        beyond=int((worst_of > bound).sum()),
+        beyond=int((worst_of > bound).sum()) if displacement else None,
+        where=tuple(where),
     )
+
+
+def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: Curve) -> Iterator[Several]:
+    """Give the frequencies of a study from several starts at which these lead to more than one response."""
+    every = cube.squeeze([name for name in cube.sizes if name != "frequency_ratio"], drop=True)
+    for r in every["frequency_ratio"].values.tolist():
+        at = every.sel(frequency_ratio=r)
+        if int(at["attractors"]) < 2:
+            continue
+        base_m = float(largest.base_m(r))
+        found = tuple(_reached(asked.measured(largest), at, base_m, _from_rest(rest, r)))
+        yield Several(
+            frequency_ratio=r,
+            attractors=int(at["attractors"]),
+            highest=base_m * float(at["amplitude_ratio_worst"]),
+            responses=found,
+            share_left=max(0.0, round(1.0 - sum(each.share for each in found), 9)),
+        )
+
+
+def _from_rest(rest: Curve, r: float) -> dict[str, float]:
+    """Give what is known of the response from rest at a frequency; empty where nothing is."""
+    place = np.flatnonzero(np.abs(rest.r - r) <= 1e-12)
+    return {name: float(column[place[0]]) for name, column in rest.columns.items()} if place.size else {}
+
+
+def _reached(measure: Measure, at: xr.Dataset, base_m: float, rest: dict[str, float]) -> Iterator[Reached]:
+    """Tell the responses at one frequency apart.
+
+    Everything is stored of the most frequent one, and known of the one from rest, which its amplitude tells; of others the
+    amplitude and the share.
+    """
+    for rank, (share, amplitude) in enumerate(BY_RANK):
+        if not float(at[share]) > 0.0:
+            return
+        ratio = float(at[amplitude])
+        from_rest = bool(rest) and abs(rest["amplitude_ratio"] - ratio) <= SAME * max(ratio, 1.0)
+        known: dict[str, float] = rest if from_rest else {}
+        if rank == 0:
+            known = {name: float(at[name]) for name in (measure.variable, "response_class")}
+        value = known.get(measure.variable, ratio if measure.variable == "amplitude_ratio" else None)
+        kind = known.get("response_class")
+        yield Reached(
+            displacement=base_m * ratio,
+            value=None if value is None else measure.factor * base_m * value,
+            share=float(at[share]),
+            response_class=None if kind is None else ResponseClass(int(kind)).name.lower(),
+            from_rest=from_rest,
+        )

@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.front import front_of
+from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
+from damperlab.studies.design.lattice import Candidate
 from damperlab.studies.design.margins import Margin, Together, margins_of, together_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
@@ -13,6 +14,7 @@ from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.excitation import Amplitude
 
 MOVED = "each quantity moved alone"
+OF_MASS = "response against mass"
 AT_ONCE = "all quantities moved at once"
 
 
@@ -24,8 +26,8 @@ class Surroundings:
     ----------
     search : Search
         At its end.
-    build : Build
-        The recommended damper.
+    best : tuple of float
+        What it recommends.
     stated : Score
         Its worst case.
     shown : tuple of Amplitude
@@ -33,13 +35,18 @@ class Surroundings:
     """
 
     search: Search
-    build: Build
+    best: Candidate
     stated: Score
     shown: tuple[Amplitude, ...] = ()
     alternatives: dict[str, Alternative] = field(default_factory=dict)
     margins: dict[str, Margin] | None = None
     together: Together | None = None
-    front: tuple[tuple[float, Score], ...] = ()
+    front: tuple[OfMass, ...] = ()
+
+    @property
+    def build(self) -> Build:
+        """The recommended damper."""
+        return self.search.lattice.build(self.best)
 
     def look(self) -> Step[list[str]]:
         """Look at all of it as far as the budget allows; give what it did not."""
@@ -47,15 +54,25 @@ class Surroundings:
             f"the best of {CALLED[name]}": self._alternative(name) for name in OF_DAMPER
         }
         parts[MOVED] = self._margins
-        if "particle_mass_kg" in self.search.lattice.names:
-            parts["response against mass"] = self._front
+        masses = masses_of(self.search.asked, self.build) if self._has_mass else []
+        if masses:
+            parts[OF_MASS] = self._front
         if self.shown:
             parts["amplitudes beyond the range"] = self._shown
         left_out = yield from share_out(self.search.book, parts)
         left_out += yield from share_out(self.search.book, {AT_ONCE: self._together})
         self.search.cap = self.search.book.budget
+        self.front = beside_particle_alone(self.front, self.search, self.alternatives.get("particle_alone"))
+        if OF_MASS in left_out and self.front:
+            missing = len(masses) - len(self.front)
+            left_out[left_out.index(OF_MASS)] = f"{OF_MASS} for {missing} of {len(masses)} masses"
         found = {f"the best of {CALLED[name]}": CALLED[name] for name in self.alternatives}
         return [f"the search for {each} to its end" if each in found else each for each in left_out]
+
+    @property
+    def _has_mass(self) -> bool:
+        """Whether there is a particle, or may be one."""
+        return self.build.particle_mass_kg > 0.0 or self.search.asked.choices["particle_mass_kg"].free
 
     def _alternative(self, name: str) -> Part:
         def part(most: int) -> Step[bool]:
@@ -78,9 +95,8 @@ class Surroundings:
         return True
 
     def _front(self, most: int) -> Step[bool]:
-        self.search.cap = most
-        self.front = yield from front_of(self.search)
-        return True
+        self.front = yield from front_of(self.search, self.best, most)
+        return len(self.front) == len(masses_of(self.search.asked, self.build))
 
     def _shown(self, most: int) -> Step[bool]:
         self.search.cap = most

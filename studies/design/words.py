@@ -8,11 +8,12 @@ from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.alternatives import OF_DAMPER, Alternative, without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
+from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_masses, words_of_starts
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
-from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.spelling import (
     frequency,
     quantity,
@@ -33,8 +34,6 @@ CALLED = {
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
 }
-HARDLY = 0.05
-"""Per cent below which a damper is not called better."""
 UNDER_EVERY = {
     "records": "under every record",
     "sweep": "under the sweep",
@@ -53,11 +52,13 @@ def words_of(found: Found) -> list[str]:
         *_worst(found),
         *limits_in_words(found),
         *_builds(found),
-        *_starts(found),
+        *words_of_starts(found),
+        *words_of_amplitudes(found),
         *_ends(found),
         *_margins(found),
         *_beside(found),
-        *_known(found),
+        *words_of_masses(found),
+        *words_of_known(found),
     ]
 
 
@@ -144,21 +145,6 @@ def _builds(found: Found) -> Iterator[str]:
     )
     if builds.drawn < asked.builds:
         yield f"The budget allowed no more than these of the {asked.builds} builds asked for."
-
-
-def _starts(found: Found) -> Iterator[str]:
-    asked, starts = found.asked, found.starts
-    if starts is None:
-        return
-    looked = f"Started in {counted(starts.count, 'way')} at each of {counted(starts.frequencies, 'frequency ratio')}"
-    if starts.beyond == 0:
-        yield f"{looked}, the damper as drawn does not exceed what is stated."
-        return
-    yield (
-        f"{looked}, the damper as drawn reaches up to {response(asked, starts.worst)}, near "
-        f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of these ratios a disturbance can take it "
-        "beyond what is stated, which holds from rest."
-    )
 
 
 def _ends(found: Found) -> Iterator[str]:
@@ -277,53 +263,3 @@ def _times(other: float, ours: float) -> str:
         return ", as much" if other == 0.0 else ""
     ratio = other / ours
     return f", {ratio:.3g} times as much" if abs(ratio - 1.0) > SAME else ", as much"
-
-
-def _known(found: Found) -> Iterator[str]:
-    if found.as_good:
-        alone = found.as_good == 1
-        dampers = "damper that was" if alone else "dampers that were"
-        its = "its" if alone else "their"
-        how = f"judged with {its} tolerances" if found.asked.tolerances else "looked at closely"
-        yield f"{found.as_good} further {dampers} {how} may be as good within the errors."
-    points = f"{found.book.spent:,} points were computed"
-    step = f"steps of 1/{round(1 / found.step)} of the ranges"
-    if not found.asked.free:
-        ended = f", where the budget of {found.book.budget:,} ended it" if found.stopped == "budget" else ""
-        yield f"Nothing was to be chosen: this is an assessment of the damper that was given. {points}{ended}."
-    elif found.stopped == "budget":
-        yield f"{points}: the budget of {found.book.budget:,} ended the search, with {step}."
-    else:
-        yield f"{points}. The search is complete: it ended with {step}."
-    if found.shortfall is not None and found.compared.most > 0.0:
-        yield _shortfall(found.shortfall, found.compared.most)
-    if found.left_out:
-        yield f"The budget did not allow: {'; '.join(found.left_out)}."
-    better = (
-        " A better damper that none of its neighbours shows cannot be excluded." if found.asked.free else ""
-    )
-    yield f"Every response is the one reached from rest.{better}"
-
-
-def _digits(per_cent: float) -> str:
-    """Write two digits, or a whole number."""
-    return f"{per_cent:.2g}" if per_cent < 10.0 else f"{per_cent:.0f}"
-
-
-def _shortfall(shortfall: Shortfall, most: float) -> str:
-    computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
-    none = "none is better" if computed < HARDLY else f"none is better by more than {_digits(computed)} %"
-    taken = (
-        "; those not judged with their tolerances are taken to lose the least by them"
-        if shortfall.assumed
-        else ""
-    )
-    may = (
-        "no better one is expected"
-        if between < HARDLY
-        else f"one may be better by up to {_digits(between)} %"
-    )
-    return (
-        f"Of the dampers that were looked at {none}, errors counted{taken}. Between them, by how steeply the response falls "
-        f"towards what was not computed, {may}."
-    )

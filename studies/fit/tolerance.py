@@ -5,7 +5,7 @@ from decimal import ROUND_CEILING, Decimal
 from math import isinf
 
 from damperlab.studies.fit.prototype import EQUAL, NAME_OF, Prototype, short
-from damperlab.studies.specification.damper import SHARE
+from damperlab.studies.specification.tolerance_fields import SHARE
 
 MEANINGS = {
     "mass_kg": "the mass",
@@ -32,7 +32,7 @@ def tolerances_of(prototype: Prototype, names: Iterable[str]) -> dict[str, str |
     Returns
     -------
     dict
-        A share of the value as in ``1.2%``, at most the 50 % that a specification takes; of a restitution the difference.
+        A share of the value as in ``1.2%``, of a restitution the difference; at most the half that a specification takes.
         What was not estimated has none, nor has what is 0.
     """
     found: dict[str, str | float] = {}
@@ -42,7 +42,7 @@ def tolerances_of(prototype: Prototype, names: Iterable[str]) -> dict[str, str |
             continue
         off += _rounding(prototype.values[name], name == "restitution")
         if name == "restitution":
-            found[name] = float(rounded_up(min(off, 1.0)))
+            found[name] = min(float(rounded_up(off)), SHARE.highest * max(map(short, prototype.values[name])))
         else:
             found[name] = f"{100 * rounded_up(min(off, SHARE.highest)):f}".rstrip("0").rstrip(".") + "%"
     return found
@@ -63,6 +63,12 @@ def rounded_up(size: float) -> Decimal:
 def _rounding(values: tuple[float, ...], absolute: bool) -> float:
     """Give how far rounding has moved values, as they are written, from the middle of their intervals."""
     return max(abs(short(value) - value) / (1.0 if absolute else value or 1.0) for value in values)
+
+
+def _share(prototype: Prototype, name: str) -> float:
+    """Give how far an interval reaches, as a share of the value."""
+    off = prototype.off[name]
+    return off / max(prototype.values[name]) if name == "restitution" else off
 
 
 def words_of(prototype: Prototype, names: Iterable[str]) -> Iterator[str]:
@@ -89,9 +95,9 @@ def words_of(prototype: Prototype, names: Iterable[str]) -> Iterator[str]:
                 f"The interval of {MEANINGS[name]} begins at 0, which is the best value too, so that no share of it is a "
                 "tolerance: none is written. Measure it in another way."
             )
-        elif name != "restitution" and off > SHARE.highest:
+        elif _share(prototype, name) > SHARE.highest:
             yield (
-                f"The interval of {MEANINGS[name]} reaches to {100 * off:.3g} % from its value, and a specification takes at "
+                f"The interval of {MEANINGS[name]} reaches to {100 * _share(prototype, name):.3g} % from its value, and a specification takes at "
                 "most 50 %: that is written, and what lies beyond is not looked at. Measure it better before you build."
             )
     for name in names:

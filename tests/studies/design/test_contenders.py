@@ -8,10 +8,10 @@ import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, brute, solved
 
 from damperlab.studies.design.book import Book, Wanted
-from damperlab.studies.design.contenders import SHARE, _contenders, at_least, contend
+from damperlab.studies.design.contenders import SHARE, at_least, contend, contenders_of
+from damperlab.studies.design.known import words_of_shortfall
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.shortfall import shortfall_of
-from damperlab.studies.design.words import _shortfall
 from damperlab.studies.specification.reading import parse_specification
 
 
@@ -27,7 +27,7 @@ def searched() -> tuple[Search, int, int, float]:
     asked = parse_specification(DAMPED)
     search = Search(asked, Book(asked, BUDGET))
     driven(search.run(), search.book)
-    before = len(_contenders(search)), search.book.spent, search.robust[search.best()].most
+    before = len(contenders_of(search)), search.book.spent, search.robust[search.best()].most
     driven(contend(search), search.book)
     return search, *before
 
@@ -35,7 +35,7 @@ def searched() -> tuple[Search, int, int, float]:
 def test_nothing_that_was_looked_at_may_be_better_than_the_best(searched) -> None:
     search, contenders, spent, most = searched
     assert contenders > 3
-    assert not _contenders(search)
+    assert not contenders_of(search)
     best = search.robust[search.best()]
     assert best.violation == 0.0
     # the best may have changed, for one that is sure to do less
@@ -79,8 +79,8 @@ def test_what_is_assumed_of_others_is_said_where_they_were_not_looked_at(searche
     assert (before.assumed, after.assumed) == (True, False)
     assert after.computed < 0.5 * before.computed
     most = alone.robust[alone.best()].most
-    assert "taken to lose the least" in _shortfall(before, most)
-    assert "taken to lose the least" not in _shortfall(after, most)
+    assert "taken to lose the least" in words_of_shortfall(before, most, 0.9)
+    assert "taken to lose the least" not in words_of_shortfall(after, most, 0.9)
 
 
 def test_contenders_leave_the_rest_of_the_budget_to_what_follows() -> None:
@@ -90,5 +90,5 @@ def test_contenders_leave_the_rest_of_the_budget_to_what_follows() -> None:
     search.book.budget = int((search.book.spent + 100) / SHARE)
     driven(contend(search), search.book)
     assert search.book.spent <= SHARE * search.book.budget
-    assert _contenders(search)
+    assert contenders_of(search)
     assert search.cap == search.book.budget

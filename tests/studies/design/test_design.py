@@ -321,7 +321,7 @@ def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
     first = 81 * 11  # dampers of the first look by its frequencies, and the ends of the band, or more
     found, _ = pursued(DAMPED, 2 * first + 1500)
     assert found.book.spent <= 2 * first + 1500
-    assert found.stopped == "budget"
+    assert found.stopped == found.ended.criterion == "budget"
     assert found.left_out
     sentences = answer_document(found)["words"]
     assert any(sentence.startswith("The budget did not allow: ") for sentence in sentences)
@@ -332,10 +332,14 @@ def test_the_mass_is_weighed_against_the_response() -> None:
     document["choose"] = {"particle_mass_kg": {"start": 1.0, "stop": 6.0}}
     del document["particle_mass_kg"]
     found, _ = pursued(document)
-    assert found.front
-    masses, values = zip(*((mass, each.value) for mass, each in found.front), strict=True)
-    assert list(masses) == sorted(masses)
-    assert list(values) == sorted(values, reverse=True)
+    # five over the range by equal shares, and the recommended one
+    masses = [each.mass_kg for each in found.front if each.mass_kg != found.build.particle_mass_kg]
+    over = [6.0 ** (k / 4) for k in range(5)]
+    assert masses == pytest.approx(
+        [each for each in over if each != pytest.approx(found.build.particle_mass_kg)]
+    )
+    kept = answer_document(found)["pareto"]
+    assert [each["worst"] for each in kept] == sorted((each["worst"] for each in kept), reverse=True)
 
 
 def test_under_a_constant_acceleration_every_frequency_has_its_own_displacement_of_the_base() -> None:

@@ -8,9 +8,9 @@ import pytest
 from tests.studies.design.test_design import DAMPED, brute, pursued
 
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.known import words_of_shortfall
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.shortfall import Shortfall, dip, dips_of, share_kept
-from damperlab.studies.design.words import _shortfall
 
 SCORE = Score(1.0, 0.0, 0.0, 0.0, {}, 1.0, 0.001, Build(0.001, 1.0, 1.0, 0.5), None)
 
@@ -101,6 +101,6 @@ def test_where_limits_are_exceeded_nothing_is_said_of_the_measure() -> None:
     [(1.0, "100 %"), (1.234, "123 %"), (0.1234, "12 %"), (0.05678, "5.7 %"), (9.99e-4, "0.1 %")],
 )
 def test_shares_are_told_without_powers_of_ten(share: float, told: str) -> None:
-    sentence = _shortfall(Shortfall(share, share), 1.0)
-    assert f"by more than {told}, errors" in sentence
-    assert f"up to {told}." in sentence
+    sentence = words_of_shortfall(Shortfall(share, share), 1.0, 0.9)
+    assert f"by more than {told}, the error" in sentence
+    assert f"up to {told}:" in sentence

@@ -1,0 +1,94 @@
+"""The recommended damper under other amplitudes than those asked for: its response over the band under each, and its peak."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.design.curve import Curve
+from damperlab.studies.design.found import Found
+from damperlab.studies.specification.excitation import Amplitude
+
+SAME = 1e-9
+"""Share by which an amplitude may miss an end of the range that it is at."""
+
+
+def backbone_document(found: Found) -> list[dict[str, Any]]:
+    """Give the response of the damper as drawn under amplitudes of the excitation that binds, the smallest first.
+
+    Returns
+    -------
+    list of dict
+        `amplitude` in `amplitude_units` (that of what is constant over the band); whether it is `asked` for; over the band
+        `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, which is over the base amplitude or the static
+        displacement; of the largest the same names after `worst`. Frequencies in hertz are None without units.
+    """
+    return [_under(found, each) for each in found.shown]
+
+
+def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
+    asked, excitation = found.asked, amplitude.excitation
+    curve = found.book.curve(found.build, amplitude)
+    values, ratios = curve.measured, curve.measured / curve.base_m
+    place = int(values.argmax())
+    hertz = asked.structure.natural_frequency_hz if asked.in_units else None
+    low, high = excitation.lowest_m * (1.0 - SAME), excitation.highest_m * (1.0 + SAME)
+    return {
+        "amplitude": asked.level(amplitude) if asked.in_units else amplitude.reference_m,
+        "amplitude_units": excitation.motion.unit if asked.in_units else "1",
+        "asked": low <= amplitude.reference_m <= high,
+        "frequency_ratio": curve.r.tolist(),
+        "frequency_hz": None if hertz is None else (hertz * curve.r).tolist(),
+        "value": values.tolist(),
+        "ratio": ratios.tolist(),
+        "units": asked.unit,
+        "worst": float(values[place]),
+        "worst_ratio": float(ratios[place]),
+        "worst_frequency_ratio": float(curve.r[place]),
+        "worst_frequency_hz": None if hertz is None else hertz * float(curve.r[place]),
+    }
+
+
+def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
+    """Give each amplitude with the response under it, and the place of its largest value."""
+    curves = [(each, found.book.curve(found.build, each)) for each in found.shown]
+    return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
+
+
+def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Put the amplitudes of an answer into a Dataset.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        `amplitudes` of an answer; a value that is None stands for a response that failed.
+
+    Returns
+    -------
+    Dataset
+        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since every amplitude
+        is looked at more closely about its own peak; over `amplitude` alone `worst`, `worst_ratio`,
+        `worst_frequency_ratio` and whether it is `asked` for.
+    """
+    r = sorted({each for row in rows for each in row["frequency_ratio"]})
+    grids: dict[str, Any] = {}
+    for name in ("value", "ratio"):
+        grid = np.full((len(rows), len(r)), np.nan)
+        for filled, row in zip(grid, rows, strict=True):
+            filled[np.searchsorted(r, row["frequency_ratio"])] = np.array(row[name], dtype=float)
+        grids[name] = (("amplitude", "frequency_ratio"), grid)
+    for name in ("worst", "worst_ratio", "worst_frequency_ratio"):
+        grids[name] = ("amplitude", np.array([row[name] for row in rows], dtype=float))
+    grids["asked"] = ("amplitude", np.array([row["asked"] for row in rows], dtype=bool))
+    answer = xr.Dataset(grids, {"amplitude": [row["amplitude"] for row in rows], "frequency_ratio": r})
+    for row in rows[:1]:
+        answer["amplitude"].attrs["units"] = row["amplitude_units"]
+        for name in ("value", "worst"):
+            answer[name].attrs["units"] = row["units"]
+        if row["frequency_hz"] is not None:
+            hertz = row["worst_frequency_hz"] / row["worst_frequency_ratio"]
+            answer = answer.assign_coords(
+                frequency_hz=("frequency_ratio", hertz * np.array(r), {"units": "Hz"})
+            )
+    return answer

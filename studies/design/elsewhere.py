@@ -1,0 +1,109 @@
+"""The recommended damper elsewhere than where it was chosen, in words: other starts, other amplitudes, other masses."""
+
+from collections.abc import Iterator
+from math import isfinite
+
+from damperlab.studies.design.backbone import peaks_of
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.front import OfMass, undominated
+from damperlab.studies.design.spelling import frequency, length, level, plural, quantity, response
+from damperlab.studies.design.starts import Reached, Several, Starts
+from damperlab.studies.faults import counted
+from damperlab.studies.specification.specification import Specification
+
+
+def words_of_starts(found: Found) -> Iterator[str]:
+    """Say what other starts than rest lead to, and where they lead to several responses."""
+    asked, starts = found.asked, found.starts
+    if starts is None:
+        return
+    looked = f"Started in {counted(starts.count, 'way')} at each of {counted(starts.frequencies, 'frequency ratio')}"
+    if starts.beyond is None:
+        yield (
+            f"{looked}, the damper as drawn reaches a displacement of the structure up to {length(asked, starts.worst)}, "
+            f"near {frequency(asked, starts.frequency_ratio)}."
+        )
+    elif starts.beyond == 0:
+        yield f"{looked}, the damper as drawn does not exceed what is stated."
+    else:
+        yield (
+            f"{looked}, the damper as drawn reaches up to {response(asked, starts.worst)}, near "
+            f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of these ratios a disturbance can take it "
+            "beyond what is stated, which holds from rest."
+        )
+    worst = starts.worst_of_several
+    if worst is not None:
+        yield _several(asked, starts, worst)
+
+
+def _several(asked: Specification, starts: Starts, worst: Several) -> str:
+    """Say which responses there are where there are several, at the frequency at which one of them is highest."""
+    first, *others = worst.responses
+    parts = [
+        f"{_led(starts, first.share)} of the {counted(starts.count, 'start')} lead to {_reached(asked, first)}"
+    ]
+    parts += [f"{_led(starts, each.share)} to {_reached(asked, each)}" for each in others]
+    if worst.share_left:
+        parts.append(f"{_led(starts, worst.share_left)} to others, or failed")
+    at = f"near {frequency(asked, worst.frequency_ratio)}"
+    which = at if starts.several == 1 else f"where one of them is highest, {at},"
+    return f"At {starts.several} of these ratios it has more than one response: {which} {', '.join(parts)}."
+
+
+def _led(starts: Starts, share: float) -> int:
+    return round(share * starts.count)
+
+
+def _reached(asked: Specification, one: Reached) -> str:
+    about = [one.response_class.replace("_", " ")] if one.response_class else []
+    about += ["the one from rest"] if one.from_rest else []
+    return length(asked, one.displacement) + (f" ({', '.join(about)})" if about else "")
+
+
+def words_of_amplitudes(found: Found) -> Iterator[str]:
+    """Say what the damper does under amplitudes from half the least to twice the largest."""
+    asked, shown = found.asked, found.shown
+    if len(shown) < 2 or not asked.in_units:
+        return
+    worst = [(each, float(curve.measured[place])) for each, curve, place in peaks_of(found)]
+    (least, low), (largest, high) = worst[0], worst[-1]
+    if not (isfinite(low) and isfinite(high)):
+        return
+    grown = largest.reference_m / least.reference_m
+    more = f", {high / low:.3g} times as much under {grown:.3g} times the amplitude" if low > 0.0 else ""
+    yield (
+        f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} the damper as drawn "
+        f"reaches {response(asked, low)} to {response(asked, high)}{more}."
+    )
+
+
+def words_of_masses(found: Found) -> Iterator[str]:
+    """Say what mass buys, and what each of these dampers is."""
+    asked, front = found.asked, found.front
+    if len(front) < 2:
+        return
+    own = found.build.particle_mass_kg
+    looked = [each.looked_at for each in front if each.mass_kg != own]
+    at_own = sum(each.looked_at for each in front if each.mass_kg == own)
+    yield (
+        "Mass against response, each the best as drawn, without tolerances, of "
+        f"{_between(looked)} dampers looked at ({at_own} of the recommended mass): "
+        f"{'; '.join(_of_mass(asked, each) for each in front)}."
+    )
+    good = undominated(front)[-1]
+    if good is not front[-1]:
+        mass = quantity(asked, "particle_mass_kg", good.mass_kg)
+        yield f"Of these masses none above {mass} was found to do better."
+
+
+def _of_mass(asked: Specification, one: OfMass) -> str:
+    keeps = "" if one.score.violation == 0.0 else ", exceeding a limit"
+    tuned = "" if one.absorber is None else f" (a tuned mass damper {response(asked, one.absorber)})"
+    return (
+        f"{quantity(asked, 'particle_mass_kg', one.mass_kg)} {response(asked, one.score.value)}{keeps}{tuned}"
+    )
+
+
+def _between(counts: list[int]) -> str:
+    least, most = min(counts), max(counts)
+    return f"{least:,}" if least == most else f"{least:,} to {most:,}"

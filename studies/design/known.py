@@ -1,0 +1,84 @@
+"""What is known of a design and what is not, in words: what ended the search, and by how much another damper may be better."""
+
+from collections.abc import Iterator
+
+from damperlab.studies.design.ended import Ended
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.shortfall import Shortfall
+
+HARDLY = 0.05
+"""Per cent below which a damper is not called better."""
+
+
+def words_of_known(found: Found) -> Iterator[str]:
+    """Say what was computed, what ended it, and how far the recommended damper is known to be the best."""
+    if found.as_good:
+        alone = found.as_good == 1
+        dampers = "damper that was" if alone else "dampers that were"
+        its = "its" if alone else "their"
+        how = f"judged with {its} tolerances" if found.asked.tolerances else "looked at closely"
+        yield f"{found.as_good} further {dampers} {how} may be as good within the errors."
+    if found.asked.free:
+        yield from words_of_ended(found.ended, found.book.spent, found.book.budget)
+    else:
+        budget = found.book.budget
+        ended = f", where the budget of {budget:,} ended it" if found.stopped == "budget" else ""
+        yield (
+            "Nothing was to be chosen: this is an assessment of the damper that was given. "
+            f"{found.book.spent:,} points were computed{ended}."
+        )
+    if found.shortfall is not None and found.compared.most > 0.0:
+        yield words_of_shortfall(found.shortfall, found.compared.most, found.asked.confidence)
+    if found.left_out:
+        yield f"The budget did not allow: {'; '.join(found.left_out)}."
+    better = (
+        " A better damper that none of its neighbours shows cannot be excluded." if found.asked.free else ""
+    )
+    yield f"Every response is the one reached from rest.{better}"
+
+
+def words_of_ended(ended: Ended, spent: int, budget: int) -> list[str]:
+    """Say what ended a search of so many points, and what that leaves open."""
+    points = f"{spent:,} points were computed"
+    steps = f"steps of 1/{round(1 / ended.step)} of the ranges"
+    told = {
+        "budget": f"{points}: the budget of {budget:,} ended the search, with {steps}.",
+        "tolerances": f"{points}. The search ended with {steps}, which are as fine as the tolerances.",
+        "finest": f"{points}. The search ended with {steps}, the finest it takes.",
+        "noise": f"{points}. The search ended with {steps}: halving them gained less than the error of a response that "
+        "does not repeat.",
+        "nothing": f"{points}. There was nothing to search: the limits leave one damper.",
+    }[ended.criterion]
+    if not ended.open:
+        return [told]
+    which = "damper that may be better was" if ended.open == 1 else "dampers that may be better were"
+    return [
+        told,
+        f"The budget ended before {ended.open} further {which} judged with all corners of their tolerances.",
+    ]
+
+
+def _digits(per_cent: float) -> str:
+    """Write two digits, or a whole number."""
+    return f"{per_cent:.2g}" if per_cent < 10.0 else f"{per_cent:.0f}"
+
+
+def words_of_shortfall(shortfall: Shortfall, most: float, confidence: float) -> str:
+    """Say by how much another damper may be better, with what confidence, and what that rests on."""
+    computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
+    none = "none is better" if computed < HARDLY else f"none is better by more than {_digits(computed)} %"
+    taken = (
+        ". Those not judged with their tolerances are taken to lose the least by them, which is assumed"
+        if shortfall.assumed
+        else ""
+    )
+    may = (
+        "no better one is expected"
+        if between < HARDLY
+        else f"one may be better by up to {_digits(between)} %"
+    )
+    return (
+        f"Of the dampers that were looked at {none}, the error of each response counted with a confidence of "
+        f"{confidence:.3g}{taken}. Between them {may}: an estimate by how steeply the response falls towards what was not "
+        "computed, which has no confidence."
+    )

@@ -1,0 +1,90 @@
+"""What other starts than rest lead a recommended damper to, with the real solver."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.studies.design.test_design import DAMPED, pursued
+
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.found import Found
+from damperlab.studies.variables import ResponseClass
+from damperlab.worker.point import Design, simulate_ready
+from damperlab.worker.solver.state import Particle
+
+LIGHT: dict[str, Any] = DAMPED | {
+    "structure": DAMPED["structure"] | {"damping_ratio": 0.005},
+    "choose": {"clearance_m": [0.009, 0.012]},
+    "friction_force_n": 5.0,
+    "restitution": 0.8,
+    "tolerances": {},
+}
+"""Wide cavities in which the particle rests or bounces, by how it was started."""
+
+
+@pytest.fixture(scope="module")
+def light() -> Found:
+    return pursued(LIGHT)[0]
+
+
+def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
+    starts = light.starts
+    assert starts is not None
+    assert starts.several == len(starts.where) > 0
+    for at in starts.where:
+        assert at.attractors >= len(at.responses) > 1
+        shares = [each.share for each in at.responses]
+        # every start leads to one of them, to a further one, or fails
+        assert sum(shares) + at.share_left == pytest.approx(1.0, abs=1e-9)
+        assert shares == sorted(shares, reverse=True)
+        assert (
+            max(each.displacement for each in at.responses)
+            <= at.highest * (1 + 1e-9)
+            <= starts.worst * (1 + 1e-9)
+        )
+        assert all(each.value == each.displacement for each in at.responses)
+        assert sum(each.from_rest for each in at.responses) <= 1
+    assert starts.worst_of_several is not None
+    assert starts.worst_of_several.highest == max(at.highest for at in starts.where)
+
+
+def test_the_response_from_rest_is_that_of_a_single_point(light: Found) -> None:
+    starts, build, structure = light.starts, light.build, light.asked.structure
+    assert starts is not None
+    _, restitution, mass, clearance, friction = build.place(structure, 0.001)
+    from_rest = [(at.frequency_ratio, each) for at in starts.where for each in at.responses if each.from_rest]
+    assert from_rest
+    for r, each in from_rest[:3]:
+        point = simulate_ready(
+            Design(structure.damping_ratio, r, friction, Particle(clearance, restitution, mass))
+        ).metrics
+        assert each.displacement == pytest.approx(0.001 * float(point["amplitude_ratio"]), rel=1e-9)
+        assert each.response_class == ResponseClass(int(point["response_class"])).name.lower()
+
+
+def test_the_worst_of_several_is_told_in_words(light: Found) -> None:
+    document = answer_document(light)
+    at = light.starts.worst_of_several  # type: ignore[union-attr]
+    (told,) = [each for each in document["words"] if "more than one response" in each]
+    assert told.startswith(f"At {light.starts.several} of these ratios")  # type: ignore[union-attr]
+    assert f"near {8.0 * at.frequency_ratio:.4g} Hz" in told  # type: ignore[union-attr]
+    for each in at.responses:  # type: ignore[union-attr]
+        assert f"{1e3 * each.displacement:.4g} mm" in told
+    where = document["starts"]["where"]
+    assert [each["frequency_hz"] for each in where] == [8.0 * each["frequency_ratio"] for each in where]
+
+
+def test_of_another_measure_the_value_is_that_of_the_responses_it_is_known_of() -> None:
+    found, _ = pursued(LIGHT | {"measure": "worst_rms_displacement"})
+    starts = found.starts
+    assert starts is not None
+    assert starts.beyond is None
+    every = [each for at in starts.where for each in at.responses]
+    assert every
+    for each in every:
+        assert (each.value is None) == (each.response_class is None)
+        # a response in half the displacement that it spans: no rms of a motion exceeds its largest value
+        assert each.value is None or each.value < each.displacement
+    known = {at.responses[0].value is not None for at in starts.where}
+    assert known == {True}
+    assert np.isfinite(starts.worst)
