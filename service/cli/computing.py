@@ -22,7 +22,7 @@ from damperlab.service.cli.options import (
     check_cluster,
 )
 from damperlab.service.cli.output import note
-from damperlab.service.cli.progress import StudyProgress, preparation
+from damperlab.service.cli.progress import Shown, StudyProgress, preparation
 from damperlab.service.cli.store import settings_of
 from damperlab.studies.vocabulary import BatchSystem
 
@@ -149,7 +149,12 @@ class Computer(ExitStack):
         self._cluster: SharedCluster | None = None
         self._now: str | None = None
 
-    def compute(self, record: "Record", limits: Limits = NO_LIMITS) -> "Record":
+    def compute(
+        self,
+        record: "Record",
+        limits: Limits = NO_LIMITS,
+        shown: AbstractContextManager[Shown] | None = None,
+    ) -> "Record":
         """Run a study or, while another process does, watch it.
 
         Parameters
@@ -158,6 +163,8 @@ class Computer(ExitStack):
             The study.
         limits : Limits
             How far to go.
+        shown : context of Shown, optional
+            Shows its progress; by default a bar of its own.
 
         Returns
         -------
@@ -172,7 +179,7 @@ class Computer(ExitStack):
         with (
             _stop_on_signals() as stop,
             _stop_at(limits.ends, stop) as over,
-            StudyProgress(record.name or record.id, record.points_total) as progress,
+            shown or StudyProgress(record.name or record.id, record.points_total) as progress,
         ):
             while True:
                 try:
@@ -202,7 +209,7 @@ class Computer(ExitStack):
                     if record.ended or stop.is_set():
                         return record
 
-    def _watch(self, study_id: str, progress: StudyProgress, stop: threading.Event) -> "Record":
+    def _watch(self, study_id: str, progress: Shown, stop: threading.Event) -> "Record":
         """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
         while True:
             record = self.store.find(study_id)

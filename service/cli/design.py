@@ -15,8 +15,11 @@ from damperlab.service.cli.store import data_folder, open_store
 from damperlab.studies.store.provenance import DESIGNS
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     import xarray as xr
 
+    from damperlab.service.cli.progress import Shown
     from damperlab.studies.design.found import Found
     from damperlab.studies.kind import AnyStudy
     from damperlab.studies.specification.specification import Specification
@@ -92,8 +95,15 @@ class _Evaluation:
         self._computer = computer
         self._more = {DESIGNS: asked.digest}
 
-    def cube(self, study: "AnyStudy") -> "xr.Dataset":
+    def cube(self, study: "AnyStudy", shown: "AbstractContextManager[Shown]") -> "xr.Dataset":
         """Compute a study, unless it is stored, and read its results.
+
+        Parameters
+        ----------
+        study : Study or Suite
+            Which.
+        shown : context of Shown
+            Shows its progress.
 
         Raises
         ------
@@ -103,7 +113,7 @@ class _Evaluation:
         store = self._computer.store
         record = find_or_submit(store, study, True, self._more)
         if record.state != "done":
-            record = self._computer.compute(record)
+            record = self._computer.compute(record, shown=shown)
         if record.state != "done":
             note(
                 f"damperlab: the study {record.id} is {record.state}. Run the same command again to continue."
@@ -114,20 +124,27 @@ class _Evaluation:
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Found":
     """Follow the search to its end, and say on the way what is known."""
+    from damperlab.service.cli.design_progress import DesignProgress
+    from damperlab.service.documents import plain
+    from damperlab.studies.design.answer import known_document
     from damperlab.studies.design.design import designing
+    from damperlab.studies.design.so_far import best_so_far
 
     rounds = designing(asked, budget)
-    last = ""
-    try:
-        ask = next(rounds)
-        while True:
-            if ask.stage != last:
-                last = ask.stage
-                note(f"{ask.spent:,} of at most {ask.budget:,} points. Next: {ask.stage}.")
-            ask = rounds.send([evaluation.cube(study) for study in ask.studies])
-    except StopIteration as end:
-        found: Found = end.value
-        return found
+    with DesignProgress(asked.name, budget) as progress:
+        try:
+            ask = next(rounds)
+            while True:
+                best = "" if ask.ahead is None else best_so_far(plain(known_document(asked, ask.ahead)))
+                progress.begin(ask.spent, ask.stage, best)
+                points, cubes = ask.spent, []
+                for study in ask.studies:
+                    cubes.append(evaluation.cube(study, progress.of_study(points)))
+                    points += study.points
+                ask = rounds.send(cubes)
+        except StopIteration as end:
+            found: Found = end.value
+            return found
 
 
 def _print_size(asked: "Specification", budget: int, as_json: bool) -> None:

@@ -2,6 +2,7 @@
 
 import time
 from types import TracebackType
+from typing import Protocol
 
 from rich.progress import (
     BarColumn,
@@ -30,6 +31,20 @@ def preparation(phase: str, done: int | None, total: int | None) -> str | None:
     if phase == "waiting":
         return "waiting for workers"
     return None
+
+
+class Shown(Protocol):
+    """What shows the progress of a study."""
+
+    def update(
+        self,
+        done: int,
+        failed: int,
+        rate: float | None,
+        seconds_left: float | None,
+        preparation: str | None = None,
+    ) -> None:
+        """Take the figures as they are now; None is not known."""
 
 
 class StudyProgress:

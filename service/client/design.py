@@ -59,6 +59,7 @@ class Design:
         rows += [("", sentence) for sentence in answer.get("words", ())]
         if not answer:
             rows += [("points", _points(now)), ("stage", now["stage"]), ("message", now["message"])]
+            rows += [("best so far", best)] if (best := _best(now)) else []
         return card(f"Design {self.name}".strip(), rows)
 
     def __eq__(self, other: object) -> bool:
@@ -113,7 +114,7 @@ class Design:
         """
         from damperlab.studies.design.backbone import backbone_dataset
 
-        return backbone_dataset(self.answer["amplitudes"])
+        return backbone_dataset(self.answer.get("amplitudes", []))
 
     def wait(self, progress: bool = True, timeout: float | None = None) -> "Design":
         """Wait until the design is done.
@@ -123,7 +124,8 @@ class Design:
         Parameters
         ----------
         progress : bool
-            Show a bar in a terminal or a notebook, a line now and then elsewhere.
+            Show points, what is computed and the best damper so far: by a bar in a terminal or a notebook, by a line now and
+            then elsewhere.
         timeout : float, optional
             Give up after this many seconds; the design itself goes on.
 
@@ -139,16 +141,17 @@ class Design:
         StillRunning
             If it has not ended in time.
         """
-        from damperlab.service.client.waiting import shown
+        from damperlab.service.client.waiting import shown_design
 
         until = None if timeout is None else time.monotonic() + timeout
         with ExitStack() as stack:
             bar = None
             for now in self._follow(until):
                 if progress and bar is None:
-                    bar = stack.enter_context(shown(self.name or self.id, now["budget_points"]))
+                    bar = stack.enter_context(shown_design(self.name or self.id, now["budget_points"]))
                 if bar is not None:
-                    bar.update(now["points"] + now["points_of_round"], 0, None, None, now["stage"])
+                    points = now["points"] + now["points_of_round"]
+                    bar.begin(points, now["stage"] or now["state"], _best(now))
         if now["state"] not in ENDED:
             raise StillRunning(f"{self} is {now['state']} after {timeout:g} s: {_points(now)}.")
         self._answer(now)
@@ -247,6 +250,13 @@ def _sent(specification: "Specification") -> dict[str, Any]:
 
 def _written(text: bytes, kind: str) -> dict[str, Any]:
     return {"content": text, "headers": {"Content-Type": f"application/{kind}"}}
+
+
+def _best(now: Mapping[str, Any]) -> str:
+    """Write the best damper so far; empty where there is none yet."""
+    from damperlab.studies.design.so_far import best_so_far
+
+    return best_so_far(now["known"]) if now.get("known") else ""
 
 
 def _points(now: Mapping[str, Any]) -> str:

@@ -7,13 +7,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager
 from html import escape
 from types import TracebackType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import httpx
 
 from damperlab.service.client.faults import NotFound, Unavailable, Unreachable
 from damperlab.service.client.figure import in_notebook
 from damperlab.service.client.transport import Transport
+
+if TYPE_CHECKING:
+    from damperlab.service.cli.progress import Shown
 
 ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
@@ -88,21 +91,23 @@ def preparation(record: Mapping[str, Any]) -> str | None:
     return None
 
 
-class Shown(Protocol):
-    """What shows the progress of a study."""
+class DesignShown(Protocol):
+    """What shows the progress of a design."""
 
-    def update(
-        self,
-        done: int,
-        failed: int,
-        rate: float | None,
-        seconds_left: float | None,
-        preparation: str | None = None,
-    ) -> None:
-        """Take the figures as they are now; None is not known."""
+    def begin(self, points: int, stage: str, best: str) -> None:
+        """Take the points known, what is computed next, and the best damper so far, empty where there is none."""
 
 
-def shown(name: str, points: int) -> AbstractContextManager[Shown]:
+def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
+    """Choose how to show a design's progress, as `shown` does."""
+    if in_notebook():
+        return _NotebookBar(name, budget)
+    from damperlab.service.cli.design_progress import DesignProgress
+
+    return DesignProgress(name, budget)
+
+
+def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
     """Choose how to show progress: a bar in a terminal or a notebook, a line now and then elsewhere."""
     if in_notebook():
         return _NotebookBar(name, points)
@@ -137,13 +142,20 @@ class _NotebookBar:
         preparation: str | None = None,
     ) -> None:
         """Draw the bar anew."""
-        from IPython.display import display
-
         phrases = [f"{done:,} of {self._points:,} points"]
         phrases += [f"{failed} failed"] if failed else []
         phrases += [preparation] if preparation else []
         phrases += [f"{seconds_left:.0f} s left"] if seconds_left is not None and done < self._points else []
-        text = f"{self._name}: {', '.join(phrases)}"
+        self._draw(done, f"{self._name}: {', '.join(phrases)}")
+
+    def begin(self, points: int, stage: str, best: str) -> None:
+        """Draw the bar of a design anew."""
+        phrases = [f"{points:,} of at most {self._points:,} points", *filter(None, [stage])]
+        self._draw(points, f"{self._name}: {', '.join(phrases)}{f'. Best so far: {best}' if best else ''}")
+
+    def _draw(self, done: int, text: str) -> None:
+        from IPython.display import display
+
         if text == self._text:
             return
         self._text = text

@@ -2,7 +2,7 @@
 
 import { address, ask, refusalBox } from "./api.js";
 import { capital, confirmed, el, fill, prose, say } from "./dom.js";
-import { CURVES, figure } from "./figure.js";
+import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted, short } from "./numbers.js";
@@ -125,6 +125,7 @@ function underWay(design) {
 function answered(design) {
   const { answer } = design;
   const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, `over ${reference(answer.worst)}`] : [1, answer.worst.units]);
+  const scale = { metres, unit, measure: measure(answer) };
   return [
     el(
       "section",
@@ -135,23 +136,13 @@ function answered(design) {
     ),
     el("div", { class: "grid" }, el("section", { class: "box" }, el("h2", {}, "The model"), modelSketch(answer.design.particle_mass_kg !== 0)), margins(answer)),
     answer.cases?.length ? underEach(answer) : null,
-    answer.response.value && overBand(design, metres, unit),
+    answer.response.value && overBand(design, scale),
     others(answer),
-    answer.pareto.length > 1 && front(design, metres, unit),
+    answer.amplitudes?.length > 1 && overAmplitudes(design),
+    starts(answer),
+    ...(answer.masses?.length > 1 ? [masses(answer), againstMass(design, scale)] : []),
     el("details", { class: "box" }, el("summary", {}, "The specification as JSON"), el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2))),
   ];
-}
-
-/** @param {any} design @param {number} metres @param {string} unit */
-function overBand(design, metres, unit) {
-  const { answer } = design;
-  const curve = figure({ label: "Response of the recommended damper over the band, as drawn, under the largest amplitude", name: `design-${design.id}`, height: 420 });
-  const inHertz = answer.response.frequency_hz !== undefined;
-  curve.draw(
-    () => [{ x: answer.response[inHertz ? "frequency_hz" : "frequency_ratio"], y: answer.response.value.map((/** @type {number | null} */ each) => each === null ? null : each * metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0] }, name: "as drawn" }],
-    () => ({ xaxis: { title: { text: inHertz ? "frequency [Hz]" : "frequency ratio r" } }, yaxis: { title: { text: `${measure(answer)} [${unit}]` }, rangemode: "tozero" } }),
-  );
-  return curve.element;
 }
 
 /** @param {any} answer */
@@ -221,28 +212,40 @@ function others(answer) {
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
 
-/** @param {any} design @param {number} metres @param {string} unit */
-function front(design, metres, unit) {
-  const rows = design.answer.pareto;
-  const inUnits = rows[0].particle_mass_kg !== undefined;
-  const chart = figure({ label: "The best response of every mass that none lighter reaches", name: `front-${design.id}`, height: 420 });
-  chart.draw(
-    () => [{ x: rows.map((/** @type {any} */ each) => each[inUnits ? "particle_mass_kg" : "mass_ratio"]), y: rows.map((/** @type {any} */ each) => each.worst * metres), mode: "lines+markers", line: { color: CURVES()[1] }, name: "best" }],
-    () => ({ xaxis: { title: { text: inUnits ? "mass of the particle [kg]" : "mass ratio β" } }, yaxis: { title: { text: `worst ${measure(design.answer)} [${unit}]` }, rangemode: "tozero" } }),
-  );
-  return chart.element;
+/** The responses that starts meet where there are several. @param {any} answer */
+function starts({ starts: known, worst }) {
+  const where = /** @type {any[]} */ (known?.where ?? []);
+  if (!where.length) return null;
+  const rows = where.flatMap((at) => at.responses.map((/** @type {any} */ each, /** @type {number} */ i) => [
+    i ? "" : at.frequency_hz === null ? `r = ${short(at.frequency_ratio, 4)}` : `${short(at.frequency_hz, 4)} Hz`,
+    response({ units: worst.units === "1" ? "1" : "m", value: each.displacement }),
+    `${Math.round(each.share * known.count)} of ${known.count}`,
+    (each.response_class ?? "–").replaceAll("_", " ") + (each.from_rest ? ", from rest" : ""),
+  ]));
+  return el("details", { class: "box" }, el("summary", {}, `More than one response, at ${known.several} of ${counted(known.frequencies, "frequency ratio")}`), grid("More than one response", ["Near", "Displacement", "Starts", "Class"], rows));
+}
+
+/** What each mass of the particle does, and what each of these dampers is. @param {any} answer */
+function masses(answer) {
+  const of = (/** @type {number | null} */ value) => (value === null ? "–" : response({ units: answer.worst.units, value }));
+  const rows = answer.masses.map((/** @type {any} */ each) => [
+    quantity(each, "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
+    of(each.worst.value) + (each.feasible ? "" : ", exceeds a limit"),
+    of(each.tuned_mass_damper), of(each.particle_alone), quantity(each.design, "clearance_m") || "–", quantity(each.design, "friction_force_n"), count(each.looked_at),
+  ]);
+  return table("Mass against response, each the best as drawn of those looked at", ["Particle", "Best found", "Tuned mass damper", "Particle alone", "Clearance", "Friction", "Looked at"], rows);
 }
 
 /** @param {string} title @param {string[]} columns @param {string[][]} rows */
 function table(title, columns, rows) {
+  return el("section", { class: "box" }, el("h2", {}, title), grid(title, columns, rows));
+}
+
+/** @param {string} title @param {string[]} columns @param {string[][]} rows */
+function grid(title, columns, rows) {
   return el(
-    "section",
-    { class: "box" },
-    el("h2", {}, title),
-    el(
-      "div",
-      { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
-      el("table", {}, el("thead", {}, el("tr", {}, columns.map((each) => el("th", { scope: "col" }, each)))), el("tbody", {}, rows.map(([first, ...rest]) => el("tr", {}, el("th", { scope: "row" }, first), rest.map((each) => el("td", {}, each)))))),
-    ),
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
+    el("table", {}, el("thead", {}, el("tr", {}, columns.map((each) => el("th", { scope: "col" }, each)))), el("tbody", {}, rows.map(([first, ...rest]) => el("tr", {}, el("th", { scope: "row" }, first), rest.map((each) => el("td", {}, each)))))),
   );
 }

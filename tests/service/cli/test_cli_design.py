@@ -88,14 +88,33 @@ def test_a_design_that_is_killed_and_run_again_ends_as_one_that_was_not(
     assert json.loads(resumed.stdout) == document
 
 
+def test_who_waits_is_told_points_stage_and_the_best_damper_so_far(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    folder, document = written
+    again = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
+    lines = [line for line in again.stderr.splitlines() if " of at most " in line]
+    assert lines[0].startswith(f"0 of at most {document['budget_points']:,} points")
+    assert "Now: a first look at " in lines[0]
+    assert "Best so far" not in lines[0]
+    # once there is one, it is told with its value and its dimensions in units
+    best = [line.partition("Best so far: ")[2] for line in lines[1:]]
+    assert all(" mm near " in each and "friction force " in each for each in best)
+    assert f"clearance 5 mm, friction force {document['design']['friction_force_n']:.4g} N" in best[-1]
+
+
 def test_the_report_loads_nothing_and_says_what_the_answer_says(
     written: tuple[Path, dict[str, Any]],
 ) -> None:
-    folder, _ = written
+    folder, document = written
     page = (folder / "report.html").read_text()
     assert "small &lt;machine&gt;" in page
     assert "<machine>" not in page
-    assert page.count("data:image/svg+xml;base64,") == 2
+    # over the band, over amplitudes, against mass
+    assert page.count("data:image/svg+xml;base64,") == 3
+    assert "<h2>Mass against response</h2>" in page
+    several = document["starts"]["several"]
+    assert ("<h2>More than one response</h2>" in page) == bool(several)
     assert not any(word in page for word in ("http://", "https://", "<script", "<link"))
     assert "tuned mass damper" in page
 

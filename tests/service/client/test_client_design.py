@@ -27,6 +27,10 @@ def test_a_design_is_asked_for_waited_for_and_written(
     assert found.answer == design["answer"]
     assert found in remote.designs(state="done")
     assert found not in remote.designs(name="no such name")
+    amplitudes = found.amplitudes
+    assert amplitudes.sizes["amplitude"] == len(design["answer"]["amplitudes"]) > 1
+    assert amplitudes["worst"].values.tolist() == [each["worst"] for each in design["answer"]["amplitudes"]]
+    assert amplitudes["value"].attrs["units"] == "m"
     report = found.report(tmp_path / "report.html")
     assert "small &lt;floor&gt;" in report.read_text()
     assert [path.name for path in tmp_path.glob("*.part")] == []
@@ -47,7 +51,9 @@ def test_what_is_wrong_with_a_specification_is_told_before_or_after_it_is_sent(
         assert [fault.field for fault in refused.value.faults] == ["specification"]
 
 
-def test_a_design_is_stopped_and_deleted(remote: Client, helpers: Any) -> None:
+def test_a_design_is_stopped_and_deleted(
+    remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
     # too much for a moment: it has not ended when it is looked at
     asked: Design = remote.design(helpers.SPECIFICATION | {"clearance_m": 0.0053, "budget_points": 5000})
     with pytest.raises(StillRunning):
@@ -57,6 +63,9 @@ def test_a_design_is_stopped_and_deleted(remote: Client, helpers: Any) -> None:
     with pytest.raises(Conflict):
         asked.delete()
     assert "points" in asked._repr_html_()
+    with pytest.raises(StillRunning):
+        asked.wait(timeout=0.0)
+    assert "of at most 5,000 points. Now: " in capsys.readouterr().err
     with pytest.raises(Stopped):
         asked.cancel().wait(progress=False)
     with pytest.raises(Conflict):

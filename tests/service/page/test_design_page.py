@@ -42,6 +42,19 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     for sentence in found["answer"]["words"]:
         expect(recommended).to_contain_text(sentence.replace("`", ""))
     expect(recommended).to_contain_text("5.6 mm")
+    # what is known is drawn: others beside it, and what other amplitudes and masses do
+    assert found["answer"]["friction_alone"]["response"]["value"]
+    drawn = page.locator(".plot .main-svg")
+    expect(drawn.first).to_be_visible()
+    expect(page.get_by_role("img", name=re.compile("^Response over the band"))).to_contain_text(
+        "friction alone"
+    )
+    assert len(found["answer"]["amplitudes"]) > 1
+    expect(page.get_by_role("img", name=re.compile("^Response over the amplitude"))).to_contain_text(
+        "1 mm, asked for"
+    )
+    masses = page.get_by_role("img", name=re.compile("^The best response found of every mass"))
+    expect(masses).to_have_count(int(len(found["answer"]["masses"]) > 1))
     report = page.get_by_role("link", name="Report").get_attribute("href")
     assert "asked on the page" in httpx.get(report, timeout=60).text
     page.go_back()

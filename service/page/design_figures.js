@@ -1,0 +1,103 @@
+/** The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of the particle. */
+
+import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { capital } from "./dom.js";
+import { short } from "./numbers.js";
+
+/**
+ * What the values of a figure are in.
+ *
+ * @typedef {{metres: number, unit: string, measure: string}} Scale `metres` is what a value is multiplied with
+ */
+
+/** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */
+const OTHERS = { tuned_mass_damper: "tuned mass damper", friction_alone: "friction alone", particle_alone: "particle alone" };
+
+/** @param {(number | null)[]} values @param {number} factor */
+const scaled = (values, factor) => values.map((each) => (each === null ? null : each * factor));
+
+/** @param {any} of with frequencies, in hertz or as ratios */
+const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
+
+/** @param {any} of */
+const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
+
+/** The recommended damper as drawn, under the largest amplitude, beside others. @param {any} design @param {Scale} scale */
+export function overBand(design, { metres, unit, measure }) {
+  const { answer } = design;
+  const chart = figure({ label: "Response over the band under the largest amplitude, of the recommended damper as drawn and of others", name: `design-${design.id}`, height: 420 });
+  const others = Object.entries(OTHERS).filter(([key]) => answer[key]?.response?.value);
+  chart.draw(
+    () => [
+      { x: frequencies(answer.response), y: scaled(answer.response.value, metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0], width: 2.5 }, name: "recommended" },
+      ...others.map(([key, name], i) => ({
+        x: frequencies(answer[key].response), y: scaled(answer[key].response.value, metres), mode: "lines", name,
+        line: { color: CURVES()[i + 1], dash: DASHES[i + 1], width: 1.8 },
+      })),
+    ],
+    () => ({ xaxis: { title: { text: frequencyTitle(answer.response) } }, yaxis: { title: { text: `${measure} [${unit}]` }, rangemode: "tozero" } }),
+  );
+  return chart.element;
+}
+
+/** The recommended damper under amplitudes from half the least to twice the largest, and its peaks. @param {any} design */
+export function overAmplitudes(design) {
+  /** @type {any[]} */
+  const rows = design.answer.amplitudes;
+  const label = "Response over the amplitude of the excitation, of the recommended damper under amplitudes from half the least to twice the largest";
+  const chart = figure({ label, name: `amplitudes-${design.id}`, height: 460 });
+  const moved = rows.filter((row) => row.worst_ratio > 0);
+  chart.draw(
+    () => [
+      ...rows.map((row, i) => ({
+        x: frequencies(row), y: row.ratio, mode: "lines", name: level(row) + (row.asked ? ", asked for" : ""),
+        line: { color: between(i / Math.max(1, rows.length - 1)), dash: row.asked ? "solid" : "dot", width: row.asked ? 2.5 : 1.8 },
+      })),
+      {
+        x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio), y: moved.map((row) => row.worst_ratio), mode: "lines+markers",
+        name: "largest", line: { color: colour("ink"), dash: "dash", width: 1 }, marker: { size: 6, color: colour("ink") },
+      },
+    ],
+    () => ({
+      xaxis: { title: { text: frequencyTitle(rows[0]) } },
+      yaxis: { title: { text: `response over ${rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude"}` }, type: "log", dtick: "D2" },
+    }),
+  );
+  return chart.element;
+}
+
+/** An amplitude in the unit of a drawing. @param {any} row */
+export function level({ amplitude, amplitude_units: units }) {
+  if (units === "1") return `${short(amplitude, 3)} times`;
+  return units === "m" || units === "m/s" ? `${short(1000 * amplitude, 3)} m${units}` : `${short(amplitude, 3)} ${units}`;
+}
+
+/** A colour between those of the first two curves. @param {number} share */
+function between(share) {
+  const [first, last] = CURVES().slice(0, 2).map((each) => [1, 3, 5].map((at) => parseInt(each.slice(at, at + 2), 16)));
+  return `rgb(${first.map((part, i) => Math.round(part + share * (last[i] - part))).join(", ")})`;
+}
+
+/** What mass buys: the best damper found of each, beside others of that mass. @param {any} design @param {Scale} scale */
+export function againstMass(design, { metres, unit, measure }) {
+  /** @type {any[]} */
+  const rows = design.answer.masses;
+  const chart = figure({ label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it", name: `masses-${design.id}`, height: 420 });
+  const x = rows.map((each) => each.particle_mass_kg ?? each.mass_ratio);
+  const values = {
+    "best found, as drawn": rows.map((each) => each.worst.value),
+    "tuned mass damper": rows.map((each) => each.tuned_mass_damper),
+    "particle alone": rows.map((each) => each.particle_alone),
+  };
+  const drawn = Object.entries(values).filter(([, each]) => each.some((value) => value !== null));
+  chart.draw(
+    () => drawn.map(([name, each], i) => ({
+      x, y: scaled(each, metres), mode: "lines+markers", name, line: { color: CURVES()[i], dash: DASHES[i] }, marker: { size: 8, symbol: ["circle", "square", "diamond"][i] },
+    })),
+    () => ({
+      xaxis: { title: { text: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]" } },
+      yaxis: { title: { text: `${capital(`worst ${measure}`)} [${unit}]` }, rangemode: "tozero" },
+    }),
+  );
+  return chart.element;
+}
