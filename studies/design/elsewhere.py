@@ -98,7 +98,7 @@ def words_of_masses(found: Found) -> Iterator[str]:
 
 def _of_mass(asked: Specification, one: OfMass) -> str:
     keeps = "" if one.score.violation == 0.0 else ", exceeding a limit"
-    tuned = "" if one.absorber is None else f" (a tuned mass damper {response(asked, one.absorber)})"
+    tuned = "" if one.absorber is None else f" (tuned mass damper {response(asked, one.absorber)})"
     return (
         f"{quantity(asked, 'particle_mass_kg', one.mass_kg)} {response(asked, one.score.value)}{keeps}{tuned}"
     )
