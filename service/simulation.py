@@ -16,7 +16,7 @@ from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
 from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.point import Design, Simulation
@@ -268,7 +268,11 @@ def attractors_document(found: Attractors) -> dict[str, Any]:
                 "share": one.starts / found.starts,
                 "starts": one.starts,
                 "from_rest": one.from_rest,
-                "metrics": dict(zip(Response._fields, one.response, strict=True)),
+                "metrics": {
+                    name: number
+                    for name, number in zip(Response._fields, one.response, strict=True)
+                    if not VARIABLES[name].asked
+                },
             }
             for one in found.met
         ],

@@ -1,5 +1,6 @@
 """One design point on its own, by kernels that are there: its end state, its measures, its time history."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import nan, pi, sqrt
 from time import thread_time
@@ -7,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from damperlab.studies.variables import ResponseClass, Status
+from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
@@ -135,12 +136,21 @@ def simulate_ready(
     settings = settings or Settings(4000, 0.02, 1e-9)
     acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
     response, steady = _steady(design, friction, acting, settings)
-    measured = {name: _plain(number) for name, number in response.items()}
+    measured = {name: _plain(number) for name, number in asked_of(response, settings).items()}
     found = measured["status"] <= Status.MAX_CYCLES
     if not is_followed(design, history, followed):
         measured["run_time"] = thread_time() - began
         return Simulation(measured, _absolute(steady, design, found), {}, 0, {})
     return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
+
+
+def asked_of(response: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
+    """Give the measures of a response that are known: those of its acceleration only where that was asked for."""
+    return {
+        name: number
+        for name, number in response.items()
+        if settings.acceleration or not VARIABLES[name].asked
+    }
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:

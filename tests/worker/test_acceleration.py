@@ -15,6 +15,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.lower import excitation_of
+from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.contact.compliant.acceleration_in_wall import _add_vibration, _shift
 from damperlab.worker.solver.integrate import half_cycle
@@ -274,3 +275,12 @@ def test_a_study_that_says_nothing_of_it_is_computed_without() -> None:
 def test_fixed_steps_are_not_asked_for_it() -> None:
     with pytest.raises(StudyFaults, match="acceleration_ratio, which solver rk4 does not compute"):
         parse_study(ASKED | {"solver": {"method": "rk4"}, "metrics": ["acceleration_ratio"]})
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.3])
+def test_a_point_alone_tells_it_where_it_is_asked_for(gamma: float) -> None:
+    design = Design(0.03, 0.6, gamma)
+    asked = simulate_ready(design, settings=METERED, followed=False).metrics
+    plain = simulate_ready(design, settings=METERED._replace(acceleration=None), followed=False).metrics
+    assert asked.keys() - plain.keys() == {"acceleration_ratio", "acceleration_ratio_rms"}
+    assert asked["amplitude_ratio"] == plain["amplitude_ratio"]

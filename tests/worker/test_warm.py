@@ -60,11 +60,12 @@ def test_a_point_by_fixed_steps_compiles_nothing_more() -> None:
     [
         {},
         {"metrics": ["amplitude_ratio"]},
+        {"metrics": ["acceleration_ratio"]},
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
         {"solver": {"method": "rk4", "steps_per_cycle": 50}},
     ],
-    ids=["whole", "peaks", "ensemble", "continuation", "stepped"],
+    ids=["whole", "peaks", "acceleration", "ensemble", "continuation", "stepped"],
 )
 def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
     study = _study(more)
