@@ -66,7 +66,7 @@ class Surroundings:
         if OF_MASS in left_out and self.front:
             missing = len(masses) - len(self.front)
             left_out[left_out.index(OF_MASS)] = f"{OF_MASS} for {missing} of {len(masses)} masses"
-        found = {f"the best of {CALLED[name]}": CALLED[name] for name in self.alternatives}
+        found = {f"the best of {CALLED[name]}" for name in self.alternatives}
         return [f"the search for {each} to its end" if each in found else each for each in left_out]
 
     @property

@@ -95,9 +95,9 @@ def words_of(prototype: Prototype, names: Iterable[str]) -> Iterator[str]:
                 f"The interval of {MEANINGS[name]} begins at 0, which is the best value too, so that no share of it is a "
                 "tolerance: none is written. Measure it in another way."
             )
-        elif _share(prototype, name) > SHARE.highest:
+        elif (share := _share(prototype, name)) > SHARE.highest:
             yield (
-                f"The interval of {MEANINGS[name]} reaches to {100 * _share(prototype, name):.3g} % from its value, and a specification takes at "
+                f"The interval of {MEANINGS[name]} reaches to {100 * share:.3g} % from its value, and a specification takes at "
                 "most 50 %: that is written, and what lies beyond is not looked at. Measure it better before you build."
             )
     for name in names:
