@@ -10,8 +10,8 @@ from damperlab.studies.design.lattice import Candidate
 from damperlab.studies.design.score import Score, worst
 from damperlab.studies.design.search import CLOSE, Asks, Search
 
-SHARE = 2 / 3
-"""Of the budget, up to which contenders are looked at: the rest is for builds and what else is said."""
+SHARE = 0.75
+"""Of the budget, up to which contenders are looked at."""
 
 
 def contend(search: Search) -> Asks:

@@ -65,7 +65,7 @@ class Score:
     @property
     def sure(self) -> tuple[float, float]:
         """As `rank`, by what is not exceeded: of many noisy values the smallest is small by chance."""
-        return max(self.violation, self.violation_at_most), self.most
+        return self.violation, self.most
 
     @property
     def most(self) -> float:

@@ -8,7 +8,7 @@ import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, brute, solved
 
 from damperlab.studies.design.book import Book, Wanted
-from damperlab.studies.design.contenders import SHARE, at_least, contend, contenders_of
+from damperlab.studies.design.contenders import at_least, contend, contenders_of
 from damperlab.studies.design.known import words_of_shortfall
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.shortfall import shortfall_of
@@ -87,8 +87,8 @@ def test_contenders_leave_the_rest_of_the_budget_to_what_follows() -> None:
     asked = parse_specification(DAMPED)
     search = Search(asked, Book(asked, BUDGET))
     driven(search.run(), search.book)
-    search.book.budget = int((search.book.spent + 100) / SHARE)
+    search.book.budget = int((search.book.spent + 100) / 0.75)
     driven(contend(search), search.book)
-    assert search.book.spent <= SHARE * search.book.budget
+    assert search.book.spent <= 0.75 * search.book.budget
     assert contenders_of(search)
     assert search.cap == search.book.budget
