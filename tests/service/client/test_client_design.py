@@ -28,7 +28,7 @@ def test_a_design_is_asked_for_waited_for_and_written(
     assert found in remote.designs(state="done")
     assert found not in remote.designs(name="no such name")
     amplitudes = found.amplitudes
-    assert amplitudes.sizes["amplitude"] == len(design["answer"]["amplitudes"]) > 1
+    assert amplitudes.sizes["amplitude"] == len(design["answer"]["amplitudes"]) >= 1
     assert amplitudes["worst"].values.tolist() == [each["worst"] for each in design["answer"]["amplitudes"]]
     assert amplitudes["value"].attrs["units"] == "m"
     report = found.report(tmp_path / "report.html")

@@ -43,16 +43,15 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
         expect(recommended).to_contain_text(sentence.replace("`", ""))
     expect(recommended).to_contain_text("5.6 mm")
     # what is known is drawn: others beside it, and what other amplitudes and masses do
-    assert found["answer"]["friction_alone"]["response"]["value"]
+    assert found["answer"]["tuned_mass_damper"]["response"]["value"]
     drawn = page.locator(".plot .main-svg")
     expect(drawn.first).to_be_visible()
     expect(page.get_by_role("img", name=re.compile("^Response over the band"))).to_contain_text(
-        "friction alone"
+        "tuned mass damper"
     )
-    assert len(found["answer"]["amplitudes"]) > 1
-    expect(page.get_by_role("img", name=re.compile("^Response over the amplitude"))).to_contain_text(
-        "1 mm, asked for"
-    )
+    # of a budget that allows them
+    amplitudes = page.get_by_role("img", name=re.compile("^Response over the amplitude"))
+    expect(amplitudes).to_have_count(int(len(found["answer"]["amplitudes"]) > 1))
     masses = page.get_by_role("img", name=re.compile("^The best response found of every mass"))
     expect(masses).to_have_count(int(len(found["answer"]["masses"]) > 1))
     report = page.get_by_role("link", name="Report").get_attribute("href")
