@@ -8,21 +8,29 @@ import pickle
 from collections.abc import Callable
 from typing import Any
 
+from distributed.protocol.pickle import dumps
+
+
+class _Call:
+    """What is unpickled as the value of a call, which is made then."""
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._what = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self._what
+
 
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
     """Give what to submit in place of a function and its arguments.
 
+    Workers need nothing of this module: one of another version says that it is of another version.
+
     Parameters
     ----------
     function : callable
-        Of a module that workers can import.
+        It travels by name, where it has one that can be imported, and else as Dask's own calls do.
     *arguments
         What it is called with.
     """
-    return opened, pickle.dumps((function, arguments))
-
-
-def opened(call: bytes) -> Any:
-    """Make a call that was sealed; the value of the Dask task."""
-    function, arguments = pickle.loads(call)  # noqa: S301  who reaches a worker can run anything there
-    return function(*arguments)
+    return pickle.loads, dumps(_Call(function, arguments))

@@ -1,14 +1,27 @@
 """What a scheduler learns of the calls that it hands on."""
 
+import pytest
+
 from damperlab.worker.cluster import connect
 from damperlab.worker.errands import Errands
 from damperlab.worker.examination import examine
 from damperlab.worker.provenance import computing
-from damperlab.worker.sealed import opened, sealed
+from damperlab.worker.sealed import sealed
 
 
 def test_a_sealed_call_is_made_with_its_arguments() -> None:
-    assert opened(*sealed(divmod, 7, 3)[1:]) == (2, 1)
+    make, call = sealed(divmod, 7, 3)
+    assert make(call) == (2, 1)
+    make, call = sealed(divmod, 7, 0)
+    with pytest.raises(ZeroDivisionError):
+        make(call)
+
+
+def test_a_sealed_call_can_be_made_by_who_knows_its_function_alone() -> None:
+    """A worker of an earlier version then answers that it is one, and not that it lacks a module."""
+    _, call = sealed(examine, "", "", "other", None)
+    assert examine.__module__.encode() in call
+    assert sealed.__module__.encode() not in call
 
 
 def test_a_scheduler_loads_neither_solver_nor_store_for_what_workers_do() -> None:
