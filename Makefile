@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -32,12 +32,16 @@ $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
 	@touch $@
 
+# Hundreds of processes load the package: none shall compile its modules first, even where PYTHONDONTWRITEBYTECODE keeps Python from storing them.
+bytecode: install
+	@$(BIN)/python -m compileall -q service studies worker src/damperlab
+
 demo: install ## Figure 11 of the paper: computed, stored, its optimum in words, drawn to demo/figure-11.png
 	$(BIN)/damperlab run figure-11 --data-dir $(DEMO)/data
 	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --exclude-locked --top 1
 	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
 
-warm: install ## every kernel, compiled on every core; at once where that is done
+warm: install bytecode ## every kernel, compiled on every core; at once where that is done
 	$(BIN)/damperlab warm --all
 
 # Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests. Tests

@@ -5,6 +5,7 @@ run, to look for what these leave out. The files that take longest begin first, 
 at the end for a long one that began late; `DAMPERLAB_DURATIONS=tests/durations.json make test` measures them anew.
 """
 
+import gc
 import json
 import os
 from collections import defaultdict
@@ -32,6 +33,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Sort files by how long they take, longest first; tests of a file stay in their order."""
     seconds: dict[str, float] = json.loads((HERE / "durations.json").read_text())
     items.sort(key=lambda item: -seconds.get(item.path.relative_to(HERE).as_posix(), UNKNOWN_SECONDS))
+
+
+def pytest_collection_finish() -> None:
+    """Let the garbage collector pass over what is loaded and collected, which stays until the end."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
