@@ -187,7 +187,7 @@ def fit_schema() -> dict[str, Any]:
             "specification": {
                 "type": ["object", "null"],
                 "description": "A specification of a design, whose structure, given values and tolerances become what is "
-                "estimated; without it one is made anew.",
+                "estimated; without it a new one is made.",
             },
         },
     }

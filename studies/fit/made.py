@@ -58,7 +58,7 @@ def made_of(fitted: Fitted | FittedHistory, correction: Correction | None = None
     fitted : Fitted or FittedHistory
         The outcome.
     correction : Correction, optional
-        The specification to be corrected; without it one is made anew.
+        The specification to be corrected; without it a new one is made.
     """
     study: dict[str, Any] | None
     try:
@@ -75,7 +75,7 @@ def made_of(fitted: Fitted | FittedHistory, correction: Correction | None = None
 def specification_of(
     question: Question, estimates: list[Estimate], correction: Correction | None = None
 ) -> Specified:
-    """Make a specification of what was found, anew or by correcting one.
+    """Make a specification of what was found, new or by correcting one.
 
     Raises
     ------

@@ -60,10 +60,10 @@ def test_a_name_of_any_length_and_any_letters_is_a_name() -> None:
 def test_tolerances_are_rounded_up_and_hold_the_interval() -> None:
     estimates = [
         estimate("damping_ratio", 0.003, 0.0029, 0.00312345),
-        estimate("restitution", 0.4, 0.19956, 0.47),
+        estimate("restitution", 0.4, 0.20056, 0.47),
     ]
     found = made(response(damping_ratio=None, restitution=None), *estimates)
-    assert found.document["tolerances"] == {"damping_ratio": "4.12%", "restitution": 0.201}
+    assert found.document["tolerances"] == {"damping_ratio": "4.12%", "restitution": 0.2}
     asked = parse_specification(found.document)
     assert asked.tolerances["damping_ratio"].of(0.003) >= 0.00012345
     assert found.words[0] == (
@@ -83,9 +83,11 @@ def test_an_interval_from_nothing_and_one_that_says_nothing_are_said_in_words() 
         estimate("restitution", 0.1, 0.0, 1.0, determined=False),
     ]
     found = made(response(damping_ratio=None, restitution=None), *estimates)
-    assert found.document["tolerances"] == {"restitution": 0.9}
+    assert found.document["tolerances"] == {"restitution": 0.05}
     assert "The interval of the damping ratio begins at 0" in found.words[1]
-    assert "The measurement says nothing about the restitution" in found.words[2]
+    assert "The interval of the restitution reaches to 900 % from its value" in found.words[2]
+    assert "The measurement says nothing about the restitution" in found.words[3]
+    assert parse_specification(found.document).tolerances["restitution"].size == 0.05
 
 
 def test_friction_that_may_be_none_is_chosen_from_none() -> None:
