@@ -95,8 +95,7 @@ def test_a_response_under_a_record_is_that_of_this_contact(
 ) -> None:
     found, _ = pursued(materials(SHAKEN, clearance_m=0.01, friction_force_n=10.0))
     build = Lattice(found.asked).build(material)
-    structure, records = Structure(40.0, 2.5, 0.02), found.asked.records
-    assert records is not None
+    structure, (records,) = Structure(40.0, 2.5, 0.02), found.asked.records
     contact = (
         {"contact": DwellContact(model="dwell", contact_time=time_s * structure.omega)} if time_s else {}
     )
