@@ -148,6 +148,7 @@ class Computer(ExitStack):
         self._here_seconds = 0.0 if means.elsewhere else here_seconds
         self._cluster: SharedCluster | None = None
         self._now: str | None = None
+        self._stopped = False
 
     def compute(
         self,
@@ -156,6 +157,9 @@ class Computer(ExitStack):
         shown: AbstractContextManager[Shown] | None = None,
     ) -> "Record":
         """Run a study or, while another process does, watch it.
+
+        A stop that was asked for while the last block of a study was computed holds for the studies after it: these are
+        left as they are.
 
         Parameters
         ----------
@@ -174,12 +178,15 @@ class Computer(ExitStack):
         from damperlab.studies.store.faults import StudyBusy
         from damperlab.worker.runner import SECONDS_PER_HOUR, run_study
 
+        if self._stopped:
+            return record
         budget = None if limits.budget_hours is None else limits.budget_hours * SECONDS_PER_HOUR
         self._now = record.id
         with (
             _stop_on_signals() as stop,
             _stop_at(limits.ends, stop) as over,
             shown or StudyProgress(record.name or record.id, record.points_total) as progress,
+            self._noting(stop),
         ):
             while True:
                 try:
@@ -208,6 +215,13 @@ class Computer(ExitStack):
                     record = self._watch(record.id, progress, stop)
                     if record.ended or stop.is_set():
                         return record
+
+    @contextmanager
+    def _noting(self, stop: threading.Event) -> "Iterator[None]":
+        try:
+            yield
+        finally:
+            self._stopped = stop.is_set()
 
     def _watch(self, study_id: str, progress: Shown, stop: threading.Event) -> "Record":
         """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
