@@ -115,12 +115,17 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
         return dict.fromkeys((*nowhere, "excitation")) | no_record
     ratio = score.frequency_ratio
     return no_record | {
-        "ratio": score.value / score.amplitude_m,
+        "ratio": score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order),
         "frequency_ratio": ratio,
         "frequency_hz": ratio * asked.structure.natural_frequency_hz if asked.in_units else None,
         "base_amplitude_m": score.amplitude_m if asked.in_units else None,
         "excitation": binding(asked, score).name or None,
     }
+
+
+def _rate(asked: Specification) -> float:
+    """Give ω_n [rad/s], which ratios of accelerations are over; 1 where only ratios mean anything."""
+    return asked.structure.angular_frequency if asked.in_units else 1.0
 
 
 def _starts(found: Found) -> dict[str, Any] | None:

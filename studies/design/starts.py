@@ -14,7 +14,6 @@ from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.measure import Measure
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import ResponseClass
 
@@ -171,7 +170,9 @@ def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: C
         if int(at["attractors"]) < 2:
             continue
         base_m = float(largest.base_m(r))
-        found = tuple(_reached(asked.measured(largest), at, base_m, _from_rest(rest, r)))
+        measure = asked.measured(largest)
+        unit = measure.factor * base_m * rest.rate**measure.order
+        found = tuple(_reached(measure.variable, unit, at, base_m, _from_rest(rest, r)))
         yield Several(
             frequency_ratio=r,
             attractors=int(at["attractors"]),
@@ -187,11 +188,13 @@ def _from_rest(rest: Curve, r: float) -> dict[str, float]:
     return {name: float(column[place[0]]) for name, column in rest.columns.items()} if place.size else {}
 
 
-def _reached(measure: Measure, at: xr.Dataset, base_m: float, rest: dict[str, float]) -> Iterator[Reached]:
+def _reached(
+    variable: str, unit: float, at: xr.Dataset, base_m: float, rest: dict[str, float]
+) -> Iterator[Reached]:
     """Tell the responses at one frequency apart.
 
     Everything is stored of the most frequent one, and known of the one from rest, which its amplitude tells; of others the
-    amplitude and the share.
+    amplitude and the share. The variable of the measure is over `unit`.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):
         if not float(at[share]) > 0.0:
@@ -200,12 +203,12 @@ def _reached(measure: Measure, at: xr.Dataset, base_m: float, rest: dict[str, fl
         from_rest = bool(rest) and abs(rest["amplitude_ratio"] - ratio) <= SAME * max(ratio, 1.0)
         known: dict[str, float] = rest if from_rest else {}
         if rank == 0:
-            known = {name: float(at[name]) for name in (measure.variable, "response_class")}
-        value = known.get(measure.variable, ratio if measure.variable == "amplitude_ratio" else None)
+            known = {name: float(at[name]) for name in (variable, "response_class")}
+        value = known.get(variable, ratio if variable == "amplitude_ratio" else None)
         kind = known.get("response_class")
         yield Reached(
             displacement=base_m * ratio,
-            value=None if value is None else measure.factor * base_m * value,
+            value=None if value is None else unit * value,
             share=float(at[share]),
             response_class=None if kind is None else ResponseClass(int(kind)).name.lower(),
             from_rest=from_rest,

@@ -91,6 +91,8 @@ def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
     document = answer_document(found)
     json.dumps(document, allow_nan=False)
     assert (document["worst"]["measure"], document["worst"]["units"]) == ("worst_acceleration", "m/s²")
+    # as a limit in ratios is: over the base amplitude and the square of the natural frequency
+    assert document["worst"]["ratio"] * BASE * OMEGA**2 == pytest.approx(found.stated.value, rel=1e-12)
     assert "acceleration of the structure" in " ".join(document["words"])
     assert draw_amplitudes(found).axes[0].get_ylabel() == "Response over base amplitude times $ω_n^2$"
     assert "m/s²" in design_report(found)

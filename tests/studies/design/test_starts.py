@@ -88,3 +88,15 @@ def test_of_another_measure_the_value_is_that_of_the_responses_it_is_known_of() 
     known = {at.responses[0].value is not None for at in starts.where}
     assert known == {True}
     assert np.isfinite(starts.worst)
+
+
+def test_an_acceleration_is_told_in_metres_per_second_squared() -> None:
+    """Without impacts the motion is nearly a sine: friction is a 20th of the spring's force at the base amplitude."""
+    found, _ = pursued(LIGHT | {"measure": "worst_acceleration"})
+    assert found.starts is not None
+    every = [(at.frequency_ratio, each) for at in found.starts.where for each in at.responses]
+    quiet = [(r, each) for r, each in every if each.response_class in ("no_impact", "linear")]
+    assert quiet
+    for r, each in quiet:
+        omega = 2 * np.pi * 8.0 * r
+        assert each.value == pytest.approx(omega**2 * each.displacement, rel=0.1)
