@@ -120,9 +120,9 @@ class DamperFields(SceneFields):
     def _list(self, field: str, raw: Iterable[Any], quantity: Quantity) -> Choice | None:
         entries = list(raw)
         if not 1 < len(entries) <= MOST_VALUES:
-            self._fault(
-                field, describe(raw), f"a list of 2 to {MOST_VALUES} values", "give a range, or fewer values"
-            )
+            few = "give another value, a range, or the number outside `choose`"
+            advice = few if len(entries) < 2 else "give a range, or fewer values"
+            self._fault(field, describe(raw), f"a list of 2 to {MOST_VALUES} values", advice)
             return None
         found: dict[tuple[float, float], str] = {}
         more = (CONTACT_TIME.name,) if quantity is RESTITUTION else ()

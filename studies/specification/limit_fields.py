@@ -1,5 +1,6 @@
 """Limits on results and on the damper itself, read from a document."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from damperlab.studies.faults import describe, listing
@@ -74,7 +75,7 @@ class LimitFields(ToleranceFields):
         """Read limits in units, whatever they are given in."""
         values = self._limit_values()
         if self._in_units:
-            for key in values.keys() & IN_RATIOS.keys():
+            for key in (each for each in values if each in IN_RATIOS):
                 told = "{field} is a ratio, and the specification is in units."
                 name = IN_RATIOS[key]
                 self._fault(f"limits.{key}", f"{values[key]:g}", f"`{name}`", f"give `{name}`", told)
@@ -99,7 +100,11 @@ class LimitFields(ToleranceFields):
         }
 
     def _within_limits(
-        self, choices: dict[str, Choice], limits: dict[str, float], tolerances: dict[str, Tolerance]
+        self,
+        choices: dict[str, Choice],
+        limits: dict[str, float],
+        tolerances: dict[str, Tolerance],
+        units: Mapping[str, float],
     ) -> dict[str, str]:
         """Keep of what may be chosen the values whose tolerance keeps the limits on the damper itself.
 
@@ -111,6 +116,8 @@ class LimitFields(ToleranceFields):
             In units.
         tolerances : dict of Tolerance
             By quantity.
+        units : mapping of float
+            What limits are over in the document, by their names; nothing where that is in units.
 
         Returns
         -------
@@ -121,14 +128,32 @@ class LimitFields(ToleranceFields):
         exact = Tolerance(0.0, True)
         for name, limit in limits.items():
             quantity = DAMPER_LIMITS[name].quantity if name in DAMPER_LIMITS else ""
-            if quantity in choices and self._cut(choices, name, limit, tolerances.get(quantity, exact)):
+            if quantity not in choices:
+                continue
+            unit = units.get(name, 1.0)
+            if self._cut(choices, name, limit, tolerances.get(quantity, exact), unit):
                 bounds[quantity] = f"limits.{self._limit_key(name)}"
         return bounds
 
     def _limit_key(self, name: str) -> str:
         return name if self._in_units else DAMPER_LIMITS[name].ratio
 
-    def _cut(self, choices: dict[str, Choice], limit_name: str, limit: float, tolerance: Tolerance) -> bool:
+    def _limit_units(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
+        """Give what limits on the damper are over in the document, by their names; nothing where that is in units."""
+        return (
+            {}
+            if self._in_units
+            else {name: ratio_unit(name, amplitude_m, structure) for name in DAMPER_LIMITS}
+        )
+
+    def _cut(
+        self,
+        choices: dict[str, Choice],
+        limit_name: str,
+        limit: float,
+        tolerance: Tolerance,
+        unit: float,
+    ) -> bool:
         """Cut a range short at a limit, and say whether that left less of it; contradictory where nothing is left."""
         about = DAMPER_LIMITS[limit_name]
         choice = choices[about.quantity]
@@ -136,17 +161,18 @@ class LimitFields(ToleranceFields):
         if choice.stop <= most:
             return False
         if choice.start > most:
-            self._excludes(choice, limit_name, limit, tolerance)
+            self._excludes(choice, limit_name, limit, tolerance, unit)
             return False
         values = tuple(value for value in choice.values if value <= most)
         stop = values[-1] if values else max(tolerance.most(limit / about.factor), choice.start)
         choices[about.quantity] = replace(choice, stop=stop, values=values, names=choice.names[: len(values)])
         return True
 
-    def _excludes(self, choice: Choice, limit_name: str, limit: float, tolerance: Tolerance) -> None:
+    def _excludes(
+        self, choice: Choice, limit_name: str, limit: float, tolerance: Tolerance, unit: float
+    ) -> None:
         about, key = DAMPER_LIMITS[limit_name], self._limit_key(limit_name)
         quantity = about.quantity if self._in_units else RATIO_OF[about.quantity]
-        unit = limit / self.document["limits"][key]
         least = choice.start / unit
         needed = about.factor * (choice.start + tolerance.of(choice.start)) / unit
         why = ["the cavity is twice as long"] if about.factor == 2.0 else []

@@ -165,7 +165,7 @@ class _Reader(LimitFields):
         self._touching(choices, structure)
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
-        bounds = self._within_limits(choices, limits, tolerances)
+        bounds = self._within_limits(choices, limits, tolerances, self._limit_units(largest_m, structure))
         if self.faults or measure is None or confidence is None or minutes is None:
             return None
         return Specification(
@@ -198,7 +198,7 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, None, structure)
         limits = {name: limit for name, limit in self._limit_values().items() if name not in IN_RATIOS}
         if self._in_units:
-            self._within_limits(choices, limits, tolerances)
+            self._within_limits(choices, limits, tolerances, {})
 
     @property
     def _measures(self) -> dict[str, Measure]:

@@ -117,3 +117,30 @@ def test_limits_are_in_what_the_specification_is_in() -> None:
 def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> None:
     with pytest.raises(StudyFaults, match=r"excludes every clearance_ratio asked for, which begins at 1 "):
         parse_specification(RATIOS | {"limits": {"cavity_length_ratio": 1.5}})
+
+
+@pytest.mark.parametrize("given", [0.16, {"start": 0.1, "stop": 0.2}])
+def test_a_limit_of_nothing_excludes_every_particle_and_every_friction_that_begins_above_it(
+    given: Any,
+) -> None:
+    place = {"choose": GIVEN["choose"] | {"particle_mass_kg": given}} if isinstance(given, dict) else {}
+    document = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
+    document |= place or {"particle_mass_kg": given}
+    told = faults_of(document | {"limits": {"particle_mass_kg": 0, "friction_force_n": 0}})
+    assert "excludes every particle_mass_kg" in told["limits.particle_mass_kg"]
+    assert "at least 0.33" in told["limits.friction_force_n"]
+
+
+def test_in_ratios_a_limit_of_nothing_says_what_would_be_enough() -> None:
+    document = {
+        "structure": {"damping_ratio": 0.02, "natural_frequency_hz": 8.0},
+        "excitation": {"frequency_ratio": 1.0},
+        "clearance_ratio": 5.0,
+        "friction_ratio": 0.3,
+        "mass_ratio": 0.1,
+        "restitution": 0.5,
+        "limits": {"friction_ratio": 0, "mass_ratio": 0},
+    }
+    told = faults_of(document)
+    assert "begins at 0.3" in told["limits.friction_ratio"]
+    assert "at least 0.1" in told["limits.mass_ratio"]
