@@ -53,12 +53,17 @@ def design(
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_document(output)
     from damperlab.service.designs import budget_of
+    from damperlab.studies.design.design import designing
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification
 
     asked = read_specification(specification, Shelf(data_folder(data_dir)))
     with working("Planning"):
         budget = budget_of(asked)
+        if dry_run:
+            next(
+                designing(asked, budget)
+            )  # a budget that ends before the first look does is refused here too
     if dry_run:
         _print_size(asked, budget, as_json)
         return
@@ -152,6 +157,7 @@ def _print_size(asked: "Specification", budget: int, as_json: bool) -> None:
     if as_json:
         print_json({"name": asked.name, "digest": asked.digest, "chosen": free, "budget_points": budget})
     else:
-        say(
-            f"{asked.name or 'The specification'} is complete. Chosen: {', '.join(free)}. Budget: {budget:,} points."
+        chosen = (
+            f"Chosen: {', '.join(free)}" if free else "Nothing is to be chosen: the damper given is assessed"
         )
+        say(f"{asked.name or 'The specification'} is complete. {chosen}. Budget: {budget:,} points.")

@@ -209,10 +209,9 @@ def _require(search: Search) -> None:
     first = search.book.lacking(search.first_look())
     if first <= search.book.budget / 2:
         return
-    found = f"{search.book.budget:,} points"
-    told = (
-        f"{{field}} allows {found}; the first look at {len(search.lattice.first()):,} dampers takes {first:,}, and as many "
-        "are kept for what follows."
-    )
-    advice = "give more minutes, choose fewer quantities, or give one amplitude in place of a range"
-    raise StudyFaults([Fault("budget_minutes", found, f"at least {2 * first:,} points", advice, told)])
+    found, dampers = f"{search.book.budget:,} points", counted(len(search.lattice.first()), "damper")
+    told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for what follows."
+    key = "budget_minutes" if search.asked.budget_points is None else "budget_points"
+    more = key.removeprefix("budget_")
+    advice = f"give more {more}, choose fewer quantities, or give one amplitude in place of a range"
+    raise StudyFaults([Fault(key, found, f"at least {2 * first:,} points", advice, told)])

@@ -136,3 +136,20 @@ def test_a_specification_with_faults_ends_with_all_of_them(tmp_path: Path) -> No
 def test_a_report_of_another_kind_is_refused(tmp_path: Path) -> None:
     told = run("design", "prototype", "-o", tmp_path / "report.docx", status=2).stderr
     assert ".html" in told
+
+
+def test_a_dry_run_refuses_a_budget_that_the_design_would_refuse(tmp_path: Path) -> None:
+    path = tmp_path / "small.json"
+    path.write_text(json.dumps(SPECIFICATION | {"budget_points": 100}))
+    told = run("design", path, "--dry-run", "--data-dir", tmp_path / "data", status=2).stderr
+    assert "`budget_points` allows 100 points" in told
+    assert "Give more points" in told
+    assert run("design", path, "--data-dir", tmp_path / "data", status=2).stderr == told
+
+
+def test_a_dry_run_of_a_damper_that_is_given_says_that_it_is_assessed(tmp_path: Path) -> None:
+    path = tmp_path / "given.json"
+    given = {key: value for key, value in SPECIFICATION.items() if key != "choose"}
+    path.write_text(json.dumps(given | {"friction_force_n": 20.0}))
+    said = run("design", path, "--dry-run", "--data-dir", tmp_path / "data").stdout
+    assert "Nothing is to be chosen: the damper given is assessed." in said
