@@ -58,7 +58,7 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
     room = FOR_BUILDS * book.left
     count, cost = 0, 0
     for one in wanted:
-        cost += sum(len(each.frequencies) for each in one)
+        cost += book.lacking(one)
         if cost > room:
             break
         count += 1

@@ -50,3 +50,20 @@ def test_a_build_that_is_counted_keeps_its_limit_between_the_frequencies_too(
         ]
     )
     assert found.builds.low <= share <= found.builds.high
+
+
+def test_builds_that_differ_in_nothing_that_is_computed_cost_nothing() -> None:
+    """Over its own natural frequency and amplitude a linear structure of any mass and stiffness has one response."""
+    document = {
+        "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.05},
+        "excitation": {"force_n": 12.0, "frequency_hz": 8.2},
+        "clearance_m": 0.005,
+        "friction_force_n": 0.0,
+        "particle_mass_kg": 0.0,
+        "restitution": 0.5,
+        "tolerances": {"mass_kg": "10%"},
+    }
+    found, _ = pursued(document, 100)
+    assert found.builds is not None
+    assert found.builds.drawn == found.asked.builds == 60
+    assert found.book.spent < 30
