@@ -17,7 +17,8 @@ def words_of_starts(found: Found) -> Iterator[str]:
     asked, starts = found.asked, found.starts
     if starts is None:
         return
-    looked = f"Started in {counted(starts.count, 'way')} at each of {counted(starts.frequencies, 'frequency ratio')}"
+    at = "1 frequency ratio" if starts.frequencies == 1 else f"each of {starts.frequencies} frequency ratios"
+    looked = f"Started in {counted(starts.count, 'way')} at {at}"
     if starts.beyond is None:
         yield (
             f"{looked}, the damper as drawn reaches a displacement of the structure up to {length(asked, starts.worst)}, "
@@ -87,7 +88,7 @@ def words_of_masses(found: Found) -> Iterator[str]:
     at_own = sum(each.looked_at for each in front if each.mass_kg == own)
     yield (
         "Mass against response, each the best as drawn, without tolerances, of "
-        f"{_between(looked)} dampers looked at ({at_own} of the recommended mass): "
+        f"{_between(looked)} {'damper' if max(looked) == 1 else 'dampers'} looked at ({at_own} of the recommended mass): "
         f"{'; '.join(_of_mass(asked, each) for each in front)}."
     )
     good = undominated(front)[-1]

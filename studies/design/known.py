@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from damperlab.studies.design.ended import Ended
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.shortfall import Shortfall
+from damperlab.studies.faults import counted
 
 HARDLY = 0.05
 """Per cent below which a damper is not called better."""
@@ -25,7 +26,7 @@ def words_of_known(found: Found) -> Iterator[str]:
         ended = f", where the budget of {budget:,} ended it" if found.stopped == "budget" else ""
         yield (
             "Nothing was to be chosen: this is an assessment of the damper that was given. "
-            f"{found.book.spent:,} points were computed{ended}."
+            f"{_computed(found.book.spent)}{ended}."
         )
     if found.shortfall is not None and found.compared.most > 0.0:
         yield words_of_shortfall(found.shortfall, found.compared.most, found.asked.confidence)
@@ -39,7 +40,7 @@ def words_of_known(found: Found) -> Iterator[str]:
 
 def words_of_ended(ended: Ended, spent: int, budget: int) -> list[str]:
     """Say what ended a search of so many points, and what that leaves open."""
-    points = f"{spent:,} points were computed"
+    points = _computed(spent)
     steps = f"steps of 1/{round(1 / ended.step)} of the ranges"
     told = {
         "budget": f"{points}: the budget of {budget:,} ended the search, with {steps}.",
@@ -56,6 +57,10 @@ def words_of_ended(ended: Ended, spent: int, budget: int) -> list[str]:
         told,
         f"The budget ended before {ended.open} further {which} judged with all corners of their tolerances.",
     ]
+
+
+def _computed(points: int) -> str:
+    return f"{counted(points, 'point')} {'was' if points == 1 else 'were'} computed"
 
 
 def _digits(per_cent: float) -> str:

@@ -32,9 +32,8 @@ def limits_in_words(found: Found) -> Iterator[str]:
         best = ""
         if drawn > limit and not none_keeps and asked.free:
             none_keeps = True
-            best = (
-                "No damper that was looked at keeps every limit: of them this one exceeds its limits least. "
-            )
+            judged = " with its tolerances" if asked.tolerances else ""
+            best = f"No damper that was looked at{judged} keeps every limit: of them this one exceeds its limits least. "
         if isinf(reached):
             yield f"{best}Nothing bounds the {what}, of which {allowed} are allowed."
             continue

@@ -111,7 +111,7 @@ class Search:
         """Look at the lattice, ever finer around the best, and judge the best with their tolerances."""
         self.step = FIRST.get(len(self.lattice.names), 0.5)
         first = self.lattice.first()
-        self._tell(f"a first look at {len(first)} dampers")
+        self._tell(f"a first look at {counted(len(first), 'damper')}")
         yield from self._add(first)
         try:
             yield from self._halve()

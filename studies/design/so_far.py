@@ -33,7 +33,7 @@ def _worst(worst: Mapping[str, Any]) -> str:
     if worst["units"] != "1":
         value = spelled(worst["value"], worst["units"])
     if worst.get("record"):
-        return f"{value} under {worst['record']} × {worst['scale']:g}"
+        return f"{value} under {worst.get('record_name') or worst['record']} × {worst['scale']:g}"
     if worst.get("frequency_hz"):
         return f"{value} near {worst['frequency_hz']:.4g} Hz"
     return f"{value} near r = {worst['frequency_ratio']:.4g}" if worst.get("frequency_ratio") else value

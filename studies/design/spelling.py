@@ -86,7 +86,8 @@ def frequency(asked: Specification, ratio: float) -> str:
 def under_records(records: RecordCases) -> str:
     """Write what of the ground-motion records and sweeps shakes a structure; a sweep by itself with all that it is."""
     scales, sweeps = records.scales, records.sweeps
-    several = f", each at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
+    each = "each " if len(records.sources) > 1 else ""
+    several = f", {each}at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
     if len(sweeps) == len(records.sources) == 1:
         return sweeps[0].words_at(scales[0]) if len(scales) == 1 else f"{sweeps[0].words}{several}"
     recorded = len(records.sources) - len(sweeps)

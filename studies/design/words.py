@@ -102,7 +102,7 @@ def _worst(found: Found) -> Iterator[str]:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = f", near {frequency(asked, stated.frequency_ratio)}"
     # what is known of a record is as exact as the solver: there is no error to state
-    most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, stated.most)}"
+    most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, rounded_up(stated.most))}"
     error = f"; {most}" if asked.excitations else ""
     over = f"{shaken[:1].upper()}{shaken[1:]}"
     count = len(asked.excitations) + len(asked.records)

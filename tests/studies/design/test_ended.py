@@ -50,3 +50,7 @@ def test_every_criterion_has_a_sentence_and_none_calls_the_search_complete(crite
     assert ("40,000" in told[0]) == (criterion == "budget")
     left = words_of_ended(Ended(criterion, 1 / 32, 2), 12_345, 40_000)[1]
     assert left.startswith("The budget ended before 2 further dampers")
+
+
+def test_one_point_is_one() -> None:
+    assert words_of_ended(Ended("nothing", 0.5, 0), 1, 100)[0].startswith("1 point was computed.")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -211,3 +212,10 @@ def test_a_damper_without_bound_is_no_number() -> None:
     assert "Nothing bounds the displacement of the structure, of which 10 mm are allowed." in words
     assert "inf" not in words
     assert not answer["feasible"]
+
+
+def test_what_is_said_to_be_the_most_is_not_less_than_it_is(limited: Found) -> None:
+    worst = answer_document(limited)["words"][1]
+    told = re.search(r"it is at most ([0-9.]+) mm\.", worst)
+    assert told is not None
+    assert float(told[1]) / 1e3 >= limited.stated.most * (1 - 1e-12)

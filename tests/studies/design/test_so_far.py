@@ -39,3 +39,10 @@ def test_under_a_record_without_a_particle_and_without_a_bound() -> None:
     assert told == "2.5 m/s² under northridge × 0.5: friction force 30 N"
     told = best_so_far({"design": friction, "worst": worst | {"value": None}, "feasible": True})
     assert told == "no bounded response: friction force 30 N"
+
+
+def test_a_record_is_called_what_it_is_and_not_by_its_id() -> None:
+    worst = {"value": 2.5, "units": "m/s²", "record": "u-17d516815afb", "scale": 1.0}
+    worst |= {"record_name": "sweep from 2 to 3 Hz at 0.1 Hz/s", "frequency_hz": None}
+    told = best_so_far({"design": DESIGN, "worst": worst, "feasible": True})
+    assert told.startswith("2.5 m/s² under sweep from 2 to 3 Hz at 0.1 Hz/s × 1: ")

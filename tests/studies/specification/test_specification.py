@@ -427,7 +427,7 @@ def test_a_sweep_reads_as_records_that_are_it_alone() -> None:
     assert parse_specification(kept).digest == parse_specification(kept, Shelf.none()).digest == asked.digest
     assert parse_specification(kept).records == asked.records
     assert under_records(records) == (
-        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm, each at 2 scales"
+        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm, at 2 scales"
     )
 
 
@@ -577,3 +577,9 @@ def test_a_damper_may_be_given_whole(choose: dict[str, Any] | None) -> None:
         {} if choose is None else {"choose": choose}
     )
     assert parse_specification(document).free == ()
+
+
+def test_a_list_of_one_value_is_told_to_have_another() -> None:
+    told = faults_of(changed("choose.clearance_m", [0.004]))["choose.clearance_m"]
+    assert "Give another value, a range, or the number outside `choose`" in told
+    assert "fewer" not in told
