@@ -47,6 +47,19 @@ def corrected(
     StudyFaults
         Where the measurement has no units and the specification has, or where what comes out is no specification.
     """
+    found = check_correction(asked, question, estimates)
+    parse_specification(found.document, shelf)
+    return found
+
+
+def check_correction(asked: Specification, question: Question, estimates: list[Estimate]) -> Specified:
+    """Write a corrected specification whose numbers may not be those that were measured yet; as of `corrected`.
+
+    Raises
+    ------
+    StudyFaults
+        Where no numbers would make it one: the measurement has no units and the specification has.
+    """
     structure = asked.structure
     otherwise = {"natural_frequency_hz": structure.natural_frequency_hz, "mass_kg": structure.mass_kg}
     prototype = prototype_of(question, estimates, otherwise if asked.in_units else {})
@@ -56,7 +69,6 @@ def corrected(
         raise StudyFaults([Fault("specification", "ratios", "a specification in units", advice, told)])
     correction = _Correction(asked, prototype)
     document = correction.document()
-    parse_specification(document, shelf)
     return Specified(document, tuple(correction.words()), {})
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from damperlab.studies.faults import StudyFaults
-from damperlab.studies.fit.correction import corrected
+from damperlab.studies.fit.correction import check_correction, corrected
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.history.harmonic import harmonic_document
@@ -95,7 +95,11 @@ def check_specification(question: Question, correction: Correction | None = None
     StudyFaults
         With the reason.
     """
-    specification_of(question, as_asked(question), correction)
+    if correction is None:
+        specification_of(question, as_asked(question))
+        return
+    # whether what is measured keeps its limits is known once it is measured
+    check_correction(correction.asked, question, as_asked(question))
 
 
 def check_study(question: Question) -> None:

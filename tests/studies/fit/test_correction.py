@@ -9,6 +9,7 @@ from tests.studies.fit.estimates import BENCH, IN_RATIOS, RATIO_TABLE, estimate,
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.correction import corrected
 from damperlab.studies.fit.fitted import Estimate
+from damperlab.studies.fit.made import Correction, check_specification
 from damperlab.studies.fit.prototype import Question
 from damperlab.studies.fit.specified import Specified
 from damperlab.studies.specification.reading import parse_specification
@@ -168,3 +169,14 @@ def test_a_history_corrects_one_without_a_base_amplitude_of_its_own() -> None:
     assert found.document["excitation"] == PLANNED["excitation"]
     assert found.document["structure"] == {"mass_kg": 1.7, "natural_frequency_hz": 2.5, "damping_ratio": 0.0}
     assert found.words[-1].startswith("The clearance that was measured, 0.05, lies outside the range")
+
+
+def test_limits_are_held_against_what_is_measured_and_not_against_what_is_sought() -> None:
+    """A friction force sought from 0 to 1 N, of which 0.2 N are measured, keeps a limit of 0.3 N."""
+    planned = {key: value for key, value in PLANNED.items() if key != "choose"}
+    planned |= {"choose": {"clearance_m": PLANNED["choose"]["clearance_m"]}, "friction_force_n": 0.1}
+    planned |= {"limits": {"friction_force_n": 0.3}}
+    check_specification(asked(), Correction(parse_specification(planned)))
+    assert correct(planned, asked(), *ESTIMATES).document["friction_force_n"] == 0.2
+    with pytest.raises(StudyFaults, match="excludes every friction_force_n"):
+        correct(planned | {"limits": {"friction_force_n": 0.15}}, asked(), *ESTIMATES)
