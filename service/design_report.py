@@ -53,7 +53,7 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper from half the least to twice the largest amplitude; its force and clearance stay. "
+                "The drawn damper under amplitudes of its range and beyond it; its force and clearance stay. "
                 "Dots mark the peaks at the frequencies that were computed.",
             ),
         ]

@@ -126,6 +126,8 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
         With every fault of the document.
     """
     given, faults = guard(_mapping(document))
+    # a key of YAML without a value, as where each of its lines is a comment
+    given = {key: value for key, value in given.items() if value is not None}
     reader = _Reader(given, faults, shelf)
     found = reader.specification()
     if found is None or reader.faults:

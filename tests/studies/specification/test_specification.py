@@ -583,3 +583,10 @@ def test_a_list_of_one_value_is_told_to_have_another() -> None:
     told = faults_of(changed("choose.clearance_m", [0.004]))["choose.clearance_m"]
     assert "Give another value, a range, or the number outside `choose`" in told
     assert "fewer" not in told
+
+
+def test_a_key_without_a_value_is_left_out() -> None:
+    empty = PROTOTYPE | {"limits": None, "tolerances": None, "name": None}
+    without = {key: value for key, value in PROTOTYPE.items() if key not in empty or empty[key] is not None}
+    assert parse_specification(empty).digest == parse_specification(without).digest
+    assert "structure" in faults_of(PROTOTYPE | {"structure": None})
