@@ -33,7 +33,8 @@ RESIDUAL = 1e-9
 """Largest share of the energy that may be unaccounted for."""
 SETTINGS = Settings(CYCLES, 0.02, 1e-9)
 CONTACTS = ("instant", "dwell", "compliant")
-NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time")
+# of some responses there is no multiplier; accelerations are not asked for
+NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time", "acceleration_ratio", "acceleration_ratio_rms")
 KEPT = 20
 """Faulty points that are reported in full."""
 

@@ -51,7 +51,11 @@ SWEEP = {"sweep": {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_ampl
 
 
 @pytest.mark.parametrize(
-    "recipe", [{"kanai_tajimi": {"seed": 5, "duration_s": 10, "rise_s": 1, "fall_s": 2}}, SWEEP]
+    "recipe",
+    [
+        {"kanai_tajimi": {"seed": 5, "duration_s": 10, "rise_s": 1, "fall_s": 2}},
+        {"sweep": SWEEP["sweep"] | {"stop_hz": 3.5}},
+    ],
 )
 def test_a_record_is_generated_from_what_describes_it(client: httpx.Client, recipe: dict[str, Any]) -> None:
     made = client.post(RECORDS, json=recipe)

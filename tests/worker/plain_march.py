@@ -39,7 +39,7 @@ def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, sil
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
     sums = np.zeros(METERS)
-    meter = Meter(sums, None)
+    meter = Meter(sums, None, None)
     scene.counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
     outcome = ARRIVED
     for _ in range(2 * silent):

@@ -37,7 +37,7 @@ def lasting(point: Point, model: str, contact_time: float) -> Point:
 def plain(point: Point, state: State, cycles: int) -> tuple[np.ndarray, State]:
     """Peaks of some cycles, and the end, by marching alone."""
     scene = make_scene(*point, True)
-    notes = make_notes(cycles, True)
+    notes = make_notes(cycles, True, None)
     begin_trace(state, scene, notes)
     end, half, outcome = advance(state, 0, 2 * cycles, 0, scene, notes)
     assert outcome == ARRIVED

@@ -111,7 +111,7 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
     counts = scene.counts
     sums = np.zeros(METERS)
-    meter = Meter(sums, None)
+    meter = Meter(sums, None, None)
     counts[BUDGET] = _MOST_EVENTS
     outcome = ARRIVED
     for _ in range(silent):
