@@ -254,8 +254,10 @@ class Book:
             columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
             status = cube["status"].values
             error = cube["amplitude_error"].values
-            # cut off with an error as large as its mean, a response still grows: nothing bounds it
-            grows = (status == Status.MAX_CYCLES) & (error >= columns[..., 0])
+            # without damping, a response cut off with an error as large as its mean still grows: nothing bounds it
+            undamped = (cube["damping_ratio"] == 0.0).broadcast_like(cube["status"])
+            may_grow = undamped.transpose(*cube["status"].dims).values
+            grows = may_grow & (status == Status.MAX_CYCLES) & (error >= columns[..., 0])
             columns[..., 0][(status > Status.MAX_CYCLES) | grows] = np.inf
             # there is one base amplitude where there is a dimension of it
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))

@@ -195,6 +195,31 @@ def test_a_response_that_does_not_repeat_is_known_to_its_error_and_no_infinity()
     assert (cube["amplitude_error"] < cube["amplitude_ratio"]).where(cut, True).all()
 
 
+def test_damping_bounds_a_response_however_little_is_known_of_it() -> None:
+    """A chaotic run that ends in a trend: its error exceeds its mean, and the mean is a number all the same."""
+    r = 0.95490625
+    asked = parse_specification(
+        {
+            "structure": {"damping_ratio": 0.006},
+            "excitation": {"frequency_ratio": r},
+            "choose": {"clearance_ratio": {"start": 8.0, "stop": 9.0}},
+            "friction_ratio": 0.4469669671889709,
+            "mass_ratio": 0.075,
+            "restitution": 0.5,
+        }
+    )
+    book, amplitudes = Book(asked, 10), amplitudes_of(asked, FEW)
+    friction = asked.choices["friction_force_n"].start
+    mass = asked.choices["particle_mass_kg"].start
+    build = Build(8.215456333086712, friction, mass, 0.5)
+    (cube,) = (solved(each) for each in book.studies([Wanted(build, amplitudes[0], (r,))]))
+    assert cube["amplitude_error"].item() > cube["amplitude_ratio"].item()
+    book.add([cube])
+    found = score(book, build, amplitudes)
+    assert math.isfinite(found.value)
+    assert found.most > 2.0 * found.value
+
+
 def test_a_damper_without_bound_is_no_number() -> None:
     document = {key: value for key, value in DAMPED.items() if key not in ("tolerances", "choose")} | {
         "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
