@@ -174,7 +174,7 @@ def _ends(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    if not found.margins:
+    if not found.margins or isinf(found.stated.most):  # what has no bound cannot be exceeded
         return
     kept = "every limit holds" if asked.limited_at_all else ""
     if found.stated.violation > 0.0:
