@@ -60,10 +60,7 @@ class OfMass:
 
 
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
-    """Choose the masses, the recommended one among them: over its range, or about a mass that is given, within its limit.
-
-    None without mass where nothing of it is to be chosen.
-    """
+    """Choose the masses, the recommended one among them: over its range, or about a mass that is given, within its limit."""
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:
         count = min(len(choice.values), MOST_LISTED)

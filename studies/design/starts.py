@@ -24,7 +24,7 @@ BY_RANK = (
     ("attractor_share_second", "amplitude_ratio_second"),
     ("attractor_share_third", "amplitude_ratio_third"),
 )
-"""Share of the starts and amplitude of the responses that are told apart, the most frequent first."""
+"""Share of the starts and amplitude of the distinct responses, the most frequent first."""
 SAME = 1e-6
 """Share within which the amplitude from rest is that of one of them: it is computed from the same start."""
 

@@ -2,6 +2,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.studies.fit.estimates import BENCH as PROTOTYPE
 
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import StudyFaults
@@ -9,18 +10,6 @@ from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.fit.question import FitQuestion
 
-PROTOTYPE: dict[str, Any] = {
-    "damping_ratio": 0.0038,
-    "axes": {"restitution": 0.47},
-    "physical": {
-        "mass_kg": 1.605,
-        "natural_frequency_hz": 2.5,
-        "base_amplitude_m": 0.0015,
-        "particle_mass_kg": 0.1605,
-        "clearance_m": 0.015,
-        "friction_force_n": 0.2,
-    },
-}
 TABLE = "frequency (Hz), amplitude (mm), base amplitude (mm)\n2.4, 9, \n2.5, 12,\n2.6, 8, 3\n"
 
 
