@@ -136,7 +136,7 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Fo
     from damperlab.studies.design.so_far import best_so_far
 
     rounds = designing(asked, budget)
-    with DesignProgress(asked.name, budget) as progress:
+    with DesignProgress(budget) as progress:
         try:
             ask = next(rounds)
             while True:

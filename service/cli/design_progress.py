@@ -21,14 +21,12 @@ class DesignProgress:
 
     Parameters
     ----------
-    name : str
-        What to call the design; may be empty.
     budget : int
         Most points.
     """
 
-    def __init__(self, name: str, budget: int) -> None:
-        self._name, self._budget = name, budget
+    def __init__(self, budget: int) -> None:
+        self._budget = budget
         self._stage, self._best = "", ""
         self._first: tuple[float, int] | None = None
         self._last_line = 0.0

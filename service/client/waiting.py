@@ -104,7 +104,7 @@ def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
         return _NotebookBar(name, budget)
     from damperlab.service.cli.design_progress import DesignProgress
 
-    return DesignProgress(name, budget)
+    return DesignProgress(budget)
 
 
 def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
