@@ -100,7 +100,7 @@ def draw_front(found: Found) -> Figure:
         axes.legend()
         axes.set(
             xlabel="Mass of the particle [kg]" if asked.in_units else "Mass ratio $β$",
-            ylabel=f"Largest {asked.measure.words} [{_unit(asked)}]",
+            ylabel=f"Largest {asked.measure.judged} [{_unit(asked)}]",
         )
     return figure
 

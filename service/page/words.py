@@ -138,7 +138,7 @@ def _specification() -> dict[str, Any]:
             if about.get("type") in ("number", "integer") and name not in (*SPECIFIED, CONTACT_TIME.name)
         ],
         "tables": {
-            "measures": {name: each.words for name, each in MEASURES.items()},
+            "measures": {name: each.judged for name, each in MEASURES.items()},
             "measures_under_records": {name: each.words for name, each in RECORD_MEASURES.items()},
         },
     }

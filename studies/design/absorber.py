@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
@@ -22,8 +23,8 @@ from damperlab.studies.tmd.under_record import measures_under
 AGAINST_BASE = "worst_relative_displacement"
 """The measure of a band whose peak has no closed form here."""
 SAMPLES = 4001
-"""Frequencies at which a response is looked at whose peak has no closed form here: against the base, or times a power of the
-frequency, by which an acceleration grows and the amplitude of a base may fall."""
+"""Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
+power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,11 @@ def _peak(
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     factor, level = asked.measure.factor, excitation.highest_m
     force, order = excitation.motion.force, asked.measure.order
-    if order == excitation.motion.order and (force or asked.measure.name != AGAINST_BASE):
+    if (
+        not asked.measure.mean
+        and order == excitation.motion.order
+        and (force or asked.measure.name != AGAINST_BASE)
+    ):
         top = highest(absorber, damping, "force" if force else "base", (low, high))
         # an acceleration under a base of one acceleration: the powers of the frequency cancel
         own = float(_rates(asked, 0.0, np.ones(1))[0])
@@ -128,7 +133,10 @@ def _peak(
     r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
     base_m = excitation.base_m(level, r * (1.0 + shift))
     rates = _rates(asked, shift, r)
-    return float((factor * base_m * rates * _response(asked, excitation, absorber, damping, r)).max())
+    values = factor * base_m * rates * _response(asked, excitation, absorber, damping, r)
+    if asked.measure.mean:
+        return band_mean(r, values, np.zeros_like(r)).value
+    return float(values.max())
 
 
 def _response(

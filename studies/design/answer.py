@@ -99,7 +99,7 @@ def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
 
 
 def _where(asked: Specification, score: Score) -> dict[str, Any]:
-    """Give what a worst case is under: a frequency and an amplitude, or a record and its scale."""
+    """Give what a worst case is under: a frequency and an amplitude, or a record and its scale; None for what it has not."""
     under = score.under
     nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m")
     if isinstance(under, Case):
@@ -113,14 +113,20 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
     no_record = dict.fromkeys(("record", "record_name", "scale")) if asked.cases else {}
     if not asked.excitations:
         return dict.fromkeys((*nowhere, "excitation")) | no_record
-    ratio = score.frequency_ratio
-    return no_record | {
+    bound = binding(asked, score)
+    at = score.frequency_ratio
+    known = no_record | {
         "ratio": score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order),
-        "frequency_ratio": ratio,
-        "frequency_hz": ratio * asked.structure.natural_frequency_hz if asked.in_units else None,
+        "frequency_ratio": at,
+        "frequency_hz": at * asked.structure.natural_frequency_hz if asked.in_units else None,
         "base_amplitude_m": score.amplitude_m if asked.in_units else None,
-        "excitation": binding(asked, score).name or None,
+        "excitation": bound.name or None,
     }
+    if (
+        asked.measure.mean
+    ):  # it is at no frequency, and under a constant velocity at no amplitude of the displacement
+        known |= dict.fromkeys(nowhere if bound.motion.order else ("frequency_ratio", "frequency_hz"))
+    return known
 
 
 def _rate(asked: Specification) -> float:

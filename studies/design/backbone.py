@@ -22,7 +22,8 @@ def backbone_document(found: Found) -> list[dict[str, Any]]:
     list of dict
         `amplitude` in `amplitude_units` (that of what is constant over the band); whether it is `asked` for; over the band
         `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, which is over the base amplitude or the static
-        displacement; of the largest the same names after `worst`. Frequencies in hertz are None without units.
+        displacement; `worst`, which is judged; of the largest ratio `worst_ratio`, `worst_frequency_ratio` and
+        `worst_frequency_hz`. Frequencies in hertz are None without units.
     """
     return [_under(found, each) for each in found.shown]
 
@@ -43,7 +44,7 @@ def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
         "value": values.tolist(),
         "ratio": ratios.tolist(),
         "units": asked.unit,
-        "worst": float(values[place]),
+        "worst": curve.judged,
         "worst_ratio": float(ratios[place]),
         "worst_frequency_ratio": float(curve.r[place]),
         "worst_frequency_hz": None if hertz is None else hertz * float(curve.r[place]),

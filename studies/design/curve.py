@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.specification.measure import ACCELERATIONS, Measure
 
 
@@ -50,6 +51,12 @@ class Curve:
     def errors(self) -> NDArray[np.float64]:
         """Standard error of the measure, shape (n,), in its unit."""
         return self._scale * self.errors_of(self.measure.variable)
+
+    @property
+    def judged(self) -> float:
+        """What counts of it, in the unit of the measure: its largest value, or its rms over the band."""
+        values = self.measured
+        return band_mean(self.r, values, self.errors).value if self.measure.mean else float(values.max())
 
     def errors_of(self, variable: str) -> NDArray[np.float64]:
         """Standard error of a variable, shape (n,): the amplitude's; of an acceleration the same share of it."""

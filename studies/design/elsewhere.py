@@ -66,7 +66,7 @@ def words_of_amplitudes(found: Found) -> Iterator[str]:
     asked, shown = found.asked, found.shown
     if len(shown) < 2 or not asked.in_units:
         return
-    worst = [(each, float(curve.measured[place])) for each, curve, place in peaks_of(found)]
+    worst = [(each, curve.judged) for each, curve, _ in peaks_of(found)]
     (least, low), (largest, high) = worst[0], worst[-1]
     if not (isfinite(low) and isfinite(high)):
         return

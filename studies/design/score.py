@@ -4,10 +4,12 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
@@ -32,7 +34,8 @@ class Score:
     reached : dict of float
         The largest value of whatever is limited, results and the damper itself, in the unit of its limit.
     frequency_ratio : float
-        Of the worst case, over the nominal natural frequency; NaN under a ground-motion record, as the next.
+        Of the worst case, over the nominal natural frequency, and where the rms over the band is judged that of its largest
+        response; NaN under a ground-motion record, as the next.
     amplitude_m : float
         Base amplitude Z of the worst case, at its frequency.
     build : Build
@@ -90,7 +93,6 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
-        values = curve.measured
         for limit in asked.limits:
             variables = asked.limited(limit, amplitude)
             if variables:
@@ -104,20 +106,19 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
                 )
                 beyond = None if errors is None else quantile * size * errors
                 at_most[limit] = max(at_most[limit], _at_most(curve, size * results, beyond))
-        place = int(values.argmax())
-        doubt = quantile * curve.errors
-        most = max(most, _at_most(curve, values, doubt))
-        if best is None or values[place] > best.value:
+        judged = _judged(curve, quantile)
+        most = max(most, judged.most)
+        if best is None or judged.value > best.value:
             record = isinstance(amplitude, Case)
-            at = math.nan if record else build.nominal(float(curve.r[place]))
+            at = math.nan if record else build.nominal(float(curve.r[judged.place]))
             best = Score(
-                float(values[place]),
+                judged.value,
                 0.0,
-                float(doubt[place]),
+                judged.noise,
                 0.0,
                 reached,
                 at,
-                math.nan if record else float(curve.base_m[place]),
+                math.nan if record else float(curve.base_m[judged.place]),
                 build,
                 amplitude,
             )
@@ -135,6 +136,26 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         at_most=at_most | own,
         violation_at_most=_violation(asked, build, at_most),
     )
+
+
+class _Judged(NamedTuple):
+    """What one response is worth: the measure, what it does not exceed, by how much it may be less, and where it is largest."""
+
+    value: float
+    most: float
+    noise: float
+    place: int
+
+
+def _judged(curve: Curve, quantile: float) -> _Judged:
+    values = curve.measured
+    place = int(values.argmax())
+    if curve.measure.mean:
+        mean = band_mean(curve.r, values, curve.errors)
+        doubt = mean.between + quantile * mean.error
+        return _Judged(mean.value, mean.value + doubt, doubt, place)
+    doubts = quantile * curve.errors
+    return _Judged(float(values[place]), _at_most(curve, values, doubts), float(doubts[place]), place)
 
 
 def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> float:

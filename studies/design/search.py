@@ -14,6 +14,7 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field
 from math import inf, isinf
 
+from damperlab.studies.design.band_mean import halved
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.corners import amplitudes_of, corners_of
@@ -272,12 +273,19 @@ class Search:
             else:
                 curve = self.book.curve(build, amplitude)
                 frequencies = brackets(curve.r, curve.measured)
+                if curve.measure.mean:
+                    frequencies = tuple(sorted({*frequencies, *halved(curve.r, curve.measured)}))
             yield Wanted(build, amplitude, frequencies)
 
     def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies at which a build is looked at under an amplitude, over its own natural frequency."""
+        """Give the frequencies at which a build is looked at under an amplitude, over its own natural frequency.
+
+        Between coarse ones the largest response may only be more, but the rms over the band may be more or less: that is
+        judged by all of them at once.
+        """
         mass = build.place(self.asked.structure, amplitude.reference_m)[2]
-        return self.surveys[amplitude.excitation].sample(mass, build.natural_frequency_hz, fine)
+        every = fine or self.asked.measure.mean
+        return self.surveys[amplitude.excitation].sample(mass, build.natural_frequency_hz, every)
 
     def _top(self, count: int) -> list[Candidate]:
         scores = {each: self.score(self.lattice.build(each)).rank for each in self.pool}

@@ -100,7 +100,7 @@ def _worst(found: Found) -> Iterator[str]:
         shaken, name, near = under_records(asked.records[0]), asked.records[0].name, ""
     else:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
-        near = f", near {frequency(asked, stated.frequency_ratio)}"
+        near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
     # what is known of a record is as exact as the solver: there is no error to state
     most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, rounded_up(stated.most))}"
     error = f"; {most}" if asked.excitations else ""
@@ -110,10 +110,10 @@ def _worst(found: Found) -> Iterator[str]:
         over = f"Of {count} excitations `{name}` binds: {shaken}"
     within = " and within the tolerances" if asked.tolerances else ""
     if isinf(stated.value):
-        yield f"{over}{within}, nothing bounds the {asked.measure.words}{near}."
+        yield f"{over}{within}, nothing bounds the {asked.measure.judged}{near}."
     else:
         yield (
-            f"{over}{within}, the largest {asked.measure.words} that was computed is "
+            f"{over}{within}, the largest {asked.measure.judged} that was computed is "
             f"{response(asked, stated.value)}{near}{error}."
         )
     if asked.tolerances:

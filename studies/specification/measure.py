@@ -24,6 +24,8 @@ class Measure:
         Of its values in a specification in units.
     order : int
         Which derivative of a displacement it is: a result over Z·ω_n to this power is multiplied with that too.
+    mean : bool
+        Whether the rms over the band counts, every frequency in hertz the same, and not the largest over the band.
     """
 
     name: str
@@ -33,6 +35,12 @@ class Measure:
     limit: str = ""
     unit: str = "m"
     order: int = 0
+    mean: bool = False
+
+    @property
+    def judged(self) -> str:
+        """What is judged, for sentences: `words` are about one frequency, or one record."""
+        return f"{self.words} over the band" if self.mean else self.words
 
 
 MEASURES = {
@@ -72,9 +80,25 @@ MEASURES = {
             "m/s²",
             2,
         ),
+        Measure(
+            "rms_displacement",
+            "amplitude_ratio_rms",
+            math.sqrt(0.5),
+            "rms displacement of the structure",
+            mean=True,
+        ),
+        Measure(
+            "rms_acceleration",
+            "acceleration_ratio_rms",
+            math.sqrt(0.5),
+            "rms acceleration of the structure",
+            unit="m/s²",
+            order=2,
+            mean=True,
+        ),
     )
 }
-"""What can be asked for; each the largest over the band and the amplitudes."""
+"""What can be asked for; each the largest over the amplitudes, and over the band or of its rms there."""
 RECORD_MEASURES = {
     each.name: each
     for each in (

@@ -41,14 +41,9 @@ KEYS = (
 )
 CONFIDENCE = Quantity("confidence", "confidence of errors and intervals", 0.5, 0.999, "the default is 0.9")
 BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
-REFUSED_MEASURES = {
-    "rms_displacement": "an rms over the band is not judged; that in time at the worst frequency is `worst_rms_displacement`",
-    "rms_acceleration": "an rms over the band is not judged; that in time at the worst frequency is `worst_rms_acceleration`",
-}
-
 REFUSED_UNDER_RECORDS = {
-    "rms_displacement": "that in time, under the worst record, is `worst_rms_displacement`",
-    "rms_acceleration": "that in time, under the worst record, is `worst_rms_acceleration`",
+    "rms_displacement": "it is the rms over a band; that in time, under the worst record or sweep, is `worst_rms_displacement`",
+    "rms_acceleration": "it is the rms over a band; that in time, under the worst record or sweep, is `worst_rms_acceleration`",
 }
 
 _FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
@@ -212,8 +207,7 @@ class _Reader(LimitFields):
         raw = self.document.get("measure", next(iter(self._measures)))
         if isinstance(raw, str) and raw in self._measures:
             return raw
-        refused = REFUSED_UNDER_RECORDS if self._measures is RECORD_MEASURES else REFUSED_MEASURES
-        why = refused.get(raw) if isinstance(raw, str) else None
+        why = REFUSED_UNDER_RECORDS.get(raw) if isinstance(raw, str) else None
         told = f"{{field}} cannot be {raw}: {why}." if why else ""
         self._fault("measure", describe(raw), f"one of {listing(self._measures)}", "choose one of them", told)
         return None

@@ -17,7 +17,10 @@ import numpy as np
 from tests.studies.design.test_design import pursued, solved
 
 from damperlab.studies.definition import parse_study
+from damperlab.studies.design.book import Book
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.search import Search
+from damperlab.studies.specification.reading import parse_specification
 
 SIDE, FREQUENCIES = 21, 121
 FINE = 961
@@ -31,6 +34,8 @@ BUDGET = 100_000
 LIMIT = 1.06
 """Of the response as drawn: a limit that some builds keep and others do not."""
 TOLERANCES = {"clearance_m": 0.05, "friction_force_n": 0.1}
+_taken: list[int] = []
+"""Points of every grid that was computed."""
 
 
 def drawn(seed: int) -> dict[str, Any]:
@@ -89,6 +94,7 @@ def peaks(
             "metrics": ["amplitude_ratio"],
         }
     )
+    _taken.append(study.points)
     ratios = solved(study)["amplitude_ratio"].max("frequency_ratio").values
     return amplitude * ratios.reshape(clearances_m.size, forces_n.size)
 
@@ -97,6 +103,7 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
     """Compare one drawn specification with brute force."""
     document = drawn(seed)
     found, _ = pursued(document, BUDGET)
+    _taken.clear()
     ranges = document["choose"]
     clearances = np.linspace(ranges["clearance_m"]["start"], ranges["clearance_m"]["stop"], SIDE)
     forces = np.linspace(0.0, ranges["friction_force_n"]["stop"], SIDE)
@@ -105,6 +112,7 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
     best, at = least(document, clearances, forces, coarse)
     for clearance, force in {at, (build.clearance_m, build.friction_force_n)}:
         best = min(best, _about(document, clearance, force))
+    by_brute_force = sum(_taken)
     fine = peaks(document, np.array([build.clearance_m]), np.array([build.friction_force_n]), FINE).item()
     row = {
         "seed": seed,
@@ -116,10 +124,20 @@ def compare(seed: int, builds: int = BUILDS) -> dict[str, Any]:
         if found.shortfall is None
         else (found.compared.most - found.shortfall.between) / best,
         "true over stated": fine / found.nominal.most,
-        "points": found.book.spent,
-        "points of brute force": SIDE * SIDE * FREQUENCIES,
+        "points of the search": searched(document),
+        "points of the whole answer": found.book.spent,
+        "points of brute force": by_brute_force,
     }
     return row | _probability(document, found, builds)
+
+
+def searched(document: dict[str, Any]) -> int:
+    """Count the points that the search alone takes: without other dampers, masses, amplitudes and starts beside its answer."""
+    asked = parse_specification(document)
+    search = Search(asked, Book(asked, BUDGET))
+    for wanted in search.run():
+        search.book.add(solved(study) for study in search.book.studies(wanted))
+    return search.book.spent
 
 
 def least(

@@ -1,0 +1,88 @@
+"""A response's mean square over the band, with its error, and where more frequencies would lessen that error.
+
+Every frequency in hertz counts the same, so the root of it is what a slow sweep through the band at a constant rate has as
+its rms in time.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.design.frequencies import DIGITS, NARROW
+
+MOST = 12
+"""Most intervals that are halved at once."""
+
+
+@dataclass(frozen=True)
+class BandMean:
+    """The root of the mean square over the band.
+
+    Parameters
+    ----------
+    value : float
+        In the unit of the response.
+    between : float
+        Estimated error of the integral, since the response is known at some frequencies alone.
+    error : float
+        Standard error by those of the responses, which are independent of each other.
+    """
+
+    value: float
+    between: float
+    error: float
+
+
+def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArray[np.float64]) -> BandMean:
+    """Integrate a response over its frequencies by the trapezoidal rule.
+
+    Parameters
+    ----------
+    r, values, errors : ndarray, (n,)
+        Ascending frequencies, the first and the last at the ends of the band; the response there, in any unit, and its
+        standard errors.
+    """
+    if r.size == 1 or not np.isfinite(values).all():
+        return BandMean(float(values.max()), 0.0, float(errors[int(values.argmax())]))
+    width = float(r[-1] - r[0])
+    steps = np.diff(r)
+    weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)) / width
+    square = float(weights @ values**2)
+    if square == 0.0:
+        return BandMean(0.0, 0.0, 0.0)
+    value = float(np.sqrt(square))
+    doubt = float(_doubts(r, values**2).sum()) / width
+    spread = float(np.sqrt(((weights * values * errors) ** 2).sum())) / value
+    # the root of what the mean square may be more
+    return BandMean(value, float(np.sqrt(square + doubt)) - value, spread)
+
+
+def halved(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
+    """Give the middles of the intervals that the error of the integral is largest of; none of an interval within `NARROW`."""
+    if r.size < 3 or not np.isfinite(values).all():
+        return ()
+    doubts = _doubts(r, values**2)
+    worst = np.argsort(-doubts, kind="stable")[:MOST]
+    return tuple(
+        sorted(
+            round(float(0.5 * (r[k] + r[k + 1])), DIGITS)
+            for k in worst
+            if doubts[k] > 0.0 and r[k + 1] - r[k] > NARROW
+        )
+    )
+
+
+def _doubts(r: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Estimate the error of the trapezoidal rule on each interval, shape (n - 1,), by the larger curvature at its ends.
+
+    On an interval of width h it is h³/12 of a second derivative there.
+    """
+    steps = np.diff(r)
+    if r.size < 3:
+        return np.zeros_like(steps)
+    slopes = np.diff(values) / steps
+    curvatures = np.abs(2.0 * np.diff(slopes) / (steps[:-1] + steps[1:]))
+    at_ends = np.pad(curvatures, 1, mode="edge")
+    doubts: NDArray[np.float64] = np.maximum(at_ends[:-1], at_ends[1:]) * steps**3 / 12.0
+    return doubts

@@ -1,0 +1,138 @@
+"""The rms over the band: closed forms, its stated error, and designs by it against brute force."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.studies.design.test_design import DAMPED, pursued, solved
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.band_mean import BandMean, band_mean, halved
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.frequencies import Survey
+from damperlab.studies.design.words import words_of
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.reading import parse_specification
+
+FLOOR: dict[str, Any] = DAMPED | {"measure": "rms_displacement", "tolerances": {}, "builds": 0}
+
+
+def resonance(r: np.ndarray, zeta: float) -> np.ndarray:
+    """A response whose square is a Lorentzian of half width ζ about r = 1."""
+    return (1.0 + ((r - 1.0) / zeta) ** 2) ** -0.5
+
+
+@pytest.mark.parametrize("zeta", [0.002, 0.005, 0.02, 0.1])
+def test_a_resonance_sampled_by_the_survey_is_integrated_within_the_stated_error(zeta: float) -> None:
+    asked = parse_specification(FLOOR | {"structure": FLOOR["structure"] | {"damping_ratio": zeta}})
+    survey = Survey.of(asked, asked.excitations[0])
+    r = np.array(survey.sample(0.1, 0.0, True))
+    low, high = r[[0, -1]]
+    integral = zeta * (math.atan((high - 1.0) / zeta) - math.atan((low - 1.0) / zeta))
+    truth = math.sqrt(integral / (high - low))
+    before = math.inf
+    for _ in range(4):
+        found = band_mean(r, resonance(r, zeta), np.zeros_like(r))
+        assert abs(found.value - truth) <= found.between < before
+        before = found.between
+        r = np.union1d(r, halved(r, resonance(r, zeta)))
+    assert found.between <= 0.02 * truth
+
+
+def test_errors_of_the_responses_add_up_as_independent_ones() -> None:
+    rng = np.random.default_rng(5)
+    r = np.sort(rng.uniform(0.9, 1.1, 60))
+    values, errors = 2.0 + np.sin(20.0 * r), 0.02 + 0.05 * rng.uniform(size=60)
+    truth = band_mean(r, values, errors)
+    drawn = [band_mean(r, values + errors * rng.normal(size=60), errors).value for _ in range(4000)]
+    # the standard error of a standard deviation of n normal numbers is 1/√(2n) of it
+    assert np.std(drawn) == pytest.approx(truth.error, rel=4.0 / math.sqrt(8000.0))
+
+
+def test_a_response_that_is_the_same_everywhere_is_its_own_rms() -> None:
+    r = np.array([0.9, 0.95, 1.0, 1.3])
+    assert band_mean(r, np.full(4, 3.0), np.zeros(4)).value == pytest.approx(3.0, rel=1e-15)
+    assert band_mean(r, np.full(4, 3.0), np.zeros(4)).between == pytest.approx(0.0, abs=1e-12)
+    assert band_mean(r[:1], np.array([3.0]), np.array([0.1])) == BandMean(3.0, 0.0, 0.1)
+    assert band_mean(r, np.zeros(4), np.zeros(4)).value == 0.0
+    assert band_mean(r, np.array([1.0, np.inf, 1.0, 1.0]), np.zeros(4)).value == np.inf
+    assert halved(r, np.full(4, 3.0)) == ()
+
+
+@pytest.fixture(scope="module")
+def floor() -> Found:
+    return pursued(FLOOR)[0]
+
+
+def rms(clearances_m: np.ndarray, forces_n: np.ndarray, frequencies: int) -> xr.DataArray:
+    """Rms displacement [m] over the band of every damper of a grid, by equal steps of the frequency."""
+    structure, scale = FLOOR["structure"], FLOOR["excitation"]["base_amplitude_m"]
+    stiffness = structure["mass_kg"] * (2 * np.pi * structure["natural_frequency_hz"]) ** 2
+    study = parse_study(
+        {
+            "damping_ratio": structure["damping_ratio"],
+            "axes": {
+                "clearance_ratio": (clearances_m / scale).tolist(),
+                "friction_ratio": (forces_n / (stiffness * scale)).tolist(),
+                "restitution": FLOOR["restitution"],
+                "mass_ratio": FLOOR["particle_mass_kg"] / structure["mass_kg"],
+                "frequency_ratio": {"start": 0.875, "stop": 1.125, "num": frequencies},
+            },
+            "metrics": ["amplitude_ratio_rms"],
+        }
+    )
+    squares = solved(study)["amplitude_ratio_rms"] ** 2
+    return scale * np.sqrt(0.5 * squares.integrate("frequency_ratio") / 0.25)
+
+
+def test_what_is_stated_is_what_a_fine_grid_of_frequencies_finds(floor) -> None:
+    """Responses that do not repeat are known to 2 %, one standard error, and 201 of them to less."""
+    build, stated = floor.build, floor.stated
+    fine = rms(np.array([build.clearance_m]), np.array([build.friction_force_n]), 201).item()
+    assert fine == pytest.approx(stated.value, rel=0.02, abs=stated.error)
+    assert stated.error < 0.05 * stated.value
+
+
+def test_no_damper_of_a_grid_is_better_than_what_is_said_of_others(floor) -> None:
+    truth = rms(np.geomspace(0.002, 0.012, 9), np.linspace(0.0, 60.0, 9), 51)
+    assert floor.shortfall is not None
+    assert floor.stated.value <= 1.03 * truth.min().item()
+    assert truth.min().item() >= 0.99 * (floor.compared.most - floor.shortfall.between)
+
+
+def test_it_is_not_the_damper_with_the_least_peak(floor) -> None:
+    """An rms is at most the largest; that of the least peak is not less than the least rms."""
+    peak, _ = pursued(FLOOR | {"measure": "worst_rms_displacement"})
+    assert floor.stated.value < peak.stated.value
+    own = rms(np.array([peak.build.clearance_m]), np.array([peak.build.friction_force_n]), 101).item()
+    assert floor.stated.value <= 1.02 * own
+
+
+def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
+    told = next(each for each in words_of(floor) if "was computed" in each)
+    assert "the largest rms displacement of the structure over the band that was computed is" in told
+    assert ", near" not in told
+    worst = answer_document(floor)["worst"]
+    assert worst["measure"] == "rms_displacement"
+    assert worst["frequency_hz"] is worst["frequency_ratio"] is None
+    assert worst["ratio"] == pytest.approx(worst["value"] / 0.001, rel=1e-12)
+    for each in answer_document(floor)["amplitudes"]:
+        assert each["worst"] < max(each["value"])
+
+
+@pytest.mark.parametrize("under", ["records", "both"])
+def test_a_record_has_no_band(under: str) -> None:
+    band = FLOOR["excitation"] | {"name": "hum"}
+    sweep = {
+        "name": "test",
+        "sweep": {"base_amplitude_m": 0.001, "start_hz": 6.0, "stop_hz": 10.0, "rate_hz_per_s": 1.0},
+    }
+    with pytest.raises(StudyFaults) as refused:
+        parse_specification(FLOOR | {"excitation": [sweep, *([band] if under == "both" else [])]})
+    (fault,) = refused.value.faults
+    assert fault.field == "measure"
+    assert "it is the rms over a band" in str(refused.value)
+    assert "`worst_rms_displacement`" in str(refused.value)
