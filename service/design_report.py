@@ -23,6 +23,7 @@ from damperlab.studies.design.spelling import (
 )
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN
 
@@ -153,7 +154,7 @@ def _excitations(found: Found) -> Iterable[str]:
             each.name,
             spelled_out(asked, each),
             response(asked, judged.value),
-            frequency(asked, judged.frequency_ratio),
+            "" if asked.measure.mean else frequency(asked, judged.frequency_ratio),
             "yes" if each == found.binding and not by_record else "no",
         )
         for each, judged in zip(asked.excitations, found.under, strict=True)
@@ -187,8 +188,8 @@ def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
 
 def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
     asked = found.asked
-    yield _damper(found, "recommended" if asked.free else "as given", found.build, found.compared.value)
-    for name, other in found.alternatives.items():
+    yield _damper(found, found.called, found.build, found.compared.value)
+    for name, other in found.others.items():
         yield _damper(found, CALLED[name], other.build, other.score.value)
     if found.absorber is not None:
         mass = quantity(asked, "particle_mass_kg", found.build.particle_mass_kg)
@@ -211,4 +212,5 @@ def _limits(found: Found) -> Iterable[tuple[str, ...]]:
     asked, rows = found.asked, answer_document(found)["limits"]
     for name, row in zip((*asked.limits, *asked.damper_limits), rows, strict=True):
         shown = [limited(asked, name, row[key]) for key in ("allowed", "reached")]
-        yield row["limit"], *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))
+        about = LIMITS.get(name) or DAMPER_LIMITS[name]
+        yield about.words, *shown, *("yes" if row[key] else "no" for key in ("kept", "binds"))

@@ -26,6 +26,7 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import print_json, print_table, say, working
 from damperlab.service.cli.warm import have_ready
+from damperlab.studies.faults import StudyFaults
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 if TYPE_CHECKING:
@@ -204,13 +205,14 @@ def _fit_response(table: "Measurement", asked: Asked, wanted: Wanted) -> None:
     computed = [0]
     with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
         fitted = fit_response(question, lambda number: computed.__setitem__(0, number))
-    made = wanted.make(fitted)
+    shown = _Shown(fitted, "sets of parameters", verdict(fitted))
+    made = _made(wanted, shown)
     if wanted.output is not None:
         write_fit(fitted, made, wanted.output)
     if wanted.as_json:
         print_json(fit_document(fitted, made))
     else:
-        _print(fitted, "sets of parameters", verdict(fitted), made if wanted.specification else None)
+        _print(shown, made if wanted.specification else None)
 
 
 def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
@@ -233,13 +235,14 @@ def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
     computed = [0]
     with working(lambda: f"Fitting, {computed[0]} histories computed"):
         fitted = fit_history(question, lambda number: computed.__setitem__(0, number))
-    made = wanted.make(fitted)
+    shown = _Shown(fitted, "histories", verdict_of_history(fitted))
+    made = _made(wanted, shown)
     if wanted.output is not None:
         write_history_fit(fitted, made, wanted.output)
     if wanted.as_json:
         print_json(history_document(fitted, made))
     else:
-        _print(fitted, "histories", verdict_of_history(fitted), made if wanted.specification else None)
+        _print(shown, made if wanted.specification else None)
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
@@ -262,13 +265,32 @@ def _share(text: str | None) -> float | None:
     return read_number("--deviation", text)
 
 
-def _print(
-    fitted: "Fitted | FittedHistory", computed: str, verdict: Iterable[str], made: "Made | None"
-) -> None:
+class _Shown(NamedTuple):
+    """What is printed of a fit: itself, what was computed for it, and what is to be said of it."""
+
+    fitted: "Fitted | FittedHistory"
+    computed: str
+    verdict: Iterable[str]
+
+
+def _made(wanted: Wanted, shown: _Shown) -> "Made":
+    """Make the files; where what was measured allows no corrected specification, the fit itself stands and is printed."""
+    try:
+        return wanted.make(shown.fitted)
+    except StudyFaults:
+        if not wanted.as_json:
+            _print(shown, None)
+        raise
+
+
+def _print(shown: _Shown, made: "Made | None") -> None:
     """Print the parameters, what is to be said of them, and of the specification that was written."""
     from damperlab.service.fit_report import COLUMNS, parameter_rows
 
+    fitted = shown.fitted
     print_table(COLUMNS, parameter_rows(fitted.estimates))
-    say(f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} {computed} computed.")
-    for sentence in (*verdict, *(made.words if made else ())):
+    say(
+        f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} {shown.computed} computed."
+    )
+    for sentence in (*shown.verdict, *(made.words if made else ())):
         say(sentence)

@@ -38,9 +38,10 @@ def draw_alternatives(found: Found) -> Figure:
             ("friction_alone", GREEN, "friction alone"),
             ("particle_alone", "#cc79a7", "particle alone"),
         ):
-            if name in found.alternatives:
-                _line(axes, asked, *_known(found, found.alternatives[name].build), colour, called)
-        _line(axes, asked, *_known(found, found.build), BLUE, "recommended damper", marker="o", ms=2.2)
+            if name in found.others:
+                _line(axes, asked, *_known(found, found.others[name].build), colour, called)
+        name = "recommended damper" if asked.free else "damper as given"
+        _line(axes, asked, *_known(found, found.build), BLUE, name, marker="o", ms=2.2)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)
         axes.set_ylabel(f"{asked.measure.words[:1].upper()}{asked.measure.words[1:]} [{_unit(asked)}]")

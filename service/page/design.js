@@ -2,6 +2,7 @@
 
 import { address, ask, refusalBox } from "./api.js";
 import { capital, confirmed, el, fill, prose, say } from "./dom.js";
+import { given, isItself } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
@@ -129,8 +130,8 @@ function answered(design) {
   return [
     el(
       "section",
-      { class: "box headline", "aria-label": "Recommended damper" },
-      el("h2", {}, answer.feasible ? "Recommended damper" : "No damper keeps every limit"),
+      { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
+      el("h2", {}, headline(answer)),
       facts(answer.design, answer.worst, answer.probability),
       el("ul", {}, answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence)))),
     ),
@@ -143,6 +144,12 @@ function answered(design) {
     ...(answer.masses?.length > 1 ? [masses(answer), againstMass(design, scale)] : []),
     el("details", { class: "box" }, el("summary", {}, "The specification as JSON"), el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2))),
   ];
+}
+
+/** @param {any} answer */
+function headline(answer) {
+  if (given(answer)) return answer.feasible ? "The damper as given" : "The damper as given exceeds a limit";
+  return answer.feasible ? "Recommended damper" : "No damper keeps every limit";
 }
 
 /** @param {any} answer */
@@ -204,10 +211,10 @@ function margins(answer) {
 
 /** @param {any} answer */
 function others(answer) {
-  const rows = [["Recommended", response(answer.compared ?? answer.worst), "1"]];
+  const rows = [[given(answer) ? "As given" : "Recommended", response(answer.compared ?? answer.worst), "1"]];
   for (const [name, title] of [["friction_alone", "Friction alone"], ["particle_alone", "The particle alone"], ["tuned_mass_damper", "Tuned mass damper"]]) {
     const one = answer[name];
-    if (one) rows.push([title + (one.feasible === false ? ", exceeds a limit" : ""), response(one.worst), short(one.ratio, 3)]);
+    if (one && !isItself(answer, name)) rows.push([title + (one.feasible === false ? ", exceeds a limit" : ""), response(one.worst), short(one.ratio, 3)]);
   }
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }

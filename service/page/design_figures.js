@@ -1,6 +1,7 @@
 /** The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of the particle. */
 
 import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { given, isItself } from "./design_answer.js";
 import { capital } from "./dom.js";
 import { short } from "./numbers.js";
 
@@ -26,10 +27,10 @@ const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency 
 export function overBand(design, { metres, unit, measure }) {
   const { answer } = design;
   const chart = figure({ label: "Response over the band under the largest amplitude, of the recommended damper as drawn and of others", name: `design-${design.id}`, height: 420 });
-  const others = Object.entries(OTHERS).filter(([key]) => answer[key]?.response?.value);
+  const others = Object.entries(OTHERS).filter(([key]) => answer[key]?.response?.value && !isItself(answer, key));
   chart.draw(
     () => [
-      { x: frequencies(answer.response), y: scaled(answer.response.value, metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0], width: 2.5 }, name: "recommended" },
+      { x: frequencies(answer.response), y: scaled(answer.response.value, metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0], width: 2.5 }, name: given(answer) ? "as given" : "recommended" },
       ...others.map(([key, name], i) => ({
         x: frequencies(answer[key].response), y: scaled(answer[key].response.value, metres), mode: "lines", name,
         line: { color: CURVES()[i + 1], dash: DASHES[i + 1], width: 1.8 },

@@ -145,7 +145,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     amplitudes = over_bands(scan)
     looks = [(len(amplitudes), "amplitude"), (len(asked.cases), "case")]
     of_what = " and ".join(counted(count, what) for count, what in looks if count)
-    book.stage = f"{of_what} of the recommended damper"
+    book.stage = f"{of_what} of the damper as drawn"
     yield from within(search.known([build], CLOSE + 1, scan), left, "further amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
@@ -159,7 +159,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     if amplitudes:
         over = score(book, build, (*amplitudes, *over_bands(search.amplitudes)))
         excitation = binding(asked, over)
-        book.stage = f"the recommended damper from {STARTS} starts"
+        book.stage = f"the damper as drawn from {STARTS} starts"
         yield from within(started(search, build, over), left, "other starts than rest")
         levels = np.geomspace(*beyond_of(excitation), SHOWN)
         shown = tuple(Amplitude(excitation, float(each)) for each in levels)

@@ -86,11 +86,13 @@ def words_of_masses(found: Found) -> Iterator[str]:
     own = found.build.particle_mass_kg
     looked = [each.looked_at for each in front if each.mass_kg != own]
     at_own = sum(each.looked_at for each in front if each.mass_kg == own)
-    yield (
-        "Mass against response, each the best as drawn, without tolerances, of "
-        f"{_between(looked)} {'damper' if max(looked) == 1 else 'dampers'} looked at ({at_own} of the recommended mass): "
-        f"{'; '.join(_of_mass(asked, each) for each in front)}."
+    what = (
+        f"each the best as drawn, without tolerances, of {_between(looked)} "
+        f"{'damper' if max(looked) == 1 else 'dampers'} looked at ({at_own} of the recommended mass)"
     )
+    if not asked.free:
+        what = "all else as given, without tolerances"
+    yield f"Mass against response, {what}: {'; '.join(_of_mass(asked, each) for each in front)}."
     good = undominated(front)[-1]
     if good is not front[-1]:
         mass = quantity(asked, "particle_mass_kg", good.mass_kg)

@@ -86,6 +86,20 @@ class Found:
     left_out: tuple[str, ...]
 
     @property
+    def called(self) -> str:
+        """What the damper is called that it is about: where nothing was chosen, nothing is recommended."""
+        return "recommended" if self.asked.free else "as given"
+
+    @property
+    def others(self) -> dict[str, Alternative]:
+        """`alternatives` that are not the damper itself: one without a particle is friction alone."""
+        lacks = {
+            "friction_alone": self.build.particle_mass_kg == 0.0,
+            "particle_alone": self.build.friction_force_n == 0.0,
+        }
+        return {name: each for name, each in self.alternatives.items() if not lacks[name]}
+
+    @property
     def under_records(self) -> tuple[Score, ...]:
         """As `nominal`, under each excitation of ground-motion records or a sweep alone."""
         return tuple(score(self.book, self.build, each.cases) for each in self.asked.records)

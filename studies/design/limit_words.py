@@ -8,6 +8,9 @@ from damperlab.studies.design.spelling import limited, rounded_up
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.specification import Specification
 
+IMPACTS = frozenset(("impact_speed_max", "impacts_per_cycle"))
+"""Results that are 0 where the particle hits no wall."""
+
 
 def limits_in_words(found: Found) -> Iterator[str]:
     """Put each limit into a sentence: what of it is reached, and what to do about one that is exceeded."""
@@ -24,6 +27,13 @@ def limits_in_words(found: Found) -> Iterator[str]:
                 f"The {what} reaches {_limited(asked, name, reached)} of the {allowed} allowed "
                 f"({100 * reached / limit:.0f} %){_doubt(asked, name, limit, at_most)}."
             )
+            if (
+                reached == 0.0
+                and IMPACTS & {*about.over_band}
+                and found.starts is not None
+                and found.starts.several
+            ):
+                yield "That is from rest, where the particle hits no wall; other starts lead to other responses, given below."
             continue
         drawn = found.nominal.reached[name]
         where = ""

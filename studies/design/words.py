@@ -215,7 +215,7 @@ def _beside(found: Found) -> Iterator[str]:
     asked, ours = found.asked, found.compared
     shaker = "band" if asked.excitations else transients(asked)
     judged = "with the corners of the same tolerances" if asked.tolerances else f"under the same {shaker}"
-    for name, other in found.alternatives.items():
+    for name, other in found.others.items():
         yield from _alternative(found, name, other, judged)
     if found.absorber is not None:
         yield _absorber(asked, found.absorber, ours.value)

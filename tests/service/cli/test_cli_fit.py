@@ -201,6 +201,18 @@ def test_a_fit_corrects_a_specification_and_a_design_of_it_runs(measured: Path, 
     assert json.loads(ended.stdout)["design"]["particle_mass_kg"] == 0.16
 
 
+def test_what_was_measured_is_told_where_it_allows_no_corrected_specification(
+    measured: Path, tmp_path: Path
+) -> None:
+    planned, corrected = tmp_path / "planned.json", tmp_path / "corrected.json"
+    planned.write_text(json.dumps(PLANNED | {"limits": {"friction_force_n": 1e-4}}))
+    rubs = ["0.001" if each == "0" else each for each in BARE]  # which is 6e-4 N
+    ended = run("fit", measured, *SOUGHT, *rubs, "--correct", planned, "--specification", corrected, status=2)
+    assert "Intervals of 95 %" in ended.stdout
+    assert "friction_force_n" in ended.stderr
+    assert not corrected.exists()
+
+
 @pytest.mark.parametrize(
     ("correct", "into", "said"),
     [

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.studies.design.test_design import DAMPED, pursued, solved
 
+from damperlab.service.design_report import design_report
 from damperlab.studies.definition import parse_study
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.book import Book, Wanted
@@ -21,6 +22,7 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
 from damperlab.studies.design.spelling import rounded_up
+from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.variables import Status
 
@@ -244,3 +246,26 @@ def test_what_is_said_to_be_the_most_is_not_less_than_it_is(limited: Found) -> N
     told = re.search(r"it is at most ([0-9.]+) mm\.", worst)
     assert told is not None
     assert float(told[1]) / 1e3 >= limited.stated.most * (1 - 1e-12)
+
+
+def test_what_was_given_is_not_called_recommended() -> None:
+    document = {name: each for name, each in DAMPED.items() if name != "choose"}
+    limits = {"displacement_m": 0.02, "impact_speed_m_per_s": 1.0}
+    found, _ = pursued(
+        document | {"clearance_m": 0.003, "friction_force_n": 20.0, "limits": limits, "builds": 0}
+    )
+    report = design_report(found)
+    assert "recommended" not in report.lower()
+    assert "<td>as given</td>" in report
+    assert "all else as given, without tolerances: 1 kg" in report
+    # in words, not by keys of the document
+    assert "<td>impact speed</td>" in report
+
+
+def test_friction_alone_is_not_beside_itself() -> None:
+    document = DAMPED | {"choose": {"friction_force_n": DAMPED["choose"]["friction_force_n"]}}
+    document |= {"particle_mass_kg": 0.0, "clearance_m": 0.01, "tolerances": {}}
+    found, _ = pursued(document)
+    assert "friction_alone" not in found.others
+    assert "friction alone" not in " ".join(words_of(found))
+    assert "<td>friction alone</td>" not in design_report(found)
