@@ -357,7 +357,18 @@ _DESIGN_ANSWER = _object(
     feasible=FLAG,
     limits=_list(
         _object(
-            limit=TEXT, allowed=NUMBER, reached=NUMBER, at_most=NUMBER, kept=FLAG, binds=FLAG, relax_to=NUMBER
+            limit=TEXT,
+            allowed=NUMBER,
+            reached=NUMBER,
+            at_most=NUMBER,
+            kept=FLAG,
+            binds=FLAG,
+            relax_to=NUMBER,
+            frequency_ratio=NUMBER,
+            frequency_hz=NUMBER,
+            excitation={"type": ["string", "null"]},
+            record={"type": ["string", "null"]},
+            scale=NUMBER,
         )
     ),
     probability=NUMBER,
@@ -368,7 +379,15 @@ _DESIGN_ANSWER = _object(
     friction_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     particle_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     tuned_mass_damper=_or_null(
-        _object(mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER, worst=_WORST, ratio=NUMBER)
+        _object(
+            mass_ratio=NUMBER,
+            tuning=NUMBER,
+            damping_ratio=NUMBER,
+            worst=_WORST,
+            feasible=FLAG,
+            exceeded=TEXTS,
+            ratio=NUMBER,
+        )
     ),
     pareto=_list(_by_name(NUMBER)),
     stopped=TEXT,

@@ -17,15 +17,23 @@ from damperlab.studies.design.spelling import (
     limited,
     quantity,
     response,
+    spelled,
     spelled_out,
     transients,
     under_records,
 )
+from damperlab.studies.design.starts import Reached
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import CHOSEN
+from damperlab.studies.specification.specification import CHOSEN, Specification
+
+OF_THE_STRUCTURE = {
+    "mass_kg": "mass of the structure",
+    "natural_frequency_hz": "natural frequency",
+    "damping_ratio": "damping ratio",
+}
 
 
 def design_report(found: Found) -> str:
@@ -35,6 +43,8 @@ def design_report(found: Found) -> str:
     parts = [
         f"<h1>{escape(title)}</h1>",
         *(said(sentence) for sentence in words_of(found)),
+        "<h2>What was asked</h2>",
+        table("What was asked", ("what", "value", "tolerance"), _asked(found)),
         "<h2>The damper</h2>",
         table("The damper", ("quantity", "value", "tolerance", "alone, it may move"), _drawing(found)),
         *_excitations(found),
@@ -54,8 +64,12 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper under amplitudes of its range and beyond it; its force and clearance stay. "
-                "Dots mark the peaks at the frequencies that were computed.",
+                "The drawn damper under amplitudes of its range and beyond it; its force and clearance stay."
+                + (
+                    ""
+                    if asked.measure.mean
+                    else " Dots mark the peaks at the frequencies that were computed."
+                ),
             ),
         ]
     parts += _masses(found)
@@ -65,11 +79,41 @@ def design_report(found: Found) -> str:
             table("Limits", ("limit", "allowed", "reached", "kept", "binds"), _limits(found)),
         ]
     parts += [
+        "<h2>Signatures</h2>",
+        '<div class="signature">',
+        table("Signatures", ("drawn up", "checked", "date"), [("", "", "")]),
+        "</div>",
         "<h2>Specification</h2>",
         f"<pre>{escape(json.dumps(asked.document, indent=2, ensure_ascii=False))}</pre>",
         said(f"damperlab {damperlab.__version__}; specification {asked.digest[:12]}.", "quiet"),
     ]
     return page(title, parts)
+
+
+def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
+    """Give the structure, what excites it, and what is judged: what a signature rests on."""
+    asked = found.asked
+    own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
+    if asked.in_units:
+        own |= {
+            "mass_kg": spelled(asked.structure.mass_kg, "kg"),
+            "natural_frequency_hz": spelled(asked.structure.natural_frequency_hz, "Hz"),
+        }
+    for name, words in OF_THE_STRUCTURE.items():
+        if name in own:
+            tolerance = asked.tolerances.get(name)
+            yield words, own[name], "" if tolerance is None else f"± {100 * tolerance.size:.3g} %"
+    for each in asked.excitations:
+        yield _named("excitation", each.name), spelled_out(asked, each), ""
+    for records in asked.records:
+        yield _named("excitation", records.name), under_records(records), ""
+    largest = "" if asked.measure.mean else "largest "
+    yield "judged by", f"{largest}{asked.measure.judged}", ""
+    yield "confidence", f"{asked.confidence:.3g}", ""
+
+
+def _named(what: str, name: str) -> str:
+    return f"{what} {name}".strip()
 
 
 def _masses(found: Found) -> Iterable[str]:
@@ -118,6 +162,7 @@ def _starts(found: Found) -> Iterable[str]:
         (
             frequency(asked, at.frequency_ratio) if each is at.responses[0] else "",
             length(asked, each.displacement),
+            *(() if asked.measure.of_displacement else (_value(asked, each),)),
             f"{round(each.share * starts.count)} of {starts.count}",
             (each.response_class or "not known").replace("_", " "),
             "yes" if each.from_rest else "no",
@@ -125,7 +170,8 @@ def _starts(found: Found) -> Iterable[str]:
         for at in starts.where
         for each in at.responses
     ]
-    columns = ("near", "displacement of the structure", "starts", "class", "from rest")
+    judged = () if asked.measure.of_displacement else (asked.measure.words,)
+    columns = ("near", "displacement of the structure", *judged, "starts", "class", "from rest")
     yield "<h2>More than one response</h2>"
     yield table("More than one response", columns, rows)
     yield said(
@@ -134,6 +180,10 @@ def _starts(found: Found) -> Iterable[str]:
         "from rest.",
         "quiet",
     )
+
+
+def _value(asked: Specification, reached: Reached) -> str:
+    return "not known" if reached.value is None else response(asked, reached.value)
 
 
 def _excitations(found: Found) -> Iterable[str]:
@@ -188,15 +238,22 @@ def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
 
 def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
     asked = found.asked
-    yield _damper(found, found.called, found.build, found.compared.value)
-    for name, other in found.others.items():
-        yield _damper(found, CALLED[name], other.build, other.score.value)
+    for name, build, judged in (
+        (found.called, found.build, found.compared),
+        *((CALLED[name], other.build, other.score) for name, other in found.others.items()),
+    ):
+        yield _damper(found, name, build, response(asked, judged.value) + _exceeding(judged.violation > 0.0))
     if found.absorber is not None:
         mass = quantity(asked, "particle_mass_kg", found.build.particle_mass_kg)
-        yield "tuned mass damper", "", "", mass, "", response(asked, found.absorber.value)
+        value = response(asked, found.absorber.value) + _exceeding(bool(found.absorber.exceeded))
+        yield "tuned mass damper", "", "", mass, "", value
 
 
-def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, ...]:
+def _exceeding(exceeds: bool) -> str:
+    return ", exceeds a limit" if exceeds else ""
+
+
+def _damper(found: Found, name: str, build: Build, value: str) -> tuple[str, ...]:
     asked, particle = found.asked, build.particle_mass_kg > 0.0
     return (
         name,
@@ -204,7 +261,7 @@ def _damper(found: Found, name: str, build: Build, value: float) -> tuple[str, .
         quantity(asked, "friction_force_n", build.friction_force_n),
         quantity(asked, "particle_mass_kg", build.particle_mass_kg) if particle else "",
         f"{build.restitution:.4g}" if particle else "",
-        response(asked, value),
+        value,
     )
 
 

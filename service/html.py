@@ -17,13 +17,20 @@ body { max-width: 56rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { line-height: 1.2; overflow-wrap: anywhere; } h2 { margin-top: 2rem; border-bottom: 1px solid #d5dbe3; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .9rem; }
 th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d5dbe3; vertical-align: baseline; }
-.wide { overflow-x: auto; } figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
+.wide { overflow-x: auto; } td.short { white-space: nowrap; overflow-wrap: normal; }
+figure { margin: 1rem 0; } figure img { max-width: 100%; height: auto; }
 figcaption, .quiet { color: #4d5a6b; font-size: .9rem; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
-@page { margin: 18mm 15mm; }
+@page { margin: 18mm 15mm; @bottom-right { content: counter(page) " / " counter(pages); font-size: 9pt; color: #4d5a6b; } }
 @media print { body { margin: 0; max-width: none; font-size: 10.5pt; } }
 @media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } td + td { overflow-wrap: anywhere; } }
+@media print { table { font-size: 8.5pt; } th, td { padding-right: .5rem; } }
+@media print { .signature td { height: 12mm; width: 33%; } .signature table { width: 100%; } }
 """
+
+
+SHORT = 12
+"""Letters up to which a cell of a table is one line."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
@@ -54,11 +61,14 @@ def said(text: str, kind: str = "") -> str:
 def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """Write a table of plain text; the label is for readers that do not see it."""
     heads = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows
-    )
+    body = "".join("<tr>" + "".join(_cell(str(cell)) for cell in row) + "</tr>" for row in rows)
     region = f'class="wide" tabindex="0" role="region" aria-label="{label}"'
     return f"<div {region}><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>"
+
+
+def _cell(text: str) -> str:
+    """Write a cell; a number with its unit stays on one line, as any short text does."""
+    return f"<td{' class=short' if 0 < len(text) <= SHORT else ''}>{escape(text)}</td>"
 
 
 def drawing(figure: "Figure", caption: str) -> str:

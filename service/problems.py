@@ -130,11 +130,15 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
     return tuple(_fault(entry, known) for entry in entries)
 
 
+PARSED = {"bool_parsing": "true or false", "int_parsing": "a whole number", "float_parsing": "a number"}
+"""What a text should be, where pydantic says how it read it."""
+
+
 def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
     place = entry["loc"][1:] if entry["loc"][:1] in (("query",), ("path",), ("header",)) else entry["loc"]
     field = path(place) or "body"
     message = str(entry["msg"]).removeprefix("Value error, ")
-    bound = message.removeprefix("Input should be ")
+    bound = PARSED.get(str(entry["type"])) or message.removeprefix("Input should be ")
     match entry["type"]:
         case "extra_forbidden":
             meant = nearest(str(place[-1]), known)

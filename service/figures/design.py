@@ -44,7 +44,7 @@ def draw_alternatives(found: Found) -> Figure:
         _line(axes, asked, *_known(found, found.build), BLUE, name, marker="o", ms=2.2)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)
-        axes.set_ylabel(f"{asked.measure.words[:1].upper()}{asked.measure.words[1:]} [{_unit(asked)}]")
+        axes.set_ylabel(_label(asked, asked.measure.words))
         axes.legend()
     return figure
 
@@ -68,7 +68,8 @@ def draw_amplitudes(found: Found) -> Figure:
             if not held:
                 peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
         if peaks:
-            axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
+            if not asked.measure.mean:  # which is at no frequency
+                axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
             axes.set_yscale("log")
             ticks_1_2_5(axes.yaxis)
             # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
@@ -76,7 +77,7 @@ def draw_amplitudes(found: Found) -> Figure:
         force = found.shown[0].excitation.motion.force
         over = f"{'static displacement' if force else 'base amplitude'}{' times $ω_n^2$' if asked.measure.order else ''}"
         axes.set_ylabel(f"Response over {over}")
-        axes.legend(title=found.shown[0].excitation.motion.words, ncols=3)
+        figure.legend(title=found.shown[0].excitation.motion.words, ncols=4, loc="outside lower center")
     return figure
 
 
@@ -101,9 +102,17 @@ def draw_front(found: Found) -> Figure:
         axes.legend()
         axes.set(
             xlabel="Mass of the particle [kg]" if asked.in_units else "Mass ratio $β$",
-            ylabel=f"Largest {asked.measure.judged} [{_unit(asked)}]",
+            ylabel=_label(
+                asked, asked.measure.judged if asked.measure.mean else f"largest {asked.measure.judged}"
+            ),
         )
     return figure
+
+
+def _label(asked: Specification, words: str) -> str:
+    """Name what an axis shows, no longer than the axis is: everything in these figures is of the structure."""
+    words = words.replace(" of the structure", "")
+    return f"{words[:1].upper()}{words[1:]} [{_unit(asked)}]"
 
 
 def _canvas(asked: Specification) -> tuple[Figure, Axes]:

@@ -2,7 +2,7 @@
 
 import { address, ask, refusalBox } from "./api.js";
 import { capital, confirmed, el, fill, prose, say } from "./dom.js";
-import { given, isItself } from "./design_answer.js";
+import { given, isItself, isMean } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
@@ -126,7 +126,7 @@ function underWay(design) {
 function answered(design) {
   const { answer } = design;
   const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, `over ${reference(answer.worst)}`] : [1, answer.worst.units]);
-  const scale = { metres, unit, measure: measure(answer) };
+  const scale = { metres, unit, measure: measure(answer), atFrequency: tables.at_a_frequency[answer.worst.measure] ?? measure(answer) };
   return [
     el(
       "section",
@@ -161,7 +161,7 @@ function underEach(answer) {
 /** A damper and its worst case, as on a drawing. @param {any} built @param {any} worst @param {number | null} [probability] */
 function facts(built, worst, probability = null) {
   const rows = damper.filter(({ name }) => quantity(built, name) !== "").map(({ name, label }) => [label, quantity(built, name)]);
-  rows.push([`worst ${measure({ worst })}`, response(worst)]);
+  rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
   return el("dl", { class: "facts" }, rows.map(([label, value]) => el("div", {}, el("dt", {}, capital(label)), el("dd", {}, value))));
 }

@@ -1,18 +1,22 @@
 /** The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of the particle. */
 
 import { colour, CURVES, DASHES, figure } from "./figure.js";
-import { given, isItself } from "./design_answer.js";
+import { given, isItself, isMean } from "./design_answer.js";
 import { capital } from "./dom.js";
 import { short } from "./numbers.js";
 
 /**
  * What the values of a figure are in.
  *
- * @typedef {{metres: number, unit: string, measure: string}} Scale `metres` is what a value is multiplied with
+ * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is what a value is multiplied with;
+ *   what is judged, and what that is at one frequency
  */
 
 /** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */
 const OTHERS = { tuned_mass_damper: "tuned mass damper", friction_alone: "friction alone", particle_alone: "particle alone" };
+
+/** An axis is no longer than its figure: everything in it is of the structure. @param {string} measure */
+const shortOf = (measure) => measure.replace(" of the structure", "");
 
 /** @param {(number | null)[]} values @param {number} factor */
 const scaled = (values, factor) => values.map((each) => (each === null ? null : each * factor));
@@ -24,7 +28,7 @@ const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
 /** The recommended damper as drawn, under the largest amplitude, beside others. @param {any} design @param {Scale} scale */
-export function overBand(design, { metres, unit, measure }) {
+export function overBand(design, { metres, unit, atFrequency }) {
   const { answer } = design;
   const chart = figure({ label: "Response over the band under the largest amplitude, of the recommended damper as drawn and of others", name: `design-${design.id}`, height: 420 });
   const others = Object.entries(OTHERS).filter(([key]) => answer[key]?.response?.value && !isItself(answer, key));
@@ -36,7 +40,7 @@ export function overBand(design, { metres, unit, measure }) {
         line: { color: CURVES()[i + 1], dash: DASHES[i + 1], width: 1.8 },
       })),
     ],
-    () => ({ xaxis: { title: { text: frequencyTitle(answer.response) } }, yaxis: { title: { text: `${measure} [${unit}]` }, rangemode: "tozero" } }),
+    () => ({ xaxis: { title: { text: frequencyTitle(answer.response) } }, yaxis: { title: { text: `${shortOf(atFrequency)} [${unit}]` }, rangemode: "tozero" } }),
   );
   return chart.element;
 }
@@ -54,14 +58,14 @@ export function overAmplitudes(design) {
         x: frequencies(row), y: row.ratio, mode: "lines", name: level(row) + (row.asked ? ", asked for" : ""),
         line: { color: between(i / Math.max(1, rows.length - 1)), dash: row.asked ? "solid" : "dot", width: row.asked ? 2.5 : 1.8 },
       })),
-      {
+      moved.length && {
         x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio), y: moved.map((row) => row.worst_ratio), mode: "lines+markers",
         name: "largest", line: { color: colour("ink"), dash: "dash", width: 1 }, marker: { size: 6, color: colour("ink") },
       },
-    ],
+    ].filter(Boolean),
     () => ({
       xaxis: { title: { text: frequencyTitle(rows[0]) } },
-      yaxis: { title: { text: `response over ${rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude"}` }, type: "log", dtick: "D2" },
+      yaxis: { title: { text: `response over ${rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude"}${rows[0].units === "m/s²" ? " times ω_n²" : ""}` }, type: "log", dtick: "D2" },
     }),
   );
   return chart.element;
@@ -97,7 +101,7 @@ export function againstMass(design, { metres, unit, measure }) {
     })),
     () => ({
       xaxis: { title: { text: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]" } },
-      yaxis: { title: { text: `${capital(`worst ${measure}`)} [${unit}]` }, rangemode: "tozero" },
+      yaxis: { title: { text: `${capital(shortOf(isMean(rows[0].worst) ? measure : `worst ${measure}`))} [${unit}]` }, rangemode: "tozero" },
     }),
   );
   return chart.element;

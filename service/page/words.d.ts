@@ -68,6 +68,6 @@ export const WORDS: {
     /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */
     limits: (SpecifiedField & { over_bands: boolean })[];
     numbers: SpecifiedField[];
-    tables: { measures: Record<string, string>; measures_under_records: Record<string, string> };
+    tables: { measures: Record<string, string>; measures_under_records: Record<string, string>; at_a_frequency: Record<string, string> };
   };
 };

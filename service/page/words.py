@@ -139,6 +139,7 @@ def _specification() -> dict[str, Any]:
         ],
         "tables": {
             "measures": {name: each.judged for name, each in MEASURES.items()},
+            "at_a_frequency": {name: each.words for name, each in MEASURES.items() if each.mean},
             "measures_under_records": {name: each.words for name, each in RECORD_MEASURES.items()},
         },
     }

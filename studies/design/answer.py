@@ -13,7 +13,7 @@ from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, 
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.words import material_of, words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
-from damperlab.studies.specification.records import Case
+from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
 BINDS = 0.97
@@ -162,6 +162,7 @@ def _limits(found: Found) -> list[dict[str, Any]]:
                 "kept": reached <= limit,
                 "binds": reached >= BINDS * limit,
                 "relax_to": asked.as_limited(name, at_most) if reached > limit else None,
+                **_reached_at(asked, found.stated.reached_at.get(name)),
             }
         )
     ends = at_ends(found)
@@ -178,9 +179,27 @@ def _limits(found: Found) -> list[dict[str, Any]]:
                 "kept": about.excess(reached, limit) == 0.0,
                 "binds": at_end or reached >= BINDS * limit,
                 "relax_to": None,
+                **_reached_at(asked, None),
             }
         )
     return rows
+
+
+def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> dict[str, Any]:
+    """Give under what a limited result is what it is; None where nothing has it."""
+    known = dict.fromkeys(("frequency_ratio", "frequency_hz", "excitation", "record", "scale"))
+    if at is None:
+        return known
+    under, ratio = at
+    if isinstance(under, Case):
+        name = asked.records_of(under).name
+        return known | {"excitation": name or None, "record": under.source.id, "scale": under.scale}
+    hertz = ratio * asked.structure.natural_frequency_hz if asked.in_units else None
+    return known | {
+        "frequency_ratio": ratio,
+        "frequency_hz": hertz,
+        "excitation": under.excitation.name or None,
+    }
 
 
 def _alternative(found: Found, name: str) -> dict[str, Any] | None:
@@ -206,6 +225,8 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "damping_ratio": beside.absorber.damping_ratio,
         "worst": {"value": beside.value, "units": found.asked.unit},
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
+        "feasible": not beside.exceeded,
+        "exceeded": [found.asked.limit_key(name) for name in beside.exceeded],
         "ratio": _times(beside.value, found),
         "response": closed_form_document(found, beside.absorber),
     }

@@ -31,8 +31,16 @@ def backbone_document(found: Found) -> list[dict[str, Any]]:
 def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
     asked, excitation = found.asked, amplitude.excitation
     curve = found.book.curve(found.build, amplitude)
-    values, ratios = curve.measured, curve.measured / curve.base_m
+    values = curve.measured
+    ratios = values / (curve.base_m * curve.rate**asked.measure.order)
     place = int(values.argmax())
+    peak = {
+        "worst_ratio": float(ratios[place]),
+        "worst_frequency_ratio": float(curve.r[place]),
+        "worst_frequency_hz": None
+        if not asked.in_units
+        else asked.structure.natural_frequency_hz * float(curve.r[place]),
+    }
     hertz = asked.structure.natural_frequency_hz if asked.in_units else None
     low, high = excitation.lowest_m * (1.0 - SAME), excitation.highest_m * (1.0 + SAME)
     return {
@@ -45,9 +53,8 @@ def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
         "ratio": ratios.tolist(),
         "units": asked.unit,
         "worst": curve.judged,
-        "worst_ratio": float(ratios[place]),
-        "worst_frequency_ratio": float(curve.r[place]),
-        "worst_frequency_hz": None if hertz is None else hertz * float(curve.r[place]),
+        # an rms over the band is at no frequency
+        **(dict.fromkeys(peak) if asked.measure.mean else peak),
     }
 
 
@@ -88,7 +95,7 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
         for name in ("value", "worst"):
             answer[name].attrs["units"] = row["units"]
         if row["frequency_hz"] is not None:
-            hertz = row["worst_frequency_hz"] / row["worst_frequency_ratio"]
+            hertz = row["frequency_hz"][-1] / row["frequency_ratio"][-1]
             answer = answer.assign_coords(
                 frequency_hz=("frequency_ratio", hertz * np.array(r), {"units": "Hz"})
             )

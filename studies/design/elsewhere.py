@@ -58,7 +58,10 @@ def _led(starts: Starts, share: float) -> int:
 def _reached(asked: Specification, one: Reached) -> str:
     about = [one.response_class.replace("_", " ")] if one.response_class else []
     about += ["the one from rest"] if one.from_rest else []
-    return length(asked, one.displacement) + (f" ({', '.join(about)})" if about else "")
+    judged = ""
+    if one.value is not None and not asked.measure.of_displacement:
+        judged = f" and {response(asked, one.value)}{' rms' if asked.measure.factor < 1.0 else ''}"
+    return length(asked, one.displacement) + judged + (f" ({', '.join(about)})" if about else "")
 
 
 def words_of_amplitudes(found: Found) -> Iterator[str]:
@@ -70,11 +73,12 @@ def words_of_amplitudes(found: Found) -> Iterator[str]:
     (least, low), (largest, high) = worst[0], worst[-1]
     if not (isfinite(low) and isfinite(high)):
         return
+    what = f"the {asked.measure.judged} is" if asked.measure.mean else "the damper as drawn reaches"
     grown = largest.reference_m / least.reference_m
     more = f", {high / low:.3g} times as much under {grown:.3g} times the amplitude" if low > 0.0 else ""
     yield (
-        f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} the damper as drawn "
-        f"reaches {response(asked, low)} to {response(asked, high)}{more}."
+        f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} {what} "
+        f"{response(asked, low)} to {response(asked, high)}{more}."
     )
 
 

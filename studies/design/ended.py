@@ -15,8 +15,9 @@ class Ended:
     ----------
     criterion : str
         "tolerances": steps of what is chosen are as fine as anybody can build; "finest": as fine as any are taken; "noise":
-        halving them gained less than the error of a response that does not repeat; "budget": the share of the budget that a
-        search may take was spent; "nothing": there was nothing to choose.
+        halving them gained less than the error of a response that does not repeat; "lists": every combination of the values
+        listed was looked at; "budget": the share of the budget that a search may take was spent; "nothing": there was
+        nothing to choose.
     step : float
         The last step, as a share of the ranges.
     open : int
@@ -38,6 +39,8 @@ def _criterion(search: Search) -> str:
         return search.stopped
     if not search.lattice.names:
         return "nothing"
+    if search.lattice.whole(search.pool):
+        return "lists"
     if not search.lattice.fine(search.step):
         return "noise"
     return "finest" if search.step / 2 < FINEST else "tolerances"

@@ -48,6 +48,7 @@ def words_of_ended(ended: Ended, spent: int, budget: int) -> list[str]:
         "finest": f"{points}. The search ended with {steps}, the finest it takes.",
         "noise": f"{points}. The search ended with {steps}: halving them gained less than the error of a response that "
         "does not repeat.",
+        "lists": f"{points}. The search ended with every combination of the values listed.",
         "nothing": f"{points}. There was nothing to search: the limits leave one damper.",
     }[ended.criterion]
     if not ended.open:

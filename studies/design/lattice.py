@@ -75,6 +75,12 @@ class Lattice:
         """Whether a quantity has values in a list, with nothing between them."""
         return bool(self.asked.choices[name].values)
 
+    def whole(self, looked_at: Iterable[Candidate]) -> bool:
+        """Whether these are all candidates that there are, which are finitely many where all values are in lists."""
+        if not all(map(self.listed, self.names)):
+            return False
+        return len(set(looked_at)) == math.prod(len(self.asked.choices[name].values) for name in self.names)
+
     def fine(self, step: float) -> bool:
         """Whether half the step is finer than anybody could build, or than the finest."""
         if step / 2 < FINEST:

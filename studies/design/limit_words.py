@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from math import isinf
 
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.spelling import limited, rounded_up
+from damperlab.studies.design.spelling import frequency, limited, rounded_up
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
+from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
 
 IMPACTS = frozenset(("impact_speed_max", "impacts_per_cycle"))
@@ -21,11 +22,12 @@ def limits_in_words(found: Found) -> Iterator[str]:
         what = about.words
         if asked.cases and not about.under_record:
             what += " over the bands"
+        where = _where(found, name)
         allowed = _limited(asked, name, limit)
         if reached <= limit:
             yield (
                 f"The {what} reaches {_limited(asked, name, reached)} of the {allowed} allowed "
-                f"({100 * reached / limit:.0f} %){_doubt(asked, name, limit, at_most)}."
+                f"({100 * reached / limit:.0f} %){where}{_doubt(asked, name, limit, at_most)}."
             )
             if (
                 reached == 0.0
@@ -36,9 +38,8 @@ def limits_in_words(found: Found) -> Iterator[str]:
                 yield "That is from rest, where the particle hits no wall; other starts lead to other responses, given below."
             continue
         drawn = found.nominal.reached[name]
-        where = ""
         if drawn <= limit:
-            where = f"; as drawn it reaches {_limited(asked, name, drawn)}, and tolerances take it beyond"
+            where += f"; as drawn it reaches {_limited(asked, name, drawn)}, and tolerances take it beyond"
         best = ""
         if drawn > limit and not none_keeps and asked.free:
             none_keeps = True
@@ -57,6 +58,18 @@ def limits_in_words(found: Found) -> Iterator[str]:
             f"{enough}, or {wider if drawn > limit else 'narrow the tolerances'}."
         )
     yield from _damper_limits(found)
+
+
+def _where(found: Found, name: str) -> str:
+    """Say at which frequency a limited result is reached, and under which of several excitations; not of the measure itself."""
+    asked, at = found.asked, found.stated.reached_at.get(name)
+    if at is None or name == asked.measure.limit:
+        return ""
+    under, ratio = at
+    if isinstance(under, Case):
+        return f", under {under.name}"
+    several = len(asked.excitations) + len(asked.records) > 1
+    return f", near {frequency(asked, ratio)}{f' under `{under.excitation.name}`' if several else ''}"
 
 
 def _damper_limits(found: Found) -> Iterator[str]:

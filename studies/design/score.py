@@ -46,6 +46,8 @@ class Score:
         As `reached`, what is not exceeded with the confidence asked for.
     violation_at_most : float
         As `violation`, by what is not exceeded.
+    reached_at : dict of tuple
+        Under what a result of `reached` is that, and at which frequency ratio, as `frequency_ratio`; none of one that is 0.
     """
 
     value: float
@@ -59,6 +61,7 @@ class Score:
     under: Under | None
     at_most: dict[str, float] = field(default_factory=dict)
     violation_at_most: float = 0.0
+    reached_at: dict[str, tuple[Under, float]] = field(default_factory=dict)
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -88,6 +91,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     best: Score | None = None
     reached = dict.fromkeys(asked.limits, 0.0)
     at_most = dict.fromkeys(asked.limits, 0.0)
+    reached_at: dict[str, tuple[Under, float]] = {}
     most = 0.0
     for amplitude in amplitudes:
         curve = book.curve(build, amplitude)
@@ -98,7 +102,10 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
             if variables:
                 results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
                 size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit], own_speed)
-                reached[limit] = max(reached[limit], float(np.max(size * results)))
+                highest = int((size * results).argmax())
+                if (size * results)[highest] > reached[limit]:
+                    reached[limit] = float((size * results)[highest])
+                    reached_at[limit] = amplitude, _nominal(build, curve, amplitude, highest)
                 errors = (
                     curve.errors_of(variables[0])
                     if LIMITS[limit].has_error(isinstance(amplitude, Case))
@@ -110,7 +117,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         most = max(most, judged.most)
         if best is None or judged.value > best.value:
             record = isinstance(amplitude, Case)
-            at = math.nan if record else build.nominal(float(curve.r[judged.place]))
+            at = _nominal(build, curve, amplitude, judged.place)
             best = Score(
                 judged.value,
                 0.0,
@@ -135,7 +142,13 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         reached=reached | own,
         at_most=at_most | own,
         violation_at_most=_violation(asked, build, at_most),
+        reached_at=reached_at,
     )
+
+
+def _nominal(build: Build, curve: Curve, under: Under, place: int) -> float:
+    """Give a frequency over the nominal natural frequency; NaN under a record."""
+    return math.nan if isinstance(under, Case) else build.nominal(float(curve.r[place]))
 
 
 class _Judged(NamedTuple):
@@ -193,15 +206,22 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
     return about.factor * {"m": curve.base_m, "m/s": speed, "m/s²": speed * own_speed}[about.unit]
 
 
+def _highest(scores: list[Score], limit: str) -> Score:
+    """Give the one that reaches most of what is limited."""
+    return max(scores, key=lambda one: one.reached[limit])
+
+
 def worst(scores: Iterable[Score]) -> Score:
     """Join the scores of several builds: the worst of each."""
     every = list(scores)
     top = max(every, key=lambda one: one.value)
     reached = {name: max(one.reached[name] for one in every) for name in top.reached}
     most = max(one.most for one in every)
+    highest = {name: _highest(every, name) for name in reached}
     return replace(
         top,
         reached=reached,
+        reached_at={name: one.reached_at[name] for name, one in highest.items() if name in one.reached_at},
         violation=max(one.violation for one in every),
         error=most - top.value if math.isfinite(top.value) else 0.0,
         at_most={name: max(one.at_most[name] for one in every) for name in top.at_most},

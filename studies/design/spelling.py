@@ -76,6 +76,11 @@ def plural(motion: Motion) -> str:
     return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
 
 
+def comes_to(asked: Specification) -> str:
+    """Give the verb of the measure: a response reaches its largest value, and an rms over a band is nowhere."""
+    return "comes to" if asked.measure.mean else "reaches"
+
+
 def frequency(asked: Specification, ratio: float) -> str:
     """Write a frequency."""
     if asked.in_units:

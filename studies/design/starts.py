@@ -150,7 +150,7 @@ def starts_of(
         (each for cube in cubes for each in _several(asked, cube, largest, rest)),
         key=lambda each: each.frequency_ratio,
     )
-    displacement = asked.measured(largest).variable == "amplitude_ratio"
+    displacement = asked.measured(largest).of_displacement
     return Starts(
         count=STARTS,
         frequencies=worst_of.size,

@@ -14,7 +14,9 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
+from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
+    comes_to,
     frequency,
     quantity,
     response,
@@ -111,6 +113,12 @@ def _worst(found: Found) -> Iterator[str]:
     within = " and within the tolerances" if asked.tolerances else ""
     if isinf(stated.value):
         yield f"{over}{within}, nothing bounds the {asked.measure.judged}{near}."
+    elif asked.measure.mean:
+        several = count > 1 or asked.tolerances or found.binding.highest_m > found.binding.lowest_m
+        yield (
+            f"{over}{within}, the {asked.measure.judged} (the root of the mean over its frequencies of the square) comes to "
+            f"{response(asked, stated.value)}{' at its worst' if several else ''}, as far as was computed{error}."
+        )
     else:
         yield (
             f"{over}{within}, the largest {asked.measure.judged} that was computed is "
@@ -127,7 +135,7 @@ def _worst(found: Found) -> Iterator[str]:
             f"{response(asked, judged.value)} under `{each.name}` ({under_records(each)})"
             for each, judged in zip(asked.records, found.under_records, strict=True)
         ]
-        yield f"As drawn it reaches {'; '.join(parts)}."
+        yield f"As drawn it {comes_to(asked)} {'; '.join(parts)}."
 
 
 def _builds(found: Found) -> Iterator[str]:
@@ -150,7 +158,13 @@ def _builds(found: Found) -> Iterator[str]:
 def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
     held = locked(found)
-    if held:
+    if held and not asked.cases and all(each.motion.force for each in asked.excitations):
+        moves = "; within the tolerances it does" if found.stated.value > 0.0 else ""
+        yield (
+            "Friction withstands the force at every frequency: as drawn the structure does not move, and more friction "
+            f"changes nothing{moves}."
+        )
+    elif held:
         met = (("at every frequency", asked.excitations), (UNDER_EVERY[transients(asked)], asked.cases))
         when = " and ".join(words for words, there in met if there)
         yield (
@@ -218,9 +232,7 @@ def _beside(found: Found) -> Iterator[str]:
     for name, other in found.others.items():
         yield from _alternative(found, name, other, judged)
     if found.absorber is not None:
-        yield _absorber(asked, found.absorber, ours.value)
-        if found.absorber.value < ours.value / (1.0 + SAME):
-            yield "So a tuned mass damper of the same mass does better here."
+        yield from _absorber(asked, found.absorber, ours)
 
 
 def _alternative(found: Found, name: str, other: Alternative, judged: str) -> Iterator[str]:
@@ -235,7 +247,8 @@ def _alternative(found: Found, name: str, other: Alternative, judged: str) -> It
         most = response(asked, rounded_up(theirs.most))
         error = f" (with a confidence of {asked.confidence:.3g} at most {most})"
     keeps = "" if theirs.violation == 0.0 else ", and exceeds a limit"
-    yield f"{best}, {judged}, reaches {response(asked, theirs.value)}{error}{_times(theirs.value, ours.value)}{keeps}."
+    value = f"{response(asked, theirs.value)}{error}{_times(theirs.value, ours.value)}"
+    yield f"{best}, {judged}, {comes_to(asked)} {value}{keeps}."
     as_good = theirs.violation <= ours.violation and theirs.most <= ours.most * (1.0 + SAME)
     if as_good and theirs.value <= ours.value * (1.0 + SAME) and found.build.particle_mass_kg > 0.0:
         yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
@@ -245,15 +258,26 @@ def _capital(words: str) -> str:
     return f"{words[:1].upper()}{words[1:]}"
 
 
-def _absorber(asked: Specification, beside: Beside, ours: float) -> str:
+def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str]:
     absorber = beside.absorber
     off = (
         " on a structure that is off by its tolerances" if set(OF_STRUCTURE) & asked.tolerances.keys() else ""
     )
-    return (
-        f"A tuned mass damper of the same mass, tuned to {absorber.tuning:.4g} of the natural frequency with ζ = "
-        f"{absorber.damping_ratio:.4g}, reaches {response(asked, beside.value)}{off}{_times(beside.value, ours)}."
+    tuned = "tuned for the least of it, to" if asked.measure.mean else "tuned to"
+    exceeds = ""
+    if beside.exceeded:
+        exceeds = (
+            f", and exceeds {'a limit' if len(beside.exceeded) == 1 else f'{len(beside.exceeded)} limits'}"
+        )
+    yield (
+        f"A tuned mass damper of the same mass, {tuned} {absorber.tuning:.4g} of the natural frequency with ζ = "
+        f"{absorber.damping_ratio:.4g}, {comes_to(asked)} {response(asked, beside.value)}{off}"
+        f"{_times(beside.value, ours.value)}{exceeds}."
     )
+    if ours.violation > 0.0 and not beside.exceeded:
+        yield "It keeps every limit on results, which this damper does not."
+    if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):
+        yield "So a tuned mass damper of the same mass does better here."
 
 
 def _times(other: float, ours: float) -> str:

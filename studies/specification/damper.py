@@ -143,7 +143,10 @@ class DamperFields(SceneFields):
                 continue
             # a material is its restitution and its contact time
             if (value, time_s) in found:
-                self._fault(place, f"{value!r} a second time", "each value once", "remove one of the two")
+                told = f"{{field}} is {value!r} a second time."
+                self._fault(
+                    place, f"{value!r} a second time", "each value once", "remove one of the two", told
+                )
             found[value, time_s] = name[:MAX_NAME]
         if len(found) < len(entries):
             return None

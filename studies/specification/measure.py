@@ -38,9 +38,14 @@ class Measure:
     mean: bool = False
 
     @property
+    def of_displacement(self) -> bool:
+        """Whether it is the amplitude of the structure, which is known of every response."""
+        return self.variable == "amplitude_ratio"
+
+    @property
     def judged(self) -> str:
         """What is judged, for sentences: `words` are about one frequency, or one record."""
-        return f"{self.words} over the band" if self.mean else self.words
+        return f"{self.words} over the whole band" if self.mean else self.words
 
 
 MEASURES = {

@@ -152,6 +152,10 @@ class _Reader(LimitFields):
         confidence = self._number("confidence", CONFIDENCE, 0.9)
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
+        if "budget_points" in self.document and "budget_minutes" in self.document:
+            told = "{field} and budget_minutes are given together."
+            found = "a budget in points beside one in minutes"
+            self._fault("budget_points", found, "one of the two", "remove one of them", told)
         builds = self._count("builds", 0, 10_000, 60)
         if structure is None or excitations is None or records is None:
             self._without_ratios(structure)

@@ -1,5 +1,7 @@
 """How far what is built may be off, read from a document."""
 
+import math
+
 from damperlab.studies.faults import describe
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.damper import NAME_OF, DamperFields, scale_of
@@ -108,10 +110,14 @@ class ToleranceFields(DamperFields):
     def _tolerance(self, field: str, raw: object) -> Tolerance | None:
         if isinstance(raw, str) and raw.strip().endswith("%"):
             try:
-                share: object = float(raw.strip()[:-1]) / 100.0
+                share = float(raw.strip()[:-1]) / 100.0
             except ValueError:
-                share = raw
-            size = self._read(field, share, SHARE)
-            return None if size is None else Tolerance(size, True)
+                share = math.nan
+            if 0.0 <= share <= SHARE.highest:
+                return Tolerance(share, True)
+            self._fault(
+                field, describe(raw), f"a share from 0% to {SHARE.highest:.0%}", "write 10% for a tenth"
+            )
+            return None
         size = self._read(field, raw, ANYTHING)
         return None if size is None else Tolerance(size, False)

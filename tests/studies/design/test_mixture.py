@@ -113,7 +113,7 @@ def test_what_binds_and_what_each_reaches_is_told(both) -> None:
     assert "under `quake` (under 1 ground-motion record, at a scale of 0.6)" in told
     report = design_report(found)
     assert "Under each record" in report
-    assert "<td>quake</td>" in report
+    assert ">quake</td>" in report
     assert "Response over the band under the largest amplitude" in report
 
 

@@ -1,0 +1,105 @@
+"""A structure with a tuned mass damper over a band of frequencies, in closed form: its worst response, or its rms there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.design.band_mean import band_mean
+from damperlab.studies.specification.excitation import Excitation
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest
+
+SAMPLES, FEWER = 4001, 601
+"""Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
+power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band. The
+latter changes slowly with tuning and damping, which are looked for with fewer."""
+
+
+class Judged(NamedTuple):
+    """What of a response is judged: its derivative of an order times a factor, or its displacement against the base.
+
+    Attributes
+    ----------
+    factor, order
+        As of a `Measure`.
+    against_base : bool
+        Whether the displacement is that against the base.
+    mean : bool
+        Whether the rms over the band counts, and not the largest.
+    """
+
+    factor: float = 1.0
+    order: int = 0
+    against_base: bool = False
+    mean: bool = False
+
+
+def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give what makes a derivative of a displacement: (ω_n r) to the power of its order."""
+    found: NDArray[np.float64] = (angular_frequency * r) ** judged.order
+    return found
+
+
+def worst_over(
+    excitation: Excitation,
+    judged: Judged,
+    absorber: Absorber,
+    damping_ratio: float,
+    shift: float,
+    samples: int = SAMPLES,
+) -> float:
+    """Give what is judged under the largest amplitude of a band.
+
+    Parameters
+    ----------
+    excitation : Excitation
+        Over a band, with frequencies over the nominal natural frequency.
+    judged : Judged
+        What of it.
+    absorber : Absorber
+        On the structure as built.
+    damping_ratio, shift : float
+        ζ of it, and the share by which its natural frequency is off.
+    samples : int
+        Frequencies where there is no closed form.
+
+    Returns
+    -------
+    float
+        Over ω_n of the structure as built to the power of the order.
+    """
+    low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
+    factor, level, motion = judged.factor, excitation.highest_m, excitation.motion
+    if not judged.mean and judged.order == motion.order and (motion.force or not judged.against_base):
+        top = highest(absorber, damping_ratio, "force" if motion.force else "base", (low, high))
+        # an acceleration under a base of one acceleration: the powers of the frequency cancel
+        return factor * level * top.value / (1.0 + shift) ** judged.order
+    r = np.linspace(low, high, samples) if high > low else np.array([low])
+    base_m = excitation.base_m(level, r * (1.0 + shift))
+    moved = response(excitation, judged, absorber, damping_ratio, r)
+    values = factor * base_m * rates(judged, 1.0, r) * moved
+    return band_mean(r, values, np.zeros_like(r)).value if judged.mean else float(values.max())
+
+
+def response(
+    excitation: Excitation,
+    judged: Judged,
+    absorber: Absorber,
+    damping_ratio: float,
+    r: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Amplitude ratio, absolute or against the base; see `damperlab.studies.tmd.transfer.amplitude_ratio`."""
+    if excitation.motion.force:
+        return amplitude_ratio(r, absorber, damping_ratio, "force")
+    square = r * r
+    link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
+    structure = 1 + 2j * damping_ratio * r
+    bottom = (structure - square) * (link - square) - absorber.mass_ratio * square * link
+    top = structure * (link - square)
+    if judged.against_base:
+        top = top - bottom
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.abs(top / bottom)
+    return np.where(np.isfinite(found), found, math.inf)
