@@ -11,7 +11,6 @@ import numpy as np
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
-from damperlab.worker.solver.history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
 from damperlab.worker.solver.scene import make_scene
@@ -36,6 +35,7 @@ from damperlab.worker.solver.state import (
     Particle,
     with_floats,
 )
+from damperlab.worker.solver.time_history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.response import Response

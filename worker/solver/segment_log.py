@@ -1,4 +1,4 @@
-"""The history of a march: one row a segment, where asked for."""
+"""The segments of a march and their events: one row each, where asked for."""
 
 from typing import NamedTuple
 

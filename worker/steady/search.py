@@ -11,8 +11,8 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.excitation import largest_push
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
-from damperlab.worker.steady.nearby import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
+from damperlab.worker.steady.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.recurrence import extent, note_recurrences
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section_coordinates import SECTION_SIZE, active_size, coordinates

@@ -57,7 +57,7 @@ def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
 
 
 @kernel
-def state_at(point: Array, regime_like: State, particle: Particle | None) -> tuple[State, bool]:
+def state_at(point: Array, like: State, particle: Particle | None) -> tuple[State, bool]:
     """State at section coordinates, in the regime (slip, wall, riding) of another state.
 
     Returns
@@ -69,37 +69,35 @@ def state_at(point: Array, regime_like: State, particle: Particle | None) -> tup
     v, w = point[0], point[1]
     gap = 0.0
     p_rate = 0.0
-    dwell = regime_like.dwell
-    possible = w * regime_like.slip >= 0.0
+    dwell = like.dwell
+    possible = w * like.slip >= 0.0
     if particle is not None:
-        if regime_like.riding > 0.0:
-            p_rate = regime_like.p_rate + (w - regime_like.w)
+        if like.riding > 0.0:
+            p_rate = like.p_rate + (w - like.w)
             gap, p_rate, dwell, allowed = _contact_at(
                 point,
-                regime_like,
+                like,
                 p_rate,
-                regime_like.dwell,
+                like.dwell,
                 particle.wall,
                 particle.contact_time,
                 particle.restitution,
             )
             possible = possible and allowed
         else:
-            gap = particle.clearance_ratio - regime_like.wall * (v - point[2])
+            gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
             least = 0.0
-            if regime_like.gap < 0.0:  # let go while still in a compliant wall
+            if like.gap < 0.0:  # let go while still in a compliant wall
                 least = -inf
             possible = possible and least <= gap <= 2.0 * particle.clearance_ratio
-    return State(
-        v, w, regime_like.slip, regime_like.wall, gap, p_rate, regime_like.riding, 0, 0, dwell
-    ), possible
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
 
 
 @inlined
 def _contact_at(
     point: Array,
-    regime_like: State,
+    like: State,
     p_rate: float,
     dwell: Any,
     wall: Wall | None,
@@ -110,16 +108,16 @@ def _contact_at(
     gap = 0.0
     allowed = True
     if dwell is not None:
-        speed = regime_like.wall * point[3]
+        speed = like.wall * point[3]
         if wall is not None:
-            gap = -regime_like.wall * point[2]
-            p_rate -= regime_like.wall * (speed - dwell.speed)
+            gap = -like.wall * point[2]
+            p_rate -= like.wall * (speed - dwell.speed)
             allowed = gap <= 0.0 and wall.damping * speed - wall.stiffness * gap >= 0.0
             dwell = Dwell(0.0, speed)
         if contact_time is not None:
             if dwell.speed > 0.0:
                 # beyond its ends lies the contact before or the one after, about as it is in a chatter
-                left = regime_like.wall * point[2]
+                left = like.wall * point[2]
                 later = 1.0 - ceil(left / contact_time)
                 left += later * contact_time
                 speed *= restitution**later

@@ -41,9 +41,9 @@ from damperlab.worker.solver.transitions import (
     Transitions,
     log_on_addresses,
 )
-from damperlab.worker.steady.contact_flow import flow_in_wall
 from damperlab.worker.steady.saltation import Field, field, leaving_speed, pass_contact, pass_event
 from damperlab.worker.steady.section_coordinates import SECTION_SIZE, has_contact_coordinates
+from damperlab.worker.steady.variational_in_wall import flow_in_wall
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""A wall that stops pushing."""
+"""A rigid wall that stops pushing the particle that rides on it: the particle leaves, at no speed against the wall."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Phase, largest_push, net_resistance

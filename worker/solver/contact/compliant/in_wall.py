@@ -15,6 +15,7 @@ from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.budget import spend
 from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, contact_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
+from damperlab.worker.solver.contact.compliant.let_go_in_wall import separate
 from damperlab.worker.solver.contact.compliant.long_step import (
     FEWEST_STEPS,
     after_long_step,
@@ -22,7 +23,6 @@ from damperlab.worker.solver.contact.compliant.long_step import (
     longest_step,
     vibration_of,
 )
-from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.excitation import (

@@ -1,4 +1,4 @@
-"""The linearised motion in contact with a compliant wall."""
+"""The variational equations in contact with a compliant wall: how the motion there takes small changes of its start on."""
 
 import numpy as np
 from numpy.typing import NDArray

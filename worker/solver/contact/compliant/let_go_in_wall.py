@@ -1,4 +1,4 @@
-"""A particle that a compliant wall has let go while it is still in it: nothing pulls it."""
+"""A particle that a compliant wall has let go while it is still in it: it flies until it is clear, or is pushed again."""
 
 from math import inf
 
