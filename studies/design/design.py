@@ -9,6 +9,7 @@ import xarray as xr
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import OF_DAMPER
+from damperlab.studies.design.between import look_between
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
@@ -133,6 +134,10 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     search = Search(asked, book)
     _require(search)
     best = yield from search.run()
+    if search.lattice.names:
+        book.stage = "between the dampers that were looked at"
+        yield from look_between(search)
+        best = search.best()
     if search.corners:
         book.stage = "others that may be better, with their tolerances"
         yield from contend(search)

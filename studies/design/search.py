@@ -113,7 +113,7 @@ class Search:
         self.step = FIRST.get(len(self.lattice.names), 0.5)
         first = self.lattice.first()
         self._tell(f"a first look at {counted(len(first), 'damper')}")
-        yield from self._add(first)
+        yield from self.add(first)
         try:
             yield from self._halve()
         except BudgetSpent:
@@ -125,7 +125,7 @@ class Search:
             self._tell(
                 f"the best {len(finalists)} with {counted(len(self.corners), 'corner')} of their tolerances"
             )
-        yield from self._judge(finalists)
+        yield from self.judge(finalists)
         for _ in range(self.effort.rounds if self.corners else 0):
             best = self.best()
             new = [
@@ -133,14 +133,14 @@ class Search:
                 for each in self.lattice.around([best], max(self.step, 1 / 32))
                 if each not in self.robust
             ]
-            yield from self._add([each for each in new if each not in set(self.pool)])
-            yield from self._judge(new)
+            yield from self.add([each for each in new if each not in set(self.pool)])
+            yield from self.judge(new)
             if self.best() == best:
                 break
 
     def _halve(self) -> Asks:
         """Halve the lattice around the best until it is fine enough, or shows no more than noise."""
-        yield from self._settle(self.effort.kept, CLOSE)
+        yield from self.settle(CLOSE)
         while self.lattice.names and not self.lattice.fine(self.step):
             before = self._leader()
             finer = self.step / 2
@@ -148,9 +148,9 @@ class Search:
                 f"around the best {self.effort.kept}, with steps of 1/{round(1 / finer)} of the ranges"
             )
             known = set(self.pool)
-            around = self.lattice.around(self._top(self.effort.kept), finer)
-            yield from self._add([each for each in around if each not in known])
-            yield from self._settle(self.effort.kept, CLOSE)
+            around = self.lattice.around(self.leaders(), finer)
+            yield from self.add([each for each in around if each not in known])
+            yield from self.settle(CLOSE)
             self.step = finer
             after = self._leader()
             gained = before.violation > after.violation or before.value - after.value > after.error
@@ -226,24 +226,29 @@ class Search:
         if self.told:
             self.book.ahead = self.lattice.build(self.best() if self.robust else self._top(1)[0])
 
-    def _add(self, candidates: list[Candidate]) -> Asks:
+    def add(self, candidates: list[Candidate]) -> Asks:
+        """Look at candidates coarsely, as drawn, and take them into the pool."""
         yield from self.known((self.lattice.build(each) for each in candidates), 0)
         self.pool = sorted({*self.pool, *candidates})
         self._lead()
 
-    def _settle(self, count: int, level: int) -> Asks:
+    def leaders(self) -> list[Candidate]:
+        """Give the best few as drawn."""
+        return self._top(self.effort.kept)
+
+    def settle(self, level: int) -> Asks:
         """Look at the best few more closely until the best few are known closely."""
         while True:
             behind = [
                 build
-                for build in (self.lattice.build(each) for each in self._top(count))
+                for build in (self.lattice.build(each) for each in self.leaders())
                 if self._level.get(build, -1) < level
             ]
             if not behind:
                 return
             yield from self.known(behind, level)
 
-    def _judge(self, candidates: list[Candidate]) -> Asks:
+    def judge(self, candidates: list[Candidate]) -> Asks:
         """Judge candidates with their tolerances, but for those that cannot be the best."""
         yield from self.known((self.lattice.build(each) for each in candidates), CLOSE)
         ranked = sorted(candidates, key=lambda each: (*self.score(self.lattice.build(each)).rank, each))

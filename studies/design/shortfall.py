@@ -1,7 +1,8 @@
 """By how much another damper may be better than the recommended one, by what was computed of all that were looked at."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,26 +56,82 @@ def shortfall_of(search: Search, best: Candidate) -> Shortfall | None:
         None where nothing is chosen, and where limits are exceeded: dampers are then compared by how far.
     """
     recommended = search.robust[best]
+    least = _least(search, recommended)
+    if least is None:
+        return None
+    computed = between = recommended.value
+    assumed = False
+    for each in least.values():
+        assumed |= each.assumed and each.itself < computed
+        computed = min(computed, each.itself)
+        between = min(between, each.beside)
+    return Shortfall(recommended.most - max(computed, 0.0), recommended.most - max(between, 0.0), assumed)
+
+
+def promising(search: Search, share: float) -> list[Candidate]:
+    """Name the candidates beside which a damper may be better than the best by more than a share of it, the best of them first.
+
+    Where the best exceeds a limit, better is what exceeds its limits less.
+
+    Parameters
+    ----------
+    search : Search
+        With candidates that were judged.
+    share : float
+        Of what the best is known to do.
+    """
+    best = search.robust[search.best()]
+    if 0.0 < best.violation < inf:
+        excess = {each: 1.0 + at_least(search, each).violation for each in search.pool}
+        drawn = {each: search.score(search.lattice.build(each)) for each in search.pool}
+        judged = {
+            each: replace(one, value=1.0 + one.violation, violation=0.0)
+            for each, one in drawn.items()
+            if isfinite(one.violation)
+        }
+        dips = dips_of(judged, _listed(search))
+        beside = {each: excess[each] - dip for each, dip in dips.items() if dip > 0.0}
+        bar = (1.0 - share) * (1.0 + best.violation)
+    else:
+        least = _least(search, best) or {}
+        beside = {each: known.beside for each, known in least.items() if known.beside < known.itself}
+        bar = (1.0 - share) * (best.value - best.noise)
+    return [each for lowest, each in sorted((one, each) for each, one in beside.items()) if lowest < bar]
+
+
+def _listed(search: Search) -> tuple[bool, ...]:
+    return tuple(map(search.lattice.listed, search.lattice.names))
+
+
+class _AtLeast(NamedTuple):
+    """What a candidate does at least, and dampers beside it; and whether that rests on what is assumed of its tolerances."""
+
+    itself: float
+    beside: float
+    assumed: bool
+
+
+def _least(search: Search, recommended: Score) -> dict[Candidate, _AtLeast] | None:
+    """Give what every candidate that keeps the limits may do at least; see `shortfall_of`."""
     if recommended.violation > 0.0 or not search.lattice.names or not isfinite(recommended.most):
         return None
     scores = {each: search.score(search.lattice.build(each)) for each in search.pool}
     finite = {each: one for each, one in scores.items() if isfinite(one.value)}
     kept = share_kept(finite, search.robust)
-    dips = dips_of(finite, tuple(map(search.lattice.listed, search.lattice.names)))
-    computed = between = recommended.value
-    assumed = False
+    dips = dips_of(finite, _listed(search))
+    found: dict[Candidate, _AtLeast] = {}
     for each, drawn in finite.items():
         judged = search.robust.get(each)
         known = judged or at_least(search, each)
         if known.violation > 0.0:
             continue
         lowest = known.value - known.noise
+        assumed = False
         if not judged and known.value < recommended.most:
             lowest = max(lowest, kept * (drawn.value - drawn.noise))
-            assumed |= bool(search.corners) and lowest < computed
-        computed = min(computed, lowest)
-        between = min(between, lowest - kept * dips.get(each, 0.0))
-    return Shortfall(recommended.most - max(computed, 0.0), recommended.most - max(between, 0.0), assumed)
+            assumed = bool(search.corners)
+        found[each] = _AtLeast(lowest, lowest - kept * dips.get(each, 0.0), assumed)
+    return found
 
 
 def share_kept(drawn: dict[Candidate, Score], judged: dict[Candidate, Score]) -> float:

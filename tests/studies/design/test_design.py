@@ -78,8 +78,13 @@ def damped() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(DAMPED)
 
 
-def brute(document: dict[str, Any], clearances_m: np.ndarray, forces_n: np.ndarray) -> xr.DataArray:
-    """Worst displacement [m] of every damper of a grid, at 101 frequencies of the band."""
+def brute(
+    document: dict[str, Any],
+    clearances_m: np.ndarray,
+    forces_n: np.ndarray,
+    band: tuple[float, float, int] = (0.875, 1.125, 101),
+) -> xr.DataArray:
+    """Worst displacement [m] of every damper of a grid, at so many frequency ratios of a band."""
     structure, excitation = document["structure"], document["excitation"]
     scale = excitation["base_amplitude_m"]
     stiffness = structure["mass_kg"] * (2 * np.pi * structure["natural_frequency_hz"]) ** 2
@@ -91,7 +96,7 @@ def brute(document: dict[str, Any], clearances_m: np.ndarray, forces_n: np.ndarr
                 "friction_ratio": (forces_n / (stiffness * scale)).tolist(),
                 "restitution": document["restitution"],
                 "mass_ratio": document["particle_mass_kg"] / structure["mass_kg"],
-                "frequency_ratio": {"start": 0.875, "stop": 1.125, "num": 101},
+                "frequency_ratio": dict(zip(("start", "stop", "num"), band, strict=True)),
             },
             "metrics": ["amplitude_ratio", "amplitude_error"],
         }

@@ -190,14 +190,15 @@ def test_an_acceleration_is_measured_in_its_unit() -> None:
 @pytest.mark.parametrize(
     ("limit", "measure", "variable", "most_n"),
     [
-        ("acceleration_m_per_s2", "worst_acceleration", "peak_absolute_acceleration_m_s2", 10.0),
+        ("acceleration_m_per_s2", "worst_acceleration", "peak_absolute_acceleration_m_s2", 120.0),
         ("rms_acceleration_m_per_s2", "worst_rms_acceleration", "rms_absolute_acceleration_m_s2", 5.0),
     ],
 )
 def test_a_limit_on_accelerations_moves_the_design_to_where_it_is_kept(
     limit: str, measure: str, variable: str, most_n: float
 ) -> None:
-    # with so little friction the damper of the least displacement is not that of the least acceleration
+    # where friction nearly holds it, the structure hardly moves against its base, and feels all of the friction; where friction
+    # is small, the least peak is not the least rms
     choose = SHAKEN["choose"] | {"friction_force_n": {"start": 0.0, "stop": most_n}}
     asked = SHAKEN | {"tolerances": {}, "limits": {}, "choose": choose}
 
