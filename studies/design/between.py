@@ -21,7 +21,7 @@ FULL = 3
 """Quantities up to which every neighbour is looked at: so that each has neighbours of its own along every quantity."""
 SHARE = 0.5
 """Of the budget, up to which this is done."""
-AS_MANY = 2.0
+AS_MANY = 1.0
 """How many times the points of the search it may take."""
 
 

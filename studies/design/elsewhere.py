@@ -60,7 +60,7 @@ def _reached(asked: Specification, one: Reached) -> str:
     about += ["the one from rest"] if one.from_rest else []
     judged = ""
     if one.value is not None and not asked.measure.of_displacement:
-        judged = f" and {response(asked, one.value)}{' rms' if asked.measure.factor < 1.0 else ''}"
+        judged = f" and {response(asked, one.value)}{asked.measure.kind}"
     return length(asked, one.displacement) + judged + (f" ({', '.join(about)})" if about else "")
 
 

@@ -43,6 +43,13 @@ class Measure:
         return self.variable == "amplitude_ratio"
 
     @property
+    def kind(self) -> str:
+        """What tells it from a displacement where both stand side by side."""
+        if self.words.endswith("against its base"):
+            return " against the base"
+        return " rms" if self.factor < 1.0 else ""
+
+    @property
     def judged(self) -> str:
         """What is judged, for sentences: `words` are about one frequency, or one record."""
         return f"{self.words} over the whole band" if self.mean else self.words
