@@ -21,8 +21,8 @@ FULL = 3
 """Quantities up to which every neighbour is looked at: so that each has neighbours of its own along every quantity."""
 SHARE = 0.5
 """Of the budget, up to which this is done."""
-AS_MANY = 1.0
-"""How many times the points of the search it may take."""
+AS_MANY, FEW = 1.0, 4000
+"""How many times the points of the search it may take, and how many points in any case: seconds."""
 
 
 def look_between(search: Search) -> Asks:
@@ -38,7 +38,7 @@ def look_between(search: Search) -> Asks:
     book = search.book
     if len(search.lattice.names) > FULL:
         return
-    search.cap = min(int(SHARE * book.budget), int((1.0 + AS_MANY) * book.spent))
+    search.cap = min(int(SHARE * book.budget), book.spent + max(FEW, int(AS_MANY * book.spent)))
     try:
         while True:
             while new := _beside(search):
