@@ -26,9 +26,12 @@ def contend(search: Search) -> Asks:
     """
     search.cap = int(SHARE * search.book.budget)
     try:
-        while contenders := contenders_of(search):
-            yield from _look(search, contenders)
-        yield from search.polish()
+        while True:
+            while contenders := contenders_of(search):
+                yield from _look(search, contenders)
+            yield from search.polish()
+            if not contenders_of(search):  # which what is now known of the best may have changed
+                break
     except BudgetSpent:
         pass  # what is said of how much better others may be counts those that are left
     search.cap = search.book.budget

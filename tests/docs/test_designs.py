@@ -17,6 +17,7 @@ from docs.designs import (
     specification,
 )
 
+from damperlab.service.designs import budget_of
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.build import Build
 from damperlab.studies.specification.reading import named_specifications
@@ -78,3 +79,11 @@ def test_the_paper_s_damper_is_measured_as_the_page_says() -> None:
         values = asked.excitations[0].highest_m * curve(asked, build, r)
         assert values[r == 1.0].item() == pytest.approx(row["at_resonance_m"], rel=IRREGULAR)
         assert values.max() == pytest.approx(row["over_band_m"], rel=IRREGULAR)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_answer_blames_a_budget_that_was_not_spent(name: str) -> None:
+    """While points are left, every damper that may be better is judged, also where a closer look made the best one worse."""
+    told = answer(name)
+    if told["points"] < 0.5 * budget_of(specification(name)):
+        assert not any("The budget ended" in sentence for sentence in told["words"])
