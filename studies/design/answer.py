@@ -122,9 +122,8 @@ def _where(asked: Specification, score: Score) -> dict[str, Any]:
         "base_amplitude_m": score.amplitude_m if asked.in_units else None,
         "excitation": bound.name or None,
     }
-    if (
-        asked.measure.mean
-    ):  # it is at no frequency, and under a constant velocity at no amplitude of the displacement
+    # a mean is at no frequency, and under a constant velocity at no amplitude of the displacement
+    if asked.measure.mean:
         known |= dict.fromkeys(nowhere if bound.motion.order else ("frequency_ratio", "frequency_hz"))
     return known
 

@@ -34,14 +34,12 @@ def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
     values = curve.measured
     ratios = values / (curve.base_m * curve.rate**asked.measure.order)
     place = int(values.argmax())
+    hertz = asked.structure.natural_frequency_hz if asked.in_units else None
     peak = {
         "worst_ratio": float(ratios[place]),
         "worst_frequency_ratio": float(curve.r[place]),
-        "worst_frequency_hz": None
-        if not asked.in_units
-        else asked.structure.natural_frequency_hz * float(curve.r[place]),
+        "worst_frequency_hz": None if hertz is None else hertz * float(curve.r[place]),
     }
-    hertz = asked.structure.natural_frequency_hz if asked.in_units else None
     low, high = excitation.lowest_m * (1.0 - SAME), excitation.highest_m * (1.0 + SAME)
     return {
         "amplitude": asked.level(amplitude) if asked.in_units else amplitude.reference_m,

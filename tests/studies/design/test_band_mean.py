@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.studies.design.test_design import DAMPED, pursued, solved
+from tests.studies.design.test_design import DAMPED, grid, pursued
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.band_mean import BandMean, band_mean, halved
@@ -70,22 +69,8 @@ def floor() -> Found:
 
 def rms(clearances_m: np.ndarray, forces_n: np.ndarray, frequencies: int) -> xr.DataArray:
     """Rms displacement [m] over the band of every damper of a grid, by equal steps of the frequency."""
-    structure, scale = FLOOR["structure"], FLOOR["excitation"]["base_amplitude_m"]
-    stiffness = structure["mass_kg"] * (2 * np.pi * structure["natural_frequency_hz"]) ** 2
-    study = parse_study(
-        {
-            "damping_ratio": structure["damping_ratio"],
-            "axes": {
-                "clearance_ratio": (clearances_m / scale).tolist(),
-                "friction_ratio": (forces_n / (stiffness * scale)).tolist(),
-                "restitution": FLOOR["restitution"],
-                "mass_ratio": FLOOR["particle_mass_kg"] / structure["mass_kg"],
-                "frequency_ratio": {"start": 0.875, "stop": 1.125, "num": frequencies},
-            },
-            "metrics": ["amplitude_ratio_rms"],
-        }
-    )
-    squares = solved(study)["amplitude_ratio_rms"] ** 2
+    squares = grid(FLOOR, clearances_m, forces_n, (0.875, 1.125, frequencies), "amplitude_ratio_rms") ** 2
+    scale = FLOOR["excitation"]["base_amplitude_m"]
     return scale * np.sqrt(0.5 * squares.integrate("frequency_ratio") / 0.25)
 
 

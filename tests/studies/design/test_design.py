@@ -85,8 +85,20 @@ def brute(
     band: tuple[float, float, int] = (0.875, 1.125, 101),
 ) -> xr.DataArray:
     """Worst displacement [m] of every damper of a grid, at so many frequency ratios of a band."""
-    structure, excitation = document["structure"], document["excitation"]
-    scale = excitation["base_amplitude_m"]
+    known = grid(document, clearances_m, forces_n, band, "amplitude_ratio")
+    return document["excitation"]["base_amplitude_m"] * known.max("frequency_ratio")
+
+
+def grid(
+    document: dict[str, Any],
+    clearances_m: np.ndarray,
+    forces_n: np.ndarray,
+    band: tuple[float, float, int],
+    variable: str,
+) -> xr.DataArray:
+    """Compute a result of every damper of a grid at every frequency ratio of a band."""
+    structure = document["structure"]
+    scale = document["excitation"]["base_amplitude_m"]
     stiffness = structure["mass_kg"] * (2 * np.pi * structure["natural_frequency_hz"]) ** 2
     study = parse_study(
         {
@@ -98,10 +110,10 @@ def brute(
                 "mass_ratio": document["particle_mass_kg"] / structure["mass_kg"],
                 "frequency_ratio": dict(zip(("start", "stop", "num"), band, strict=True)),
             },
-            "metrics": ["amplitude_ratio", "amplitude_error"],
+            "metrics": [variable],
         }
     )
-    return scale * solved(study)["amplitude_ratio"].max("frequency_ratio")
+    return solved(study)[variable]
 
 
 def test_the_recommended_damper_is_the_best_of_brute_force_within_its_error(damped) -> None:
