@@ -22,7 +22,7 @@ from damperlab.worker.lower import contact_time_of, wall_of
 from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
 from damperlab.worker.simulate import scenes_of, simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.starts import Attractors, find_attractors
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings as Steadiness

@@ -11,30 +11,24 @@ import numpy as np
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
-from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.segment_log import empty_log
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    ATTACHMENTS,
-    BUDGET,
-    COUNTS,
+from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,
-    IMPACTS,
     METERS,
     PEAK,
     RELATIVE_PEAK,
     SPEED,
     SQUARE,
     STUCK,
-    TURNS,
     VISCOUS_LOSS,
     Meter,
-    Particle,
-    with_floats,
 )
+from damperlab.worker.solver.particle import Particle, with_floats
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.time_history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.energy import energy_residual, stored_energy

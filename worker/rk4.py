@@ -12,7 +12,7 @@ import numpy as np
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import wall_force
 from damperlab.worker.physics.impact import rebound
-from damperlab.worker.solver.state import IMPACTS, TURNS
+from damperlab.worker.solver.events import IMPACTS, TURNS
 
 PHASE, DISPLACEMENT, VELOCITY, PARTICLE, PARTICLE_RATE = 0, 1, 2, 3, 4
 

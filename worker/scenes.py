@@ -10,7 +10,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.lower import wants_acceleration, wants_energies
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 Purpose = Literal[
     "steady", "peaks", "acceleration", "orbit", "transient", "record", "record-history", "stepped", "rk4"

@@ -22,7 +22,7 @@ import numpy as np
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.scenes import Scene, scene_named
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 
 try:
     import fcntl

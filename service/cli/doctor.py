@@ -127,7 +127,7 @@ def _kernels() -> str:
     from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
     from damperlab.worker.point import Design
     from damperlab.worker.simulate import simulate
-    from damperlab.worker.solver.state import Particle
+    from damperlab.worker.solver.particle import Particle
 
     began = time.perf_counter()
     particle = Particle(clearance_ratio=5.0, restitution=0.47, mass_ratio=0.1)

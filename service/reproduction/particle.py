@@ -21,7 +21,7 @@ from damperlab.studies.questions import Selection
 from damperlab.studies.tmd.transfer import without_absorber
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 CAVITIES = (1, 2, 3)
 SHOWN_CYCLES = 60

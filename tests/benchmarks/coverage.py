@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.accuracy.truth import HALF_WIDTH, SETTINGS, Point, points
-from damperlab.worker.solver.state import ARRIVED
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import settle
 from damperlab.worker.steady.statistics import mean_and_error

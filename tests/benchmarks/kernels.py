@@ -11,21 +11,11 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    ATTACHMENTS,
-    BUDGET,
-    COUNTS,
-    IMPACTS,
-    METERS,
-    PEAK,
-    RELATIVE_PEAK,
-    TURNS,
-    Meter,
-    Particle,
-)
 from damperlab.worker.steady.settle import at_rest
 
 TRANSIENT = 300

@@ -21,7 +21,7 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import LEAST_COMPLIANT
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 

@@ -249,7 +249,7 @@ def swift_python(tmp_path_factory: pytest.TempPathFactory, archives: tuple[Path,
 
 def _hybrid() -> "Design":
     from damperlab.worker.point import Design
-    from damperlab.worker.solver.state import Particle
+    from damperlab.worker.solver.particle import Particle
 
     return Design(0.0038, 1.0, 0.3, Particle(5.0, 0.47, 0.1))
 

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.point import Design
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 
 CYCLES = 8
 

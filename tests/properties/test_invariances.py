@@ -10,9 +10,10 @@ from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
+from damperlab.worker.solver.events import ARRIVED, BUDGET
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import ARRIVED, BUDGET, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.settle import at_rest
 
 FEW = settings(max_examples=30, deadline=None)

@@ -22,7 +22,7 @@ from tests.properties.designs import (
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 FEW = settings(max_examples=40, deadline=None)
 ROUNDING = 1e-12

@@ -19,13 +19,15 @@ from tests.properties.designs import (
 )
 
 from damperlab.worker.point import Design
+from damperlab.worker.solver.events import ARRIVED, BUDGET, NOTHING
 from damperlab.worker.solver.excitation.excitation import next_half_start
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.sine_base import make_sine_base
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
-from damperlab.worker.solver.state import ARRIVED, BUDGET, NOTHING, Particle, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.section_coordinates import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from damperlab.worker.solver.motion.sine_base import Forced
-from damperlab.worker.solver.state import Particle, State
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest

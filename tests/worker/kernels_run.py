@@ -7,10 +7,12 @@ import sys
 
 import numpy as np
 
+from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.observe.meter import METERS, Meter
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
-from damperlab.worker.solver.state import BUDGET, METERS, Meter, Particle, Wall
 from damperlab.worker.steady.start import at_rest
 
 PARTICLE = Particle(2.0, 0.6, 0.2)

@@ -3,16 +3,10 @@
 import numpy as np
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.events import ARRIVED, BUDGET
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    BUDGET,
-    METERS,
-    PEAK,
-    RELATIVE_PEAK,
-    Meter,
-)
 
 
 @kernel

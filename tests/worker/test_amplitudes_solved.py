@@ -12,7 +12,7 @@ from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.point import Design
 from damperlab.worker.scenes import scenes
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.settle import Settings
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5}

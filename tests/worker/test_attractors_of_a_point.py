@@ -2,7 +2,7 @@
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.point import Design
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.starts import find_attractors
 from damperlab.worker.steady.settle import Settings
 

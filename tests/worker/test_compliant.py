@@ -22,7 +22,7 @@ from damperlab.worker.physics.compliant_wall import (
 )
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 
 
 def particle_of(

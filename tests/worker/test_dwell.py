@@ -14,7 +14,7 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 
 def design_of(scene: Scene) -> Design:

@@ -4,7 +4,7 @@ import pytest
 
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import scenes_of, simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 PARTICLE = Particle(5.0, 0.47, 0.1)
 CLOSES = 1e-8

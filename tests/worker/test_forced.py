@@ -15,7 +15,7 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.settle import Settings
 
 # ζ, r, γ_F, (d/Z, e, β), cycles: impacts with friction; chatter with stick; rides without friction; rides and sticks; above

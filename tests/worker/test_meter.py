@@ -13,10 +13,9 @@ from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
 from damperlab.worker.lower import wall_of
 from damperlab.worker.point import Design, simulate_ready
+from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import (
-    BUDGET,
+from damperlab.worker.solver.observe.meter import (
     METERS,
     PEAK,
     RELATIVE_PEAK,
@@ -26,9 +25,10 @@ from damperlab.worker.solver.state import (
     VISCOUS_LOSS,
     WORK_IN,
     Meter,
-    Particle,
-    State,
 )
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import INTEGRATED
 
 

@@ -10,9 +10,11 @@ from tests.worker.plain_march import march_plainly
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.solver.events import ARRIVED, BUDGET, TURN
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import ARRIVED, BUDGET, TURN, Particle, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.response import Response

@@ -10,8 +10,10 @@ from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.compliant_wall import wall_constants
+from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.run import advance, begin_trace, make_notes
 from damperlab.worker.steady.section_coordinates import coordinates, state_at

@@ -9,7 +9,7 @@ import pytest
 
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 STATES = Path(__file__).parents[1] / "reference" / "states.json"
 RECORDS: list[dict[str, Any]] = json.loads(STATES.read_text())["points"]

@@ -9,7 +9,9 @@ from tests.worker.plain_march import march_plainly
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, WARNED, Point, every, points
-from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.stopping import FEWEST_MEASURED

@@ -12,7 +12,7 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 ROUNDING = 1e-11
 """Relative, of a response that is periodic to the last digit; the oracles' root finding leaves less."""

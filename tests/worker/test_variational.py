@@ -16,10 +16,7 @@ from scipy.linalg import expm
 from tests.worker.designs_drawn import Point, drawn_points
 
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import Forced
-from damperlab.worker.solver.scene import Scene, make_scene
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.events import (
     ARRIVED,
     BUDGET,
     CLEARANCE,
@@ -29,10 +26,12 @@ from damperlab.worker.solver.state import (
     RELEASE,
     SLIP_ONSET,
     TURN,
-    Particle,
-    State,
-    Wall,
 )
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.motion.sine_base import Forced
+from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.scene import Scene, make_scene
+from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import (
     AFTER,
     BEFORE,

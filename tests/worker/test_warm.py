@@ -15,7 +15,7 @@ from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison
 from damperlab.worker.point import Design
 from damperlab.worker.scenes import Scene, every_scene, scene_named, scenes, usual_scenes
 from damperlab.worker.simulate import scenes_of, simulate
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.warm import is_ready, missing, warm
 
 PARTICLE = Particle(2.0, 0.47, 0.1)

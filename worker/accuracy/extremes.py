@@ -9,7 +9,8 @@ from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import ATTACHMENTS, Particle, Wall
+from damperlab.worker.solver.events import ATTACHMENTS
+from damperlab.worker.solver.particle import Particle, Wall
 
 ZETA = 0.0038
 PAPER = Particle(10.0, 0.47, 0.1)

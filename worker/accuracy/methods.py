@@ -9,7 +9,8 @@ from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.accuracy.scenes import State
 from damperlab.worker.point import Design
 from damperlab.worker.rk4 import march_rk4, march_rk4_wall
-from damperlab.worker.solver.state import ARRIVED, COUNTS, METERS, Meter
+from damperlab.worker.solver.events import ARRIVED, COUNTS
+from damperlab.worker.solver.observe.meter import METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
 """From a design, excitation cycles and the value of a setting to the end state; None where the method gives up."""

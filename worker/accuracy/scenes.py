@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.point import Design
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 
 State = tuple[float, float, float, float]
 """u, u', p, p' in absolute coordinates, over Z and Z·ω_n; p = p' = 0 without a particle."""

@@ -14,7 +14,8 @@ from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.accuracy.methods import paper_march
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.state import ARRIVED, ATTACHMENTS, IMPACTS, METERS, TURNS, Meter
+from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, IMPACTS, TURNS
+from damperlab.worker.solver.observe.meter import METERS, Meter
 
 STEPS = 400
 """Of the paper's method per cycle."""

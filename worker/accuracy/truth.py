@@ -17,7 +17,9 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.state import ARRIVED, Particle, State, Wall
+from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.recurrence import LONGEST
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.settle import Settings, settle
@@ -64,7 +66,7 @@ class Truth(NamedTuple):
 
     Attributes
     ----------
-    lag : int
+    period_halves : int
         Half cycles after which its peaks repeat; 0 where they do not.
     amplitude, error : float
         Mean peak of |u| over cycles beginning at every half cycle, and what is unknown about it.
@@ -72,7 +74,7 @@ class Truth(NamedTuple):
         Per cycle.
     """
 
-    lag: int
+    period_halves: int
     amplitude: float
     error: float
     impacts: float
@@ -81,7 +83,7 @@ class Truth(NamedTuple):
     @property
     def period(self) -> int:
         """Period in excitation cycles; 0 where it does not repeat."""
-        return self.lag if self.lag % 2 == 1 else self.lag // 2
+        return self.period_halves if self.period_halves % 2 == 1 else self.period_halves // 2
 
 
 class Compared(NamedTuple):
@@ -131,12 +133,12 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 def truth_of(halves: Halves) -> Truth:
     """What the measured half cycles of a march tell: its last `_REMEMBERED` of a period, else all of them."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
-    lag = _lag(halves[-_REMEMBERED:])
-    if lag > 0:
-        whole = _REMEMBERED // (2 * lag) * 2 * lag
+    period_halves = _lag(halves[-_REMEMBERED:])
+    if period_halves > 0:
+        whole = _REMEMBERED // (2 * period_halves) * 2 * period_halves
         amplitude = float(windows[-whole:].mean())
         impacts = 2.0 * float(halves[-whole:, 2].mean())
-        return Truth(lag, amplitude, _EXACT * max(1.0, amplitude), impacts, 1e-9)
+        return Truth(period_halves, amplitude, _EXACT * max(1.0, amplitude), impacts, 1e-9)
     cycles = windows[: windows.size // 2 * 2].reshape(-1, 2).mean(axis=1)
     amplitude, error = mean_and_error(cycles, 0, cycles.size)
     hits = halves[: halves.shape[0] // 2 * 2, 2].reshape(-1, 2).sum(axis=1)
@@ -146,17 +148,17 @@ def truth_of(halves: Halves) -> Truth:
 
 def _lag(halves: Halves) -> int:
     scale = _SAME * max(1.0, float(halves[:, 0].max()))
-    for lag in range(1, min(_LONGEST_REPEAT, halves.shape[0] // 2) + 1):
-        apart = np.abs(halves[lag:, :2] - halves[:-lag, :2]).max()
-        if apart <= scale and (halves[lag:, 2] == halves[:-lag, 2]).all():
-            return lag
+    for period_halves in range(1, min(_LONGEST_REPEAT, halves.shape[0] // 2) + 1):
+        apart = np.abs(halves[period_halves:, :2] - halves[:-period_halves, :2]).max()
+        if apart <= scale and (halves[period_halves:, 2] == halves[:-period_halves, 2]).all():
+            return period_halves
     return 0
 
 
 def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
     """Whether an answer is what a march of so many cycles came to, and how far its mean is off in standard errors."""
     steady = response.period > 0
-    if steady and truth.lag > 0:
+    if steady and truth.period_halves > 0:
         allowed = truth.error + SIGMA * response.amplitude_error
         if response.response_class == ResponseClass.LOCKED:
             # a march creeps towards its locked state as 1/N, which the answer takes the limit of
@@ -185,7 +187,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= SIGMA * truth.error:
             return "agrees", np.nan  # the march is still on its way
         return "periodic where the march is not", np.nan
-    if 0 < truth.lag <= LONGEST:
+    if 0 < truth.period_halves <= LONGEST:
         return "not periodic where the march is", np.nan
     error = float(np.hypot(response.amplitude_error, truth.error))
     deviation = (response.amplitude_ratio - truth.amplitude) / error if error > 0.0 else 0.0

@@ -11,10 +11,28 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IMPACTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.meter import (
+    ACCELERATION_PEAK,
+    ACCELERATION_SQUARE,
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    PEAK,
+    RECORD_METERS,
+    RELATIVE_PEAK,
+    RELATIVE_SQUARE,
+    SPEED,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+    Meter,
+)
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene, make_loaded
 from damperlab.worker.solver.segment_log import (
     APPROACH,
@@ -29,28 +47,7 @@ from damperlab.worker.solver.segment_log import (
     W,
     empty_log,
 )
-from damperlab.worker.solver.state import (
-    ACCELERATION_PEAK,
-    ACCELERATION_SQUARE,
-    ARRIVED,
-    BUDGET,
-    COUNTS,
-    FRICTION_LOSS,
-    IMPACT_LOSS,
-    IMPACTS,
-    PEAK,
-    RECORD_METERS,
-    RELATIVE_PEAK,
-    RELATIVE_SQUARE,
-    SPEED,
-    SQUARE,
-    STUCK,
-    VISCOUS_LOSS,
-    WORK_IN,
-    Meter,
-    Particle,
-    State,
-)
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 
 _SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve

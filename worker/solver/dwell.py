@@ -1,7 +1,8 @@
 """The particle held on a wall for a contact time. Without one every function here is a constant that the compiler drops."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.state import Dwell, Particle
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.state import Dwell
 
 
 @inlined

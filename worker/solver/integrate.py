@@ -15,6 +15,7 @@ from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
 from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
+from damperlab.worker.solver.events import ARRIVED, NOTHING, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import (
     add_start_of_base,
     expand_base,
@@ -27,17 +28,11 @@ from damperlab.worker.solver.excitation.excitation import (
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
 from damperlab.worker.solver.observe.measure import measure, measured_at_ends
+from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
 from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
 from damperlab.worker.solver.segment_log import Log
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    NOTHING,
-    SEGMENTS,
-    Meter,
-    State,
-    advanced,
-)
+from damperlab.worker.solver.state import State, advanced
 from damperlab.worker.solver.transitions import Transitions, log_on_addresses, note_segment, note_transition
 
 
@@ -64,7 +59,7 @@ def half_cycle(
         Half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again. At the end of a record, and where
         the outcome is not ARRIVED, as it is there.
     outcome : int
-        Of `state.Outcome`.
+        Of `events.Outcome`.
     """
     return half_cycle_on_addresses(
         state, scene_on_addresses(scene), meter_on_addresses(meter), log_on_addresses(log)

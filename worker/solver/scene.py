@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import zero_counts
+from damperlab.worker.solver.events import COUNTS
 from damperlab.worker.solver.excitation.excitation import base_on_addresses, drive_of
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
 from damperlab.worker.solver.motion.medium import Medium, make_medium, medium_on_addresses
 from damperlab.worker.solver.motion.sine_base import Forced, make_sine
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import COUNTS, Particle
+from damperlab.worker.solver.particle import Particle
 
 
 class Scene(NamedTuple):
@@ -31,8 +32,8 @@ class Scene(NamedTuple):
         γ_F > 0.
     particle : Particle or None
         The particle.
-    work : array, shape (4, TERMS)
-        Scratch.
+    scratch : array, shape (4, TERMS)
+        Polynomials of the segment under way (`Curves`).
     counts : int64 array, shape (COUNTS,)
         Counts, added to; counts[BUDGET] is the largest number of segments allowed.
     """
@@ -42,12 +43,12 @@ class Scene(NamedTuple):
     loaded: Any
     friction: float | None
     particle: Particle | None
-    work: NDArray[np.float64]
+    scratch: NDArray[np.float64]
     counts: NDArray[np.int64]
 
 
 class Curves(NamedTuple):
-    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s, and one to work in."""
+    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s, and one for what comes between."""
 
     relative: Floats
     absolute: Floats
@@ -59,10 +60,10 @@ class Curves(NamedTuple):
 def curves_of(scene: Scene) -> Curves:
     """Where a march in a scene expands its segments."""
     return Curves(
-        address(scene.work, 0),
-        address(scene.work, TERMS),
-        address(scene.work, 3 * TERMS),
-        address(scene.work, 2 * TERMS),
+        address(scene.scratch, 0),
+        address(scene.scratch, TERMS),
+        address(scene.scratch, 3 * TERMS),
+        address(scene.scratch, 2 * TERMS),
     )
 
 
@@ -87,7 +88,7 @@ def make_scene(
     particle : Particle or None
         The particle.
     energies : True or None
-        Whether a meter will ask for integrals (`state.Meter`).
+        Whether a meter will ask for integrals (`observe.meter.Meter`).
     """
     base = make_sine(damping_ratio, frequency_ratio, energies)
     return scene_on(base, friction, particle, energies)
@@ -97,11 +98,11 @@ def make_scene(
 def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
     """Scene under a given excitation; counts are 0."""
     free = make_medium(base, 1.0, energies)
-    work = np.empty((4, TERMS))
+    scratch = np.empty((4, TERMS))
     counts = zero_counts(COUNTS)
     if particle is None:
-        return Scene(base, free, None, friction, None, work, counts)
-    return Scene(base, free, make_loaded(base, particle, energies), friction, particle, work, counts)
+        return Scene(base, free, None, friction, None, scratch, counts)
+    return Scene(base, free, make_loaded(base, particle, energies), friction, particle, scratch, counts)
 
 
 @kernel
@@ -116,13 +117,13 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
 def scene_on_addresses(scene: Scene) -> Scene:
     """The same scene with addresses for arrays; the arrays must outlive it."""
     # all of them: one array left among the addresses would be counted, with locked instructions, at every event
-    work, counts = address(scene.work, 0), address(scene.counts, 0)
+    scratch, counts = address(scene.scratch, 0), address(scene.counts, 0)
     base = base_on_addresses(scene.base)
     free = medium_on_addresses(scene.free)
     if scene.particle is None:
-        return Scene(base, free, None, scene.friction, None, work, counts)
+        return Scene(base, free, None, scene.friction, None, scratch, counts)
     loaded = _loaded_on_addresses(scene.loaded, scene.particle)
-    return Scene(base, free, loaded, scene.friction, scene.particle, work, counts)
+    return Scene(base, free, loaded, scene.friction, scene.particle, scratch, counts)
 
 
 @inlined

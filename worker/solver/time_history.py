@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.worker.solver.events import FAR_WALL, NEAR_WALL
 from damperlab.worker.solver.excitation.excitation import expand_base, phase_of_sine
 from damperlab.worker.solver.motion.contact_motion import DEPTH, RELATIVE, Pressed, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
@@ -24,7 +25,6 @@ from damperlab.worker.solver.segment_log import (
     V,
     W,
 )
-from damperlab.worker.solver.state import FAR_WALL, NEAR_WALL
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -86,8 +86,8 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     ndarray, shape (len(HISTORY_COLUMNS), samples)
         Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
     """
-    base, free, loaded, friction, particle, work, _ = scene
-    relative, absolute, shaken = work[0], work[1], work[3]
+    base, free, loaded, friction, particle, _, _ = scene
+    relative, absolute, shaken = np.empty((3, TERMS))
     mirror = -1.0 if half % 2 else 1.0
     r = base.frequency_ratio
     begin = half * np.pi / r

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix, filled
+from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.observe.meter import PEAK, make_meter
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, PEAK, State, make_meter
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.eigenvalues import spectral_radius
 from damperlab.worker.steady.newton import norm
 from damperlab.worker.steady.orbit import Orbit, SectionLook, newton_orbit, no_orbit
@@ -85,7 +87,7 @@ def stable_orbit_nearby(
     Returns
     -------
     candidate : Candidate
-        Noted for its confirmation; of lag 0 where there is none.
+        Noted for its confirmation; of period 0 where there is none.
     confirmed : bool
         Whether it needs no confirmation, since the run can but tend to it.
     halves : int
@@ -93,11 +95,11 @@ def stable_orbit_nearby(
     """
     particle = scene.particle
     nothing = no_candidate(state)
-    lag = near_period(notes.recurrences, min(LONGEST, look.half // 2), look.scale)
-    if lag == 0 or _NEWTON_STEPS * lag > spare:
+    period_halves = near_period(notes.recurrences, min(LONGEST, look.half // 2), look.scale)
+    if period_halves == 0 or _NEWTON_STEPS * period_halves > spare:
         return nothing, False, 0
     reach = inf if particle is None else 2.0 * _REACH * look.scale
-    orbit, found, halves = newton_orbit(state, lag, reach, look, scene, probe, notes)
+    orbit, found, halves = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
     if not found or not spectral_radius(notes.monodromy, look.size) < _ATTRACTS:
         return nothing, False, halves
     point = notes.ring[look.half % RING]
@@ -114,14 +116,14 @@ def stable_orbit_nearby(
 
 @kernel
 def is_beside_stable_orbit(
-    state: State, lag: int, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
+    state: State, period_halves: int, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> bool:
-    """Whether Newton, from where the run is, leads to a stable orbit of this lag.
+    """Whether Newton, from where the run is, leads to a stable orbit of this period.
 
     A run that does not repeat while such an orbit exists may be a transient that ends there.
     """
     reach = _FAR_REACH * look.scale
-    _, found, _ = newton_orbit(state, lag, reach, look, scene, probe, notes)
+    _, found, _ = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
     attracts: bool = spectral_radius(notes.monodromy, look.size) < _ATTRACTS
     return found and attracts
 
@@ -155,7 +157,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
 def closing_in(
     candidate: Candidate, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool]:
-    """A candidate after a further stretch of the run, of lag 0 where the run leaves it; and whether it is confirmed.
+    """A candidate after a further stretch of the run, of period 0 where the run leaves it; and whether it is confirmed.
 
     The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
     to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
@@ -164,8 +166,8 @@ def closing_in(
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
-    periods = (look.half - candidate.since) // orbit.lag
-    at = candidate.since + periods * orbit.lag
+    periods = (look.half - candidate.since) // orbit.period_halves
+    at = candidate.since + periods * orbit.period_halves
     point = notes.ring[at % RING]
     verdict = _follows(
         point,

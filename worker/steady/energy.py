@@ -3,7 +3,7 @@
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.impact import kept_energy
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,
     PEAK,

@@ -8,7 +8,8 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.solver.motion.sine_base import Forced
-from damperlab.worker.solver.state import Particle, State
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response
 from damperlab.worker.steady.start import at_rest, moving
 

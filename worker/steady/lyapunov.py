@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import zero_matrix
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.section_coordinates import SECTION_SIZE
 from damperlab.worker.steady.variational import propagate

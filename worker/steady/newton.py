@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import filled, zero_counts
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, Particle, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions
 from damperlab.worker.steady.section_coordinates import (
     SECTION_SIZE,
@@ -31,12 +33,12 @@ _SINGULAR = 1e-11  # pivot below which the orbit is not isolated
 @kernel
 def march_with_jacobian(
     state: State,
-    lag: int,
+    period_halves: int,
     scene: Scene,
     log: Transitions,
     monodromy: Array,
 ) -> tuple[State, bool]:
-    """March a state through `lag` half cycles with the Jacobian of the map into `monodromy`.
+    """March a state through `period_halves` half cycles with the Jacobian of the map into `monodromy`.
 
     Parameters
     ----------
@@ -52,7 +54,7 @@ def march_with_jacobian(
     for i in range(SECTION_SIZE):
         for j in range(SECTION_SIZE):
             monodromy[i, j] = 1.0 if i == j else 0.0
-    for _ in range(lag):
+    for _ in range(period_halves):
         log.cursor[0] = 0
         state, outcome = half_cycle_on_addresses(state, scene, None, log)
         if outcome != ARRIVED or log.cursor[0] > log.capacity:
@@ -126,7 +128,7 @@ def norm(vector: Array, size: int) -> float:
 @kernel
 def find_orbit(
     state: State,
-    lag: int,
+    period_halves: int,
     scale: float,
     reach: float,
     scene: Scene,
@@ -139,7 +141,7 @@ def find_orbit(
     ----------
     state : State
         On the section, close to the orbit.
-    lag : int
+    period_halves : int
         Period in half cycles of the mirrored map.
     scale : float
         Size of the motion.
@@ -167,8 +169,8 @@ def find_orbit(
     halves = 0
     previous_length = inf
     for _ in range(_ITERATIONS):
-        there, complete = march_with_jacobian(here, lag, scene, log, monodromy)
-        halves += lag
+        there, complete = march_with_jacobian(here, period_halves, scene, log, monodromy)
+        halves += period_halves
         if not complete or not are_comparable(there, here, particle):
             return state, inf, halves
         coordinates(there, particle, residual)

@@ -26,14 +26,14 @@ class Orbit(NamedTuple):
     ----------
     state : State
         On it, at phase 0.
-    lag : int
+    period_halves : int
         Period in mirrored half cycles; 0: none.
     error : float
         Distance from periodicity.
     """
 
     state: State
-    lag: int
+    period_halves: int
     error: float
 
 
@@ -69,7 +69,13 @@ def repels(monodromy: NDArray[np.float64], size: int) -> bool:
 
 @kernel
 def newton_orbit(
-    state: State, lag: int, reach: float, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
+    state: State,
+    period_halves: int,
+    reach: float,
+    look: SectionLook,
+    scene: Scene,
+    probe: Scene,
+    notes: Notes,
 ) -> tuple[Orbit, bool, int]:
     """Periodic orbit by Newton from a state of the run, no farther off than `reach`.
 
@@ -81,9 +87,11 @@ def newton_orbit(
     halves : int
         Half cycles that it took.
     """
-    begin_probe(probe, scene, 12 * lag)
-    orbit, error, halves = find_orbit(state, lag, look.scale, reach, probe, notes.log, notes.monodromy)
-    return Orbit(orbit, lag, error), error < inf, halves
+    begin_probe(probe, scene, 12 * period_halves)
+    orbit, error, halves = find_orbit(
+        state, period_halves, look.scale, reach, probe, notes.log, notes.monodromy
+    )
+    return Orbit(orbit, period_halves, error), error < inf, halves
 
 
 @kernel
@@ -96,19 +104,19 @@ def repeated_orbit(
     notes: Notes,
     settings: Settings,
 ) -> Orbit:
-    """The orbit on which the run all but repeats; of lag 0 where it does not, or where the orbit repels it.
+    """The orbit on which the run all but repeats; of period 0 where it does not, or where the orbit repels it.
 
     An orbit that repels the run was met by chance: where friction stops the mass, chaos has few dimensions and comes back to
     a point very nearly. Where Newton fails, or leads elsewhere, the run's own state is the answer, once it has repeated for
     as long as is remembered.
     """
     tolerance = settings.periodic_tolerance
-    lag, error = settled_period(
+    period_halves, error = settled_period(
         notes.ring, look.half, notes.recurrences, notes.recurrences_before, stretch, look.scale, tolerance
     )
-    if lag == 0:
+    if period_halves == 0:
         return no_orbit(state)
-    orbit, complete, _ = newton_orbit(state, lag, look.scale, look, scene, probe, notes)
+    orbit, complete, _ = newton_orbit(state, period_halves, look.scale, look, scene, probe, notes)
     if orbit.error < inf:
         point = np.empty(SECTION_SIZE)
         coordinates(orbit.state, scene.particle, point)
@@ -116,12 +124,12 @@ def repeated_orbit(
         for i in range(look.size):
             moved = max(moved, abs(point[i] - notes.ring[look.half % RING, i]))
         if moved > 100.0 * error + 1e-9 * look.scale:
-            orbit = Orbit(state, lag, inf)
+            orbit = Orbit(state, period_halves, inf)
     if orbit.error == inf:
-        orbit = Orbit(state, lag, error)
-        begin_probe(probe, scene, lag)
-        _, complete = march_with_jacobian(state, lag, probe, notes.log, notes.monodromy)
-        if not stays_closed(notes.ring, look.half, lag, tolerance * look.scale):
+        orbit = Orbit(state, period_halves, error)
+        begin_probe(probe, scene, period_halves)
+        _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
+        if not stays_closed(notes.ring, look.half, period_halves, tolerance * look.scale):
             return no_orbit(state)
     if complete and repels(notes.monodromy, look.size):
         return no_orbit(state)
@@ -129,10 +137,10 @@ def repeated_orbit(
 
 
 @kernel
-def orbit_multiplier(monodromy: NDArray[np.float64], size: int, lag: int) -> float:
+def orbit_multiplier(monodromy: NDArray[np.float64], size: int, period_halves: int) -> float:
     """Largest modulus of the Floquet multipliers over one period of the response.
 
     The map of an odd number of mirrored half cycles is half a period, so its multipliers are squared.
     """
     radius = spectral_radius(monodromy, size)
-    return radius * radius if lag % 2 == 1 else radius
+    return radius * radius if period_halves % 2 == 1 else radius

@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import IMPACTS, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.candidate import (
     Candidate,
     closing_in,
@@ -28,7 +29,7 @@ class Nearby(NamedTuple):
     Attributes
     ----------
     candidate : Candidate
-        The one that waits to be confirmed; of lag 0: none.
+        The one that waits to be confirmed; of period 0: none.
     next_try : int
         Half cycle of the run from which another is looked for.
     halves_spent : int
@@ -53,15 +54,15 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or look for one; with the orbit that the run is found to tend to, of lag 0 where there is none."""
+    """Follow the candidate, or look for one; with the orbit that the run tends to, of period 0 where none is found."""
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
-    waits = candidate.orbit.lag > 0
+    waits = candidate.orbit.period_halves > 0
     # without a particle none waits: a stable orbit attracts every motion, see `candidate.attracts_all`
     if scene.particle is not None:
         if waits:
             candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
-            if candidate.orbit.lag == 0:
+            if candidate.orbit.period_halves == 0:
                 next_try = look.half + look.half // 2
                 rival = True
     if not waits and look.half >= next_try:
@@ -91,8 +92,10 @@ def look_farther(
         return nearby
     if scene.particle is not None:
         if scene.counts[IMPACTS] > 0:
-            lag = 1 + metered_halves // _FAR_EVERY % 2  # now half a cycle, a symmetric orbit, now a whole one
-            rival = is_beside_stable_orbit(state, lag, look, scene, probe, notes)
+            period_halves = (
+                1 + metered_halves // _FAR_EVERY % 2
+            )  # now half a cycle, a symmetric orbit, now a whole one
+            rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
             return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
     return nearby
 

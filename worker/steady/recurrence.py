@@ -26,10 +26,10 @@ _FAR_BETTER = 0.4
 
 
 @kernel
-def recurrence(ring: Array, now: int, lag: int) -> float:
-    """Distance between the section points `now` and `now − lag`, indices counted from the start of the run."""
+def recurrence(ring: Array, now: int, period_halves: int) -> float:
+    """Distance between the section points `now` and `now − period_halves`, indices counted from the start of the run."""
     here = now % RING
-    there = (now - lag) % RING
+    there = (now - period_halves) % RING
     total = 0.0
     for i in range(SECTION_SIZE):
         total += (ring[here, i] - ring[there, i]) ** 2
@@ -39,9 +39,9 @@ def recurrence(ring: Array, now: int, lag: int) -> float:
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
     """Distances of a section point from those up to `LONGEST` half cycles ago into `apart`, the last ones into `before`."""
-    for lag in range(1, min(LONGEST, now // 2) + 1):
-        before[lag] = apart[lag]
-        apart[lag] = recurrence(ring, now, lag)
+    for period_halves in range(1, min(LONGEST, now // 2) + 1):
+        before[period_halves] = apart[period_halves]
+        apart[period_halves] = recurrence(ring, now, period_halves)
 
 
 @kernel
@@ -64,20 +64,20 @@ def settled_period(
     """
     found = 0
     left = inf
-    for lag in range(1, min(LONGEST, now // 2) + 1):
-        d = apart[lag]
-        earlier = before[lag]
+    for period_halves in range(1, min(LONGEST, now // 2) + 1):
+        d = apart[period_halves]
+        earlier = before[period_halves]
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
-            found, left = lag, d
+            found, left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
             # of many lags one may come near by chance: a fall faster than by half is not extrapolated
-            rate = max((d / earlier) ** (lag / stretch), 0.5)
+            rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
-                found, left = lag, d * rate / (1.0 - rate)
+                found, left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
             # a slow base leaves more rounding than that: what counts is that it stays so
-            if stays_closed(ring, now, lag, tolerance * scale):
-                found, left = lag, d
+            if stays_closed(ring, now, period_halves, tolerance * scale):
+                found, left = period_halves, d
         if found > 0:
             break
     for shorter in range(1, found):
@@ -87,12 +87,12 @@ def settled_period(
 
 
 @kernel
-def stays_closed(ring: Array, now: int, lag: int, distance: float) -> bool:
+def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
     """Whether the run has repeated within a distance, by the period and all its multiples, for half of what is remembered."""
     if now < RING:
         return False
     for i in range(LONGEST):
-        for multiple in range(lag, LONGEST + 1, lag):
+        for multiple in range(period_halves, LONGEST + 1, period_halves):
             if recurrence(ring, now - i, multiple) > distance:
                 return False
     return True
@@ -108,15 +108,15 @@ def near_period(apart: Array, longest: int, scale: float) -> int:
     """
     found = 0
     nearest = _NEAR * scale
-    for lag in range(1, longest + 1):
+    for period_halves in range(1, longest + 1):
         if found == 0:
             closest = nearest
-        elif lag % found == 0:
-            closest = _FAR_BETTER * nearest * found / lag
+        elif period_halves % found == 0:
+            closest = _FAR_BETTER * nearest * found / period_halves
         else:
             continue
-        d = apart[lag]
+        d = apart[period_halves]
         if d <= closest:
-            found = lag
+            found = period_halves
             nearest = d
     return found

@@ -126,35 +126,35 @@ def failed(status, cycles):
 
 
 @kernel
-def periodic_class(lag, stuck, impacts):
-    """Class and period [excitation cycles] of a response that repeats after `lag` mirrored half cycles."""
-    period = lag if lag % 2 == 1 else lag // 2
+def periodic_class(period_halves, stuck, impacts):
+    """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles."""
+    period = period_halves if period_halves % 2 == 1 else period_halves // 2
     if stuck >= FEWEST_STUCK:
         return _LOCKED, 1
     if impacts == 0:
         return _NO_IMPACT, period
-    if lag == 1:
+    if period_halves == 1:
         return _SYMMETRIC, period
-    if lag == 2:
+    if period_halves == 2:
         return _ASYMMETRIC, period
     return _SUBHARMONIC, period
 
 
 @kernel
-def mean_of_period(trace, lag, error):
-    """Means over one period of `lag` half cycles, of which the trace holds the rows 1 … lag.
+def mean_of_period(trace, period_halves, error):
+    """Means over one period of `period_halves` half cycles, of which the trace holds the rows 1 … period_halves.
 
     Every half cycle begins one window of a whole cycle, so that a motion and its mirror image have the same mean.
     """
     amplitude = 0.0
     relative = 0.0
-    for i in range(lag):
+    for i in range(period_halves):
         here = trace[i + 1]
-        after = trace[(i + 1) % lag + 1]
+        after = trace[(i + 1) % period_halves + 1]
         amplitude += max(here[0], after[0])
         relative += max(here[1], after[1])
-    amplitude /= lag
-    return MeanPeaks(amplitude, relative / lag, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
+    amplitude /= period_halves
+    return MeanPeaks(amplitude, relative / period_halves, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
 
 
 @kernel

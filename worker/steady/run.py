@@ -8,22 +8,13 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
+from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.meter import Meter, clear_meter, make_meter
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    BUDGET,
-    COUNTS,
-    IDLE,
-    IMPACTS,
-    SEGMENTS,
-    Meter,
-    State,
-    clear_meter,
-    make_meter,
-)
+from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
 from damperlab.worker.steady.energy import stored_energy
 from damperlab.worker.steady.recurrence import LONGEST, RING
@@ -114,7 +105,7 @@ def _room(scene: Scene, halves: int) -> int:
 
 @kernel
 def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None) -> Notes:
-    """Empty notes of a run, whose meter is asked for energies and acceleration as in `state.Meter`."""
+    """Empty notes of a run, whose meter is asked for energies and acceleration as in `observe.meter.Meter`."""
     cycles = max_cycles + LONGEST
     return Notes(
         zero_matrix(RING, SECTION_SIZE),

@@ -8,9 +8,10 @@ from math import inf
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_push
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ARRIVED, IMPACTS, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.recurrence import extent, note_recurrences
@@ -53,7 +54,7 @@ class Found(NamedTuple):
     look : SectionLook
         At the end of the run.
     orbit : Orbit
-        That the run tends to; its `lag` is 0 where the response was not found to repeat.
+        That the run tends to; its `period_halves` is 0 where the response was not found to repeat.
     mean : Estimate
         Of the metered cycles; meaningful only where the response does not repeat.
     known : bool
@@ -114,11 +115,11 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
             return Found(state, outcome, look, no_orbit(state), mean, False)
         note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
         orbit = _locked_limit(state, half, scene, notes)
-        if orbit.lag == 0:
+        if orbit.period_halves == 0:
             orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
-        if orbit.lag == 0:
+        if orbit.period_halves == 0:
             nearby, orbit = look_nearby(nearby, state, look, burn_in, scene, probe, notes)
-        if orbit.lag > 0:
+        if orbit.period_halves > 0:
             return Found(orbit.state, ARRIVED, look, orbit, mean, True)
         nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
         if metered_halves >= 2 * next_estimate_cycles:
@@ -131,7 +132,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
-    """The locked state that the run is in, or creeps towards; of lag 0 where friction does not hold the mass for good."""
+    """The locked state that the run is in, or creeps towards; of period 0 where friction does not hold the mass for good."""
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             push = largest_push(scene.base)

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.state import IMPACTS, Dwell, Particle, State, Wall
+from damperlab.worker.solver.events import IMPACTS
+from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.state import Dwell, State
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
-from damperlab.worker.solver.state import ARRIVED
 from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.orbit import orbit_multiplier
@@ -91,7 +91,7 @@ def _settled(start, scene, probe, notes, settings):
     found = search(start, scene, probe, notes, settings)
     if found.outcome != ARRIVED:
         return failed(found.outcome, found.look.half // 2), found.state
-    if found.orbit.lag > 0:
+    if found.orbit.period_halves > 0:
         return _measured_orbit(found, scene, probe, notes)
     return _measured_run(found, scene, probe, notes)
 
@@ -101,30 +101,30 @@ def _measured_orbit(found, scene, probe, notes):
     """Response over one period, and the state after it."""
     state = found.orbit.state
     cycles = found.look.half // 2
-    lag = _shortest_period(state, found, scene, probe, notes)
-    # whole cycles: the mirrored map of an odd lag is half a period
-    halves = 2 * lag if lag % 2 == 1 else lag
+    period_halves = _shortest_period(state, found, scene, probe, notes)
+    # whole cycles: the mirrored map of an odd period_halves is half a period
+    halves = 2 * period_halves if period_halves % 2 == 1 else period_halves
     begin_probe(probe, scene, halves)
     begin_trace(state, probe, notes)
     state, _, outcome = advance(state, 0, halves, 0, probe, notes)
     if outcome != ARRIVED:
         return failed(outcome, cycles), state
     stretch = stretch_of(notes.trace, 0, halves)
-    begin_probe(probe, scene, lag)
+    begin_probe(probe, scene, period_halves)
     multiplier = nan
-    _, complete = march_with_jacobian(state, lag, probe, notes.log, notes.monodromy)
+    _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
     if complete:
         size = 2 if stretch.impacts == 0.0 else found.look.size
-        multiplier = orbit_multiplier(notes.monodromy, size, lag)
+        multiplier = orbit_multiplier(notes.monodromy, size, period_halves)
     stuck = stretch.stuck * probe.base.frequency_ratio / (halves * np.pi)
-    kind, period = periodic_class(lag, stuck, stretch.impacts)
+    kind, period = periodic_class(period_halves, stuck, stretch.impacts)
     error = found.orbit.error
     response = measured_response(
         stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
-        mean_of_period(notes.trace, lag, error),
-        _acceleration_of_period(lag, halves, notes),
+        mean_of_period(notes.trace, period_halves, error),
+        _acceleration_of_period(period_halves, halves, notes),
         Kind(kind, period, multiplier, error, cycles, _CONVERGED),
     )
     return response, state
@@ -159,10 +159,10 @@ def _measured_run(found, scene, probe, notes):
 
 
 @kernel
-def _acceleration_of_period(lag, halves, notes):
+def _acceleration_of_period(period_halves, halves, notes):
     """What the trace of an orbit tells of u''; None where that was not metered."""
     if notes.meter.acceleration is not None:
-        return acceleration_of_period(notes.trace, lag, halves)
+        return acceleration_of_period(notes.trace, period_halves, halves)
     return None
 
 
@@ -180,19 +180,19 @@ def _shortest_period(state, found, scene, probe, notes):
 
     Just beyond a period doubling the shorter orbit, which repels, lies very near.
     """
-    lag = found.orbit.lag
+    period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
     start = np.empty(SECTION_SIZE)
     end = np.empty(SECTION_SIZE)
     coordinates(state, scene.particle, start)
-    for shorter in range(1, lag):
-        if lag % shorter == 0:
+    for shorter in range(1, period_halves):
+        if period_halves % shorter == 0:
             begin_probe(probe, scene, shorter)
             there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, scene.particle, end)
             if complete and _is_near(end, start, known):
                 return shorter
-    return lag
+    return period_halves
 
 
 @kernel

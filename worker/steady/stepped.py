@@ -7,7 +7,7 @@ import numpy as np
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
-from damperlab.worker.solver.state import COUNTS, IMPACTS
+from damperlab.worker.solver.events import COUNTS, IMPACTS
 from damperlab.worker.steady.response import Response, failed
 from damperlab.worker.steady.statistics import mean_and_error
 

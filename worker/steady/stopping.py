@@ -28,7 +28,7 @@ _TIE = 1e-12
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies and acceleration are measured (as in `state.Meter`)."""
+    """When to stop: the study's `steady` block; and whether energies and acceleration are measured (as in `Meter`)."""
 
     max_cycles: int
     tolerance: float

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.observe.meter import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
@@ -182,9 +182,9 @@ def acceleration_of_run(trace, first, last):
 
 
 @kernel
-def acceleration_of_period(trace, lag, halves):
-    """Mean peak of |u''| over one period of `lag` half cycles, and ∫u''² dτ over `halves` of them, from row 1 on."""
+def acceleration_of_period(trace, period_halves, halves):
+    """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over `halves` of them, from row 1 on."""
     total = 0.0
-    for i in range(lag):
-        total += max(trace[i + 1, HALF_ACCELERATION], trace[(i + 1) % lag + 1, HALF_ACCELERATION])
-    return total / lag, trace[halves, _ACCELERATION_SQUARE]
+    for i in range(period_halves):
+        total += max(trace[i + 1, HALF_ACCELERATION], trace[(i + 1) % period_halves + 1, HALF_ACCELERATION])
+    return total / period_halves, trace[halves, _ACCELERATION_SQUARE]

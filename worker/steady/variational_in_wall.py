@@ -13,13 +13,15 @@ from damperlab.worker.solver.motion.contact_motion import (
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
 from damperlab.worker.solver.motion.taylor import slope, value
-from damperlab.worker.solver.state import Wall
+from damperlab.worker.solver.particle import Wall
 
 Array = NDArray[np.float64]
 
 
 @inlined
-def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z: Array, n: int) -> None:
+def flow_in_wall(
+    span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
+) -> None:
     """A span in contact; over a long one the fast part goes by its exponential, as in `contact_segment`.
 
     Parameters
@@ -32,7 +34,7 @@ def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z:
         The motion in contact.
     wall : Wall or None
         None where walls are rigid: nothing is done.
-    z : array, shape (4 · n,)
+    tangents : array, shape (4 · n,)
         n tangent vectors (δv, δw, δy, δy') in columns, changed in place.
     """
     if wall is None:
@@ -41,35 +43,36 @@ def flow_in_wall(span: float, held: bool, arrays: Contact, wall: Wall | None, z:
     motion = contact.held if held else contact.slipping
     buffers = contact.buffers
     start, relative, depth = buffers.start, buffers.relative, buffers.depth
-    u = motion.writer
-    s = motion.share
+    writer, share = motion.writer, motion.share
     for j in range(n):
-        start[0] = z[j] - s * z[2 * n + j]
-        start[1] = 0.0 if held else z[n + j] - s * z[3 * n + j]
+        start[0] = tangents[j] - share * tangents[2 * n + j]
+        start[1] = 0.0 if held else tangents[n + j] - share * tangents[3 * n + j]
         start[2] = 0.0
         start[3] = 0.0
-        start[4] = z[2 * n + j]
-        start[5] = z[3 * n + j]
-        one = 0.0
-        two = 0.0
+        start[4] = tangents[2 * n + j]
+        start[5] = tangents[3 * n + j]
+        fast_1 = 0.0
+        fast_2 = 0.0
         if motion.fast > 0 and span > motion.step:
-            first = 0.0
-            second = 0.0
+            fast_1_at_start = 0.0
+            fast_2_at_start = 0.0
             for i in range(DIM):
-                first += motion.reader[i] * start[i]
-                second += motion.reader[DIM + i] * start[i]
+                fast_1_at_start += motion.reader[i] * start[i]
+                fast_2_at_start += motion.reader[DIM + i] * start[i]
             for i in range(DIM):
-                start[i] -= u[2 * i] * first + u[2 * i + 1] * second
-            one, two = fast_later(motion.rates, first, second, span)
+                start[i] -= writer[2 * i] * fast_1_at_start + writer[2 * i + 1] * fast_2_at_start
+            fast_1, fast_2 = fast_later(motion.rates, fast_1_at_start, fast_2_at_start, span)
             combine_rows(RELATIVE, start, DIM - motion.fast, motion.slow_rows, relative)
             combine_rows(DEPTH, start, DIM - motion.fast, motion.slow_rows, depth)
         else:
             combine_rows(RELATIVE, start, DIM, motion.rows, relative)
             combine_rows(DEPTH, start, DIM, motion.rows, depth)
         if held:
-            z[n + j] = 0.0
+            tangents[n + j] = 0.0
         else:
-            z[j] = value(relative, span) + ((u[0] + s * u[8]) * one + (u[1] + s * u[9]) * two)
-            z[n + j] = slope(relative, span) + ((u[2] + s * u[10]) * one + (u[3] + s * u[11]) * two)
-        z[2 * n + j] = value(depth, span) + (u[8] * one + u[9] * two)
-        z[3 * n + j] = slope(depth, span) + (u[10] * one + u[11] * two)
+            of_x = (writer[0] + share * writer[8]) * fast_1 + (writer[1] + share * writer[9]) * fast_2
+            of_w = (writer[2] + share * writer[10]) * fast_1 + (writer[3] + share * writer[11]) * fast_2
+            tangents[j] = value(relative, span) + of_x
+            tangents[n + j] = slope(relative, span) + of_w
+        tangents[2 * n + j] = value(depth, span) + (writer[8] * fast_1 + writer[9] * fast_2)
+        tangents[3 * n + j] = slope(depth, span) + (writer[10] * fast_1 + writer[11] * fast_2)

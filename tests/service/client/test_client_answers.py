@@ -303,7 +303,7 @@ def test_simulation_under_a_force_is_that_of_the_solver(remote: Client) -> None:
 def test_simulation_for_a_number_of_cycles_ends_where_the_solver_does(remote: Client) -> None:
     from damperlab.worker.point import Design
     from damperlab.worker.simulate import simulate
-    from damperlab.worker.solver.state import Particle
+    from damperlab.worker.solver.particle import Particle
 
     found = remote.simulate(0.9, clearance_ratio=8.0, friction_ratio=0.3, cycles=5, history=0)
     local = simulate(Design(0.0038, 0.9, 0.3, Particle(8.0, 0.47, 0.1)), 5)

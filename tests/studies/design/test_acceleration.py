@@ -16,7 +16,7 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.found import Found
 from damperlab.studies.specification.reading import parse_specification
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 

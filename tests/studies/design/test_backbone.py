@@ -10,7 +10,7 @@ from tests.studies.design.test_design import DAMPED, pursued
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.backbone import backbone_dataset
 from damperlab.worker.point import Design, simulate_ready
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 FEW = DAMPED | {"choose": {"friction_force_n": [20.0, 40.0]}, "clearance_m": 0.004, "tolerances": {}}
 

@@ -18,7 +18,7 @@ from damperlab.studies.specification.excitation import Amplitude
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
 from damperlab.worker.point import Design, simulate_ready
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 TIME_S = 0.006
 CHOSEN: dict[str, Any] = {

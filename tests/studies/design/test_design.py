@@ -22,7 +22,7 @@ from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design, simulate_ready
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 DAMPED: dict[str, Any] = {
     "name": "machine",

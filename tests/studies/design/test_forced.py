@@ -17,7 +17,7 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Structure
 from damperlab.worker.point import Design, simulate_ready
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 MASS, NATURAL, ZETA = 200.0, 8.0, 0.02
 FORCE, LOW, HIGH = 40.0, 7.0, 9.0

@@ -10,7 +10,7 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.found import Found
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.point import Design, simulate_ready
-from damperlab.worker.solver.state import Particle
+from damperlab.worker.solver.particle import Particle
 
 LIGHT: dict[str, Any] = DAMPED | {
     "structure": DAMPED["structure"] | {"damping_ratio": 0.005},

@@ -3,10 +3,13 @@
 import numpy as np
 
 from damperlab.studies.variables import Status
+from damperlab.worker.solver.events import ARRIVED, BUDGET, Outcome
 from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.observe.meter import METERS, Meter
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
-from damperlab.worker.solver.state import ARRIVED, BUDGET, METERS, Meter, Outcome, Particle, State
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.start import at_rest
 
 FRICTION, R = 0.3, 0.97

@@ -6,8 +6,8 @@ import pytest
 from numba import typeof
 from numba.core.registry import cpu_target
 
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
-from damperlab.worker.solver.state import Particle, Wall
 
 PARTICLE = Particle(2.0, 0.6, 0.2)
 

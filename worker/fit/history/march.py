@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
 from damperlab.worker.scenes import Scene, contact_name
+from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.observe.meter import RECORD_METERS, Meter
 from damperlab.worker.solver.scene import Scene as Acting
 from damperlab.worker.solver.scene import make_loaded
 from damperlab.worker.solver.segment_log import START, V, empty_log
-from damperlab.worker.solver.state import ARRIVED, BUDGET, COUNTS, RECORD_METERS, Meter
 
 Column = NDArray[np.float64]
 

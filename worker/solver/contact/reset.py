@@ -8,28 +8,22 @@ from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
-from damperlab.worker.solver.excitation.excitation import Phase, force_to_hold, largest_push, net_resistance
-from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.events import (
     ATTACHMENTS,
     FAR_WALL,
-    IMPACT_LOSS,
     IMPACTS,
     LET_GO,
     NEAR_WALL,
     RELEASE,
     SLIP_ONSET,
-    SPEED,
     TURN,
     TURNS,
-    Dwell,
-    Meter,
-    Particle,
-    State,
-    in_contact,
-    in_flight,
-    stopped,
 )
+from damperlab.worker.solver.excitation.excitation import Phase, force_to_hold, largest_push, net_resistance
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import Dwell, State, in_contact, in_flight, stopped
 
 # A chatter is ended before its last impact: the bodies join with their common momentum, and their centre of mass does not
 # feel the impacts left out. What is missed is of the order of (time left)³. Times are shares of a window.

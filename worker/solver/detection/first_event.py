@@ -6,6 +6,7 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
+from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 from damperlab.worker.solver.excitation.excitation import (
     expand_push,
     largest_push,
@@ -16,7 +17,6 @@ from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.state import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 
 # By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, where k roots are divided out.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)

@@ -13,7 +13,8 @@ from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import Particle, State
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.state import State
 
 
 class RecordBase(NamedTuple):

@@ -32,7 +32,7 @@ from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.state import Particle, Wall
+from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 

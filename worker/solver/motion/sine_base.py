@@ -111,7 +111,7 @@ def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool 
     damping_ratio, frequency_ratio : float
         ζ and r.
     energies : True or None
-        As of the `state.Meter` of the march.
+        As of the `observe.meter.Meter` of the march.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

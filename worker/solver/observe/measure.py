@@ -2,7 +2,6 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.observe.measure_acceleration import measure_acceleration
 from damperlab.worker.solver.observe.measure_record import measure_segment
 from damperlab.worker.solver.observe.measure_sine import (
     find_peaks,
@@ -10,9 +9,10 @@ from damperlab.worker.solver.observe.measure_sine import (
     measure_window,
     peaks_at_ends,
 )
+from damperlab.worker.solver.observe.measure_sine_acceleration import measure_acceleration
+from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.state import Meter
 
 
 @inlined

@@ -5,10 +5,7 @@ from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curva
 from damperlab.worker.solver.excitation.excitation import expand_base
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
-from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
-from damperlab.worker.solver.regime import Segment
-from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.observe.meter import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
@@ -21,6 +18,9 @@ from damperlab.worker.solver.state import (
     WORK_IN,
     Meter,
 )
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Curves, Scene
 
 
 @inlined

@@ -9,9 +9,7 @@ from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
-from damperlab.worker.solver.regime import Segment
-from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     PEAK,
     RELATIVE_PEAK,
@@ -21,6 +19,8 @@ from damperlab.worker.solver.state import (
     WORK_IN,
     Meter,
 )
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Curves, Scene
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)

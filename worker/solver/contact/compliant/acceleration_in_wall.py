@@ -18,8 +18,8 @@ from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.slow_subspace import fast_later
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, value
+from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import ACCELERATION_PEAK, Meter
 
 _SAFETY = 2.0  # the envelope of f falls exactly only without the coupling to the slow motion
 _DROWNED = 1e-16  # of the peak: a vibration below it changes none of its digits
@@ -92,15 +92,15 @@ def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: F
 def acceleration_of_vibration(regime: ContactRegime, scene: Scene) -> tuple[float, float]:
     """What u'' of a mass that slips has of each part of the vibration f."""
     motion, wall = regime.motion, wall_of(scene)
-    u, s = motion.writer, motion.share
+    writer, share = motion.writer, motion.share
     two_zeta = scene.base.two_zeta
-    x1, x2 = u[0] + s * u[8], u[1] + s * u[9]
-    w1, w2 = u[2] + s * u[10], u[3] + s * u[11]
+    x1, x2 = writer[0] + share * writer[8], writer[1] + share * writer[9]
+    w1, w2 = writer[2] + share * writer[10], writer[3] + share * writer[11]
     n1 = -(two_zeta * w1 + x1)
     n2 = -(two_zeta * w2 + x2)
     return (
-        n1 - (wall.stiffness * u[8] + wall.damping * u[10]),
-        n2 - (wall.stiffness * u[9] + wall.damping * u[11]),
+        n1 - (wall.stiffness * writer[8] + wall.damping * writer[10]),
+        n2 - (wall.stiffness * writer[9] + wall.damping * writer[11]),
     )
 
 
@@ -123,21 +123,21 @@ def raise_over_long_step(
     gain = _SAFETY * sqrt((of_first / motion.weight) ** 2 + of_second * of_second)
     first, second = vibration
     peak = sums[ACCELERATION_PEAK]
-    left = t
-    while left > 0.0:
+    time_left = t
+    while time_left > 0.0:
         shaken = gain * sqrt(second * second + (motion.weight * first) ** 2)
-        ends = max(abs(slow[0]), abs(value(slow, left)))
-        if ends + 0.125 * left * left * curvature_bound(slow, left) + shaken <= peak:
+        ends = max(abs(slow[0]), abs(value(slow, time_left)))
+        if ends + 0.125 * time_left * time_left * curvature_bound(slow, time_left) + shaken <= peak:
             break
         if shaken <= _DROWNED * peak:
-            peak = largest(slow, 0.0, left, peak, scratch)
+            peak = largest(slow, 0.0, time_left, peak, scratch)
             break
-        step = min(motion.step, left)
+        step = min(motion.step, time_left)
         _add_vibration(slow, first, second, of_first, of_second, motion.rates, both)
         peak = largest(both, 0.0, step, peak, scratch)
         first, second = fast_later(motion.rates, first, second, step)
         _shift(slow, step)
-        left = left - step
+        time_left = time_left - step
     sums[ACCELERATION_PEAK] = peak
 
 

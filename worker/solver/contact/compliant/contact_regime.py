@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.motion.contact_motion import Buffers, Pressed
+from damperlab.worker.solver.particle import Wall
 from damperlab.worker.solver.regime import Regime, slip_regime
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import State, Wall
+from damperlab.worker.solver.state import State
 
 
 class ContactRegime(NamedTuple):

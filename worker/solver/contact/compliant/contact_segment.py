@@ -11,6 +11,7 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     wall_of,
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
+from damperlab.worker.solver.events import NOTHING, RELEASE, SLIP_ONSET, TURN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     add_start_of_base,
@@ -28,18 +29,9 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.observe.meter import STUCK, Meter
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
-    NOTHING,
-    RELEASE,
-    SLIP_ONSET,
-    STUCK,
-    TURN,
-    Dwell,
-    Meter,
-    State,
-    advanced,
-)
+from damperlab.worker.solver.state import Dwell, State, advanced
 
 
 @kernel

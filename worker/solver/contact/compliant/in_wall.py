@@ -15,7 +15,6 @@ from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.budget import spend
 from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, contact_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.let_go_in_wall import separate
 from damperlab.worker.solver.contact.compliant.long_step import (
     FEWEST_STEPS,
     after_long_step,
@@ -23,8 +22,21 @@ from damperlab.worker.solver.contact.compliant.long_step import (
     longest_step,
     vibration_of,
 )
+from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.events import (
+    ARRIVED,
+    CLEARANCE,
+    IMPACTS,
+    NOTHING,
+    PUSHED_AGAIN,
+    RELEASE,
+    SEGMENTS,
+    SLIP_ONSET,
+    TURN,
+    TURNS,
+)
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     expand_excitation,
@@ -34,27 +46,11 @@ from damperlab.worker.solver.excitation.excitation import (
     phase_at,
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
-from damperlab.worker.solver.state import (
-    ARRIVED,
-    CLEARANCE,
-    IMPACT_LOSS,
-    IMPACTS,
-    NOTHING,
-    PUSHED_AGAIN,
-    RELEASE,
-    SEGMENTS,
-    SLIP_ONSET,
-    SPEED,
-    TURN,
-    TURNS,
-    Dwell,
-    Meter,
-    State,
-    in_contact,
-)
+from damperlab.worker.solver.state import Dwell, State, in_contact
 from damperlab.worker.solver.transitions import Transitions, note_segment, note_transition
 
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
@@ -117,7 +113,7 @@ def while_in_wall(
     span : Span
         What is left then; its time is 0 at the end of the window.
     outcome : int
-        Of `state.Outcome`.
+        Of `events.Outcome`.
     """
     base, counts, shaken = scene.base, scene.counts, curves_of(scene).shaken
     opening = phase_at(base, k)

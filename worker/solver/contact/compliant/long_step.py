@@ -12,6 +12,7 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.events import NOTHING
 from damperlab.worker.solver.excitation.excitation import Phase, expand_push
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.memory import Floats
@@ -25,18 +26,9 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, STUCK, Meter
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
-    ACCELERATION_PEAK,
-    NOTHING,
-    PEAK,
-    RELATIVE_PEAK,
-    STUCK,
-    Dwell,
-    Meter,
-    State,
-    advanced,
-)
+from damperlab.worker.solver.state import Dwell, State, advanced
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of
 FEWEST_STEPS = 8.0  # a long step of fewer than this many steps is not worth its proof

@@ -26,9 +26,7 @@ from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
-from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
-from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
+from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
@@ -41,6 +39,8 @@ from damperlab.worker.solver.state import (
     WORK_IN,
     Meter,
 )
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.scene import Scene
 
 TAME = 1e-9
 """Decay of a vibration over a long step below which its energy is not told from two ends."""

@@ -4,10 +4,10 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import acceleration_into, rate_into, value
+from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, Meter
 from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.state import ACCELERATION_PEAK, ACCELERATION_SQUARE, Meter
 
 
 @inlined

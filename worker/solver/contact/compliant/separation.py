@@ -7,6 +7,7 @@ from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
 from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
+from damperlab.worker.solver.events import CLEARANCE, PUSHED_AGAIN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     add_start_of_base,
@@ -24,18 +25,10 @@ from damperlab.worker.solver.motion.taylor import (
     stick,
     value,
 )
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import (
-    CLEARANCE,
-    IMPACT_LOSS,
-    PUSHED_AGAIN,
-    STUCK,
-    Dwell,
-    Meter,
-    State,
-    advanced,
-)
+from damperlab.worker.solver.state import Dwell, State, advanced
 
 _NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
 _WIDER = 16.0
@@ -43,7 +36,7 @@ _WIDER = 16.0
 
 @kernel
 def separate(
-    state: State, phase: Phase, left: float, scene: Scene, meter: Meter | None
+    state: State, phase: Phase, time_left: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
     """One segment of a particle that the wall has let go while still in it: nothing pulls it."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
@@ -63,7 +56,7 @@ def separate(
         depth[i] = state.wall * absolute[i]
     depth[0] = -state.gap
     depth[1] = state.wall * (absolute[1] - state.p_rate)
-    t, kind = friction_event(state, phase, left, regime, scene)
+    t, kind = friction_event(state, phase, time_left, regime, scene)
     near = 2.0 * depth[0] / -depth[1] if depth[1] < 0.0 else _NEAR * t
     found = _crossing_from(depth, near, t)
     if found < inf:

@@ -1,0 +1,39 @@
+"""Events: their kinds, their counts in a march, and how an integration ends."""
+
+from enum import IntEnum
+
+from damperlab.studies.variables import Status
+
+# Kinds of event that end a segment.
+NOTHING = 0
+TURN = 1
+SLIP_ONSET = 2
+NEAR_WALL = 3
+FAR_WALL = 4
+RELEASE = 5
+LET_GO = 6  # a dwell is over
+CLEARANCE = 7  # the particle is out of a compliant wall
+PUSHED_AGAIN = 8  # a compliant wall pushes again
+
+# Counts of events in a march (int64 array of COUNTS entries).
+IMPACTS = 0
+TURNS = 1
+ATTACHMENTS = 2
+SEGMENTS = 3
+IDLE = 4
+BUDGET = 5
+COUNTS = 6
+
+
+class Outcome(IntEnum):
+    """How an integration ended: those of `Status` that an integration can end with, by the same numbers."""
+
+    ARRIVED = Status.CONVERGED
+    OUT_OF_EVENTS = Status.TOO_MANY_EVENTS
+    STALLED = Status.NO_PROGRESS
+
+
+# The same as plain numbers, as kernels take them.
+ARRIVED = int(Outcome.ARRIVED)
+OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
+STALLED = int(Outcome.STALLED)

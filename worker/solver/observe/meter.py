@@ -1,0 +1,63 @@
+"""The meter of a march: what it adds up, and where each sum stands."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.arrays import filled
+
+# What a meter adds up; energies over k Z², times over 1/ω_n. The first five are integrals.
+WORK_IN = 0
+VISCOUS_LOSS = 1
+FRICTION_LOSS = 2
+IMPACT_LOSS = 3
+SQUARE = 4  # ∫ u² dτ
+STUCK = 5  # time held by friction
+SPEED = 6  # largest approach speed of an impact
+PEAK = 7  # largest |u| since the last reset
+RELATIVE_PEAK = 8  # largest |v| since the last reset
+METERS = 9
+
+# What the meter of a record has besides, and the last two one that is asked for the acceleration.
+RELATIVE_SQUARE = METERS  # ∫ v² dτ
+ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
+ACCELERATION_PEAK = METERS + 2  # largest |u''|; under a harmonic excitation since the last reset
+RECORD_METERS = METERS + 3
+
+
+class Meter(NamedTuple):
+    """What a march measures: peaks, times and speeds, and where asked for the integrals of energies and squares.
+
+    Attributes
+    ----------
+    sums : array, shape (METERS,) or (RECORD_METERS,)
+        Added to; the longer one under a record, and with the acceleration. In a march that ends early, up to there.
+    energies : True or None
+        None: the kernel holds no integral, and their entries stay 0.
+    acceleration : True or None
+        Whether u'' is measured beside the energies, as it always is under a record. None: the kernel holds nothing of it.
+    """
+
+    sums: NDArray[np.float64]
+    energies: bool | None = True
+    acceleration: bool | None = None
+
+
+@inlined
+def make_meter(energies: bool | None, acceleration: bool | None) -> Meter:
+    """Meter of zeros for a harmonic excitation."""
+    if acceleration is not None:
+        return Meter(filled(RECORD_METERS, 0.0), energies, acceleration)
+    return Meter(filled(METERS, 0.0), energies, None)
+
+
+@inlined
+def clear_meter(meter: Meter) -> None:
+    """Zeros again."""
+    for i in range(METERS):
+        meter.sums[i] = 0.0
+    if meter.acceleration is not None:
+        for i in range(METERS, RECORD_METERS):
+            meter.sums[i] = 0.0
