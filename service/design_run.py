@@ -1,18 +1,25 @@
-"""One design of a running service, searched in a process of its own: its rounds are studies, which the service runs."""
+"""One design of a running service, searched in a process of its own.
+
+Its rounds are studies. The small ones are computed in this process, without a cluster; the others the service runs.
+"""
 
 import logging
+import math
 import multiprocessing
 import resource
 import signal
 import sys
 import time
 from collections.abc import Iterable
-from contextlib import closing, suppress
+from contextlib import AbstractContextManager, closing, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from threading import Event
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from damperlab.service.designs import HERE_SECONDS
 from damperlab.service.documents import plain
 from damperlab.service.logs import start_logging
 from damperlab.service.settings import Settings
@@ -24,7 +31,13 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.store.entering import Submission
-from damperlab.studies.store.faults import QuotaReached, StoreFault, StudyNotFound, TooManyUnfinished
+from damperlab.studies.store.faults import (
+    QuotaReached,
+    StoreFault,
+    StudyBusy,
+    StudyNotFound,
+    TooManyUnfinished,
+)
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -32,6 +45,14 @@ from damperlab.studies.store.submitter import submitter
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance
+from damperlab.worker.runner import run_study
+from damperlab.worker.scenes import scenes
+from damperlab.worker.warm import missing
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from damperlab.studies.kind import AnyStudy
 
 LOOK_SECONDS = 0.25
 """Between two looks at a study that is waited for."""
@@ -81,6 +102,10 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
     except Exception as error:
         _log.exception("design %s failed", design_id)
         shelf.end(design_id, "failed", f"{type(error).__name__}: {error}")
+
+
+def _no_cluster() -> "AbstractContextManager[Client]":
+    raise AssertionError("a study that is computed in this process asks for no cluster")
 
 
 def _bound_memory(memory_bytes: int) -> None:
@@ -137,9 +162,38 @@ class _Search:
         if all(record is not None and record.state == "done" for record in stored):
             return [self._cube(record.id) for record in stored if record is not None]
         self._follow(ask, number)
-        ids = [record.id for record in self._entered(ask, number, stored)]
-        self._tell()
-        return [self._cube(self._ended(study_id)) for study_id in ids]
+        records = self._entered(ask, number, stored)
+        left = [pair for pair in zip(ask.studies, records, strict=True) if pair[1].state != "done"]
+        here = [record.id for study, record in left if self._is_small(study)]
+        if len(here) < len(left):
+            self._tell()
+        for study_id in here:
+            self._compute(study_id)
+        return [self._cube(self._ended(record.id)) for record in records]
+
+    def _is_small(self, study: "AnyStudy") -> bool:
+        """Whether to compute a study in this process: a cluster of this machine takes longer to hand it out.
+
+        One of other machines computes all of a design, so that no answer is put together from unlike machines.
+        """
+        elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
+        if elsewhere or missing(scenes(study)):
+            return False
+        return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
+
+    def _compute(self, study_id: str) -> None:
+        """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""
+        with suppress(StudyBusy, StudyNotFound):
+            run_study(
+                self.store,
+                study_id,
+                _no_cluster,
+                lambda _: None,
+                Event(),
+                only_from=("queued",),
+                outage_as="queued",
+                here_seconds=math.inf,
+            )
 
     def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
         """Note what is waited for, before it is entered: whoever ends the design finds its studies by it."""

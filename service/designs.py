@@ -7,6 +7,8 @@ from damperlab.worker.cost import seconds_per_point
 
 FEWEST, MOST = 100, 10_000_000
 """Points of a budget."""
+HERE_SECONDS = 2.0
+"""Expected work of one study of a design up to which whoever searches computes it: a cluster takes longer to hand it out."""
 
 
 def budget_of(asked: Specification) -> int:

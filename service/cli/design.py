@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
     from damperlab.studies.specification.specification import Specification
 
-HERE_SECONDS = 2.0
-"""Expected work of one study up to which it is computed in this process: a cluster takes longer to hand it out."""
-
 
 @computes
 def design(
@@ -52,7 +49,7 @@ def design(
 ) -> None:
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_document(output)
-    from damperlab.service.designs import budget_of
+    from damperlab.service.designs import HERE_SECONDS, budget_of
     from damperlab.studies.design.design import designing
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification

@@ -10,6 +10,7 @@ from typing import Any
 import httpx
 import pytest
 from tests.service.cli.commands import run
+from tests.worker.dask_processes import dask_process, scheduler_process
 
 from damperlab.studies.store.store import Store
 
@@ -178,24 +179,24 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
 def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
-    running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60) as client:
-        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-
-        def cancelled_one() -> bool:
-            now = client.get(f"{DESIGNS}/{design_id}").json()
-            assert not now["finished"], "it ended before a study of it could be cancelled"
-            answers = [client.post(f"/api/v1/studies/{each}/cancel") for each in now["studies"][-1:]]
-            return any(answer.status_code == 200 for answer in answers)
-
-        helpers.wait_until(cancelled_one)
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
-        assert now["state"] == "failed"
-        assert "is cancelled" in now["message"]
-        client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
-        assert (now["state"], now["answer"]) == ("done", undisturbed)
-    assert running.stop() == 0
+    # machines elsewhere compute all of a design, and there is none yet: its studies wait
+    with scheduler_process() as (address, _):
+        running = own_service(DAMPERLAB_WORKERS="", DAMPERLAB_SCHEDULER=address)
+        with httpx.Client(base_url=running.url, timeout=60) as client:
+            design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
+            now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
+            study = f"/api/v1/studies/{now['studies'][0]}"
+            helpers.wait_until(lambda: client.get(study).status_code == 200)
+            client.post(f"{study}/cancel").raise_for_status()
+            now = helpers.wait_for_design(client, design_id, helpers.ended)
+            assert now["state"] == "failed"
+            assert "is cancelled" in now["message"]
+            assert client.get(study).json()["points_done"] == 0
+            with dask_process("worker", address, "--nthreads", "1", "--no-dashboard"):
+                client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
+                now = helpers.wait_for_design(client, design_id, helpers.ended)
+                assert (now["state"], now["answer"]) == ("done", undisturbed)
+                assert running.stop() == 0
 
 
 def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
