@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from math import inf
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
@@ -61,7 +62,7 @@ class Window:
         self._part_task = part_task
         self._wait_seconds = wait_seconds
         self._flying: dict[str, Future] = {}
-        self._looked = -LOOK_SECONDS
+        self._looked = -inf
         self._able = time.monotonic()
 
     @property
@@ -117,6 +118,8 @@ class Window:
         self._examiner.prepare(cube_path, digest, code, canary)
         # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
         self._able = time.monotonic()
+        # who is there is asked at once, also where the last look was just now
+        self._looked = -inf
         while True:
             answers = self._examiner.gather(self._look, look_on)
             facts = None if answers is None else self._examiner.settle(answers, identity, truth)
@@ -224,7 +227,7 @@ class Window:
             self._errands.require_scheduler()
             self._flying[key] = future
             self._errands.again(key)
-            self._looked = -LOOK_SECONDS
+            self._looked = -inf
             return None
         # lost with its worker before it was fetched, or never begun; whatever the library says of that
         except (Exception, CancelledError):

@@ -130,6 +130,27 @@ class AfterABlock(threading.Event):
         return self._store.find(self._study_id).blocks_done > 0
 
 
+def test_whoever_is_there_is_asked_at_once_each_time(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not a second later because somebody has just looked who is there: every study begins with both questions."""
+    record = submit(store)
+    canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
+    monkeypatch.setattr("damperlab.worker.window.LOOK_SECONDS", float("inf"))
+    with connect(workers=1) as client:
+        window = Window(client, lambda index, key: (abs, index), Backlog([0]))
+        for points in (None, canary):
+            facts = window.assemble(
+                store.cube_path(record.id),
+                record.digest,
+                code_hash(),
+                "",
+                points,
+                "",
+                partial(next, iter([True] * 300), False),
+            )
+            assert facts is not None, "nobody was asked"
+        window.close()
+
+
 def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
     record = submit(store)
