@@ -13,11 +13,20 @@ from damperlab.worker.lower import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import Particle
 
 Purpose = Literal[
-    "steady", "peaks", "acceleration", "orbit", "transient", "record", "record-history", "stepped", "rk4"
+    "steady",
+    "peaks",
+    "acceleration",
+    "orbit",
+    "transient",
+    "record",
+    "record-history",
+    "accuracy",
+    "stepped",
+    "rk4",
 ]
 """What is asked: the steady response with energies, without, or with the acceleration beside them; its motion, shown; a motion
-from rest, measured; the response to a record without or with its time history; the steady response and a motion from rest by
-fixed steps."""
+from rest, measured; the response to a record without or with its time history; how accurate a march is; the steady response and
+a motion from rest by fixed steps."""
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
@@ -29,6 +38,7 @@ SECONDS: dict[Purpose, float] = {
     "transient": 10.0,
     "record": 12.0,
     "record-history": 12.0,
+    "accuracy": 20.0,
     "stepped": 4.0,
     "rk4": 3.0,
 }
@@ -76,15 +86,21 @@ class Scene(NamedTuple):
 
 def every_scene() -> list[Scene]:
     """Every scene that there is, the dearest first."""
-    acting: list[tuple[bool, str]] = [(True, "")]
-    acting += [(friction, contact) for friction in (True, False) for contact in CONTACT_MODELS]
+    acting = [(True, ""), *((friction, contact) for friction in (True, False) for contact in CONTACT_MODELS)]
     found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
     found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
+    found += [Scene("accuracy", *what) for what in (*acting, (False, ""))]
     return sorted(found, key=lambda scene: -scene.seconds)
+
+
+def accuracy_scenes() -> list[Scene]:
+    """Scenes of the report on accuracy: the dearest first."""
+    needed = ("accuracy", "steady", "transient", "rk4")
+    return [one for one in every_scene() if one.purpose in needed and not one.forced]
 
 
 def usual_scenes() -> list[Scene]:

@@ -230,6 +230,8 @@ def _compute_once(scene: Scene) -> None:
         _steady(scene)
     elif scene.purpose == "stepped":
         _stepped(scene)
+    elif scene.purpose == "accuracy":
+        _accuracy(scene)
     else:
         _point(scene)
 
@@ -270,6 +272,21 @@ def _stepped(scene: Scene) -> None:
 
     settings = Settings(1, 0.5, 1e-2, None)
     settle_stepped(0.1, 1.0, 0.5 if scene.friction else None, _particle(scene), 20, settings)
+
+
+def _accuracy(scene: Scene) -> None:
+    from damperlab.worker.accuracy.march import march_from_rest, march_halves
+    from damperlab.worker.rk4 import march_rk4_wall
+    from damperlab.worker.solver.observe.meter import METERS, Meter
+    from damperlab.worker.steady.start import at_rest
+
+    friction, particle = 0.5 if scene.friction else None, _particle(scene)
+    for meter in (None, Meter(np.zeros(METERS))):
+        march_from_rest(0.1, 1.0, friction, particle, 1, meter)
+    if scene.friction or scene.contact:
+        march_halves(0.1, 1.0, friction, particle, at_rest(1.0, friction, particle), 0, np.empty((1, 3)))
+    if scene.contact == "compliant":
+        march_rk4_wall(0.1, 1.0, friction, particle, 20, 1)
 
 
 def _point(scene: Scene) -> None:

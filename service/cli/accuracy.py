@@ -10,6 +10,7 @@ import typer
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import data_folder
+from damperlab.service.cli.warm import have_ready
 
 
 def accuracy(
@@ -35,11 +36,13 @@ def accuracy(
     from damperlab.service.reports import keep_report
     from damperlab.worker.accuracy.extremes import LONG_RUN_CYCLES
     from damperlab.worker.accuracy.report import FIGURE, in_markdown, make_report
+    from damperlab.worker.scenes import accuracy_scenes
 
     if output.exists() and not output.is_dir():
         raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
-    with working("Measuring (the first time, kernels are compiled)"):
+    have_ready(accuracy_scenes(), apart=True)
+    with working("Measuring"):
         report = plain(make_report(long_run_cycles=10_000 if quick else LONG_RUN_CYCLES))
     (output / "accuracy.json").write_text(
         json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
