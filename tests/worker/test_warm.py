@@ -9,13 +9,18 @@ from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import Block
+from damperlab.worker.accuracy.extremes import Extreme
+from damperlab.worker.accuracy.methods import METHODS, paper_march
+from damperlab.worker.accuracy.scenes import SCENES
+from damperlab.worker.accuracy.stability import run_case
+from damperlab.worker.accuracy.truth import Point, compared
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.comparison import compare
 from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison
 from damperlab.worker.point import Design
-from damperlab.worker.scenes import Scene, every_scene, scene_named, scenes, usual_scenes
+from damperlab.worker.scenes import Scene, accuracy_scenes, every_scene, scene_named, scenes, usual_scenes
 from damperlab.worker.simulate import scenes_of, simulate
-from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.warm import is_ready, missing, warm
 
 PARTICLE = Particle(2.0, 0.47, 0.1)
@@ -53,6 +58,29 @@ def test_a_point_by_fixed_steps_compiles_nothing_more() -> None:
     design = DESIGNS["hybrid"]
     wanted = scenes_of(design, 2, "rk4")
     assert compiled_by(lambda: simulate(design, 2, method="rk4"), wanted) == 0
+
+
+def test_the_report_on_accuracy_compiles_nothing_more() -> None:
+    contacts = (
+        {"contact_time": None},
+        {"contact_time": 0.1},
+        {"contact_time": None, "wall": Wall(100.0, 1.0)},
+    )
+    particles = [None, *(PARTICLE._replace(**contact) for contact in contacts)]
+    designs = [Design(0.05, 1.0, friction, particle) for friction in (0.0, 0.3) for particle in particles]
+
+    def report() -> None:
+        for design in designs:
+            run_case(Extreme("", design, 2))
+            if design.particle is None or design.particle.contact_time is None:
+                paper_march(design, 2, 100)
+            if design.friction_ratio or design.particle:
+                compared(Point(0.05, 1.0, design.friction_ratio or None, design.particle), 64)
+        for diagram_scene in SCENES:
+            for method in METHODS:
+                method.march(diagram_scene.design, 1, 100)
+
+    assert compiled_by(report, accuracy_scenes()) == 0
 
 
 @pytest.mark.parametrize(
