@@ -45,9 +45,9 @@ warm: install bytecode ## every kernel, compiled on every core; at once where th
 	$(BIN)/damperlab warm --all
 
 # Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests. Tests
-# wait for servers, browsers and clocks for a third of their time: one process more than there are cores keeps the cores busy.
+# wait for servers, browsers and clocks for a third of their time: two processes more than there are cores keep the cores busy.
 test: install-dev warm ## every test that ends in minutes
-	$(BIN)/python -m pytest -n $$($(BIN)/python -c 'import os; print(min(8, 1 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
 
 lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff check .

@@ -13,7 +13,7 @@ from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
+from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,
@@ -201,7 +201,7 @@ def _march(
     meter = None if measured else Meter(sums)  # what has been measured is only shown
     peaks = np.zeros((cycles, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
-    stored = stored_energy(state, base_rate_at_start(design.excitation), particle)
+    stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
     log = empty_log(_LOG_SEGMENTS)
     history = min(history, cycles, _LONGEST_HISTORY)
     samples: list[np.ndarray] = []
@@ -242,7 +242,7 @@ def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None
     """A state at phase 0 as it is shown; NaN where it is not known."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
-        "u_rate": state.w + base_rate_at_start(design.excitation) if known else nan,
+        "u_rate": state.w + base_rate_at_phase_zero(design.excitation) if known else nan,
         "p": None,
         "p_rate": None,
     }
@@ -271,7 +271,7 @@ def _measures(
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
     sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
-    end = stored_energy(state, base_rate_at_start(design.excitation), design.particle)
+    end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
     residual = energy_residual(sums, stored, end)
     return {
         "amplitude_ratio": float(peaks[:, 0].mean()),

@@ -17,10 +17,10 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.lower import excitation_of
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.scenes import scenes
-from damperlab.worker.solver.contact.compliant.acceleration_in_wall import _add_vibration, _shift
+from damperlab.worker.solver.contact.compliant.peak_acceleration_in_wall import _add_vibration, _shift
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import base_rate_at_start
+from damperlab.worker.solver.motion.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.motion.slow_subspace import fast_later
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
@@ -59,7 +59,7 @@ def measured(response: Response) -> tuple[float, float]:
 
 def flight(end: State, r: float, particle: Particle | None, forced: bool) -> list[float]:
     """u, u', p, p' of a state at phase 0 in which no wall is touched."""
-    u_rate = end.w + base_rate_at_start(excitation_of(r, forced))
+    u_rate = end.w + base_rate_at_phase_zero(excitation_of(r, forced))
     if particle is None:
         return [end.v, u_rate, end.v, 0.0]
     assert end.riding == 0.0

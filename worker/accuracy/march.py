@@ -5,7 +5,7 @@ import numpy as np
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, IMPACTS
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import base_rate_at_start
+from damperlab.worker.solver.motion.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.motion.structure_alone import march_alone
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
@@ -47,7 +47,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     state = at_rest(frequency_ratio, friction, particle)
-    base_rate = base_rate_at_start(frequency_ratio)
+    base_rate = base_rate_at_phase_zero(frequency_ratio)
     stored = stored_energy(state, base_rate, particle)
     outcome = ARRIVED
     largest = 0.0

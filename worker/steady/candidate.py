@@ -25,7 +25,7 @@ from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinate
 
 Array = NDArray[np.float64]
 
-_NEWTON_STEPS = 4  # that Newton's method takes at the least
+_TRIAL_PERIODS = 4  # that a trial of a candidate marches at the least
 _ATTRACTS = (
     1.0 - 1e-9
 )  # largest multiplier of an orbit that attracts: the rest is rounding of a multiplier of one
@@ -96,7 +96,7 @@ def stable_orbit_nearby(
     particle = scene.particle
     nothing = no_candidate(state)
     period_halves = near_period(notes.recurrences, min(LONGEST, look.half // 2), look.scale)
-    if period_halves == 0 or _NEWTON_STEPS * period_halves > spare:
+    if period_halves == 0 or _TRIAL_PERIODS * period_halves > spare:
         return nothing, False, 0
     reach = inf if particle is None else 2.0 * _REACH * look.scale
     orbit, found, halves = newton_orbit(state, period_halves, reach, look, scene, probe, notes)

@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_start
+from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.state import State
 
 
@@ -17,7 +17,7 @@ def at_rest(frequency_ratio, friction, particle):
         gap = particle.clearance_ratio
     return State(
         0.0,
-        0.0 - base_rate_at_start(frequency_ratio),
+        0.0 - base_rate_at_phase_zero(frequency_ratio),
         slip,
         1.0,
         gap,
@@ -40,7 +40,9 @@ def carried(state, frequency_before, frequency_ratio):
     frequency_before, frequency_ratio : float or Forced
         r of the state, and the new one.
     """
-    p_rate = state.p_rate + (base_rate_at_start(frequency_ratio) - base_rate_at_start(frequency_before))
+    p_rate = state.p_rate + (
+        base_rate_at_phase_zero(frequency_ratio) - base_rate_at_phase_zero(frequency_before)
+    )
     return State(state.v, state.w, state.slip, state.wall, state.gap, p_rate, state.riding, 0, 0, state.dwell)
 
 
@@ -57,7 +59,7 @@ def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
     p_rate : float
         Velocity of the particle.
     """
-    w = u_rate - base_rate_at_start(frequency_ratio)
+    w = u_rate - base_rate_at_phase_zero(frequency_ratio)
     slip = 0.0
     if friction is not None:
         slip = 1.0 if w > 0.0 else -1.0

@@ -5,9 +5,10 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
+from damperlab.worker.solver.contact.chatter import is_chatter_over
 from damperlab.worker.solver.contact.compliant.in_wall import strike
 from damperlab.worker.solver.contact.release import release
-from damperlab.worker.solver.dwell import approach_speed, is_brief, is_dwelling, no_dwell
+from damperlab.worker.solver.dwell import approach_speed, is_dwelling, no_dwell
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
     FAR_WALL,
@@ -25,16 +26,6 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, in_contact, in_flight, stopped
 
-# A chatter is ended before its last impact: the bodies join with their common momentum, and their centre of mass does not
-# feel the impacts left out. What is missed is of the order of (time left)³. Times are shares of a window.
-_CHATTER_LEFT = (
-    5e-6  # time left at which it is ended, if the wall pushes all the while and nothing else happens:
-)
-_STEADY_PUSH = (
-    1e-3  # the wall's acceleration may change by this share of itself, and the mass may not come to rest
-)
-_NOTHING_LEFT = 1e-8  # time left at which it is ended anyway, too short for anything to happen
-_LEAST_SPEED_LOSS = 1e-3  # share of its speed that an impact is taken to lose at the least
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 
 
@@ -183,18 +174,12 @@ def _part(
     u_acceleration = -phase.push if sticks else -slips
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
-    # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
-    impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_SPEED_LOSS)
     if leaving == 0.0 and closing == 0.0:
         # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
         closing = rounding
-    short = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
-    short = short and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
-    if particle.contact_time is None:
-        short = short or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
     dwell = no_dwell(state.dwell)
-    if closing > 0.0 and (short or leaving <= rounding):
+    is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)
+    if closing > 0.0 and (is_over or leaving <= rounding):
         scene.counts[ATTACHMENTS] += 1
         jump, p_rate = rebound(w + phase.rate, p_rate, 0.0, particle.mass_ratio)
         if meter is not None:
@@ -203,25 +188,6 @@ def _part(
         return _join(state, wall, w + jump, p_rate, dwell, phase, scene)
     gap_order = 1 if leaving > 0.0 else 2
     return in_flight(state, w=w, slip=slip, wall=wall, p_rate=p_rate, gap_order=gap_order, dwell=dwell)
-
-
-@inlined
-def _is_steady_end(
-    w: float, leaving: float, impulse_left: float, u_acceleration: float, closing: float, scene: Scene
-) -> bool:
-    """Whether a chatter will soon be over, with nothing else happening until then."""
-    base = scene.base
-    left = _CHATTER_LEFT * base.window
-    if impulse_left > left * closing:
-        return False
-    largest = largest_push(base)
-    change = left * (abs(w) + base.two_zeta * (abs(u_acceleration) + largest))
-    if change > _STEADY_PUSH * closing:
-        return False
-    if scene.friction is not None:
-        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + largest) * left)
-        return slips_on
-    return True
 
 
 @inlined

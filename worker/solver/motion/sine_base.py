@@ -78,7 +78,7 @@ class SineForce(NamedTuple):
 
 
 @inlined
-def base_rate_at_start(frequency_ratio: float | Forced) -> float:
+def base_rate_at_phase_zero(frequency_ratio: float | Forced) -> float:
     """s' at phase 0: 0 where a force acts."""
     if isinstance(frequency_ratio, Forced):
         return 0.0

@@ -3,7 +3,6 @@
 from math import sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.acceleration_in_wall import raise_over_long_step
 from damperlab.worker.solver.contact.compliant.contact_regime import (
     ContactRegime,
     Vibration,
@@ -11,6 +10,7 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
     wall_of,
 )
 from damperlab.worker.solver.contact.compliant.measure_in_wall import TAME, measure_contact, measure_vibration
+from damperlab.worker.solver.contact.compliant.peak_acceleration_in_wall import raise_over_long_step
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import NOTHING
 from damperlab.worker.solver.excitation.excitation import Phase, expand_push

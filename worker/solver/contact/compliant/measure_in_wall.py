@@ -1,24 +1,24 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
 A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too. That of
-a harmonic excitation has the latter two where they are asked for (`acceleration_in_wall.py`).
+a harmonic excitation has the latter two where they are asked for (`peak_acceleration_in_wall.py`).
 """
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.acceleration_in_wall import (
-    acceleration_at,
-    acceleration_into,
-    acceleration_of_vibration,
-    largest,
-    raise_acceleration,
-    record_acceleration,
-)
 from damperlab.worker.solver.contact.compliant.contact_regime import (
     AnyRegime,
     ContactRegime,
     Vibration,
     buffers_of,
     wall_of,
+)
+from damperlab.worker.solver.contact.compliant.peak_acceleration_in_wall import (
+    acceleration_at,
+    acceleration_into,
+    acceleration_of_vibration,
+    largest,
+    raise_acceleration,
+    record_acceleration,
 )
 from damperlab.worker.solver.excitation.excitation import Excitation
 from damperlab.worker.solver.excitation.record_base import RecordBase

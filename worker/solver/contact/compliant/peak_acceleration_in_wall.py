@@ -64,9 +64,9 @@ def raise_acceleration(meter: Meter, t: float, regime: AnyRegime, scene: Scene) 
             ends = max(abs(record_acceleration(buffers, 0.0)), abs(record_acceleration(buffers, t)))
             sums[ACCELERATION_PEAK] = max(sums[ACCELERATION_PEAK], ends)
         elif not isinstance(base, SineForce):
-            square = base.frequency_ratio * base.frequency_ratio
+            r_squared = base.frequency_ratio * base.frequency_ratio
             for n in range(TERMS):
-                buffers.rate[n] = square * buffers.shaken[n]
+                buffers.rate[n] = r_squared * buffers.shaken[n]
             peak = sums[ACCELERATION_PEAK]
             sums[ACCELERATION_PEAK] = largest(buffers.rate, 0.0, t, peak, buffers.scratch)
     else:

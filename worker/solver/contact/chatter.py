@@ -1,0 +1,67 @@
+"""When a chatter, impacts that follow each other ever faster, is over: mass and particle then move on together."""
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.dwell import is_brief
+from damperlab.worker.solver.excitation.excitation import largest_push
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import Scene
+
+# A chatter is ended before its last impact: the bodies join with their common momentum, and their centre of mass does not
+# feel the impacts left out. What is missed is of the order of (time left)³. Times are shares of a window.
+_CHATTER_LEFT = (
+    5e-6  # time left at which it is ended, if the wall pushes all the while and nothing else happens:
+)
+_STEADY_PUSH = (
+    1e-3  # the wall's acceleration may change by this share of itself, and the mass may not come to rest
+)
+_NOTHING_LEFT = 1e-8  # time left at which it is ended anyway, too short for anything to happen
+_LEAST_LOSS = 1e-3  # share of its speed that an impact is taken to lose at the least
+
+
+@inlined
+def is_chatter_over(
+    w: float, leaving: float, u_acceleration: float, closing: float, scene: Scene, particle: Particle
+) -> bool:
+    """Whether what is left of a chatter is too short to matter.
+
+    Parameters
+    ----------
+    w : float
+        Velocity of the mass relative to the base after the last impact.
+    leaving : float
+        Speed at which the particle leaves the wall.
+    u_acceleration : float
+        Acceleration of the mass.
+    closing : float
+        Acceleration with which the wall catches up with the particle.
+    scene, particle : Scene, Particle
+        What acts.
+    """
+    base = scene.base
+    # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
+    impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
+    is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
+    # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
+    is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
+    if particle.contact_time is None:
+        is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
+    return is_over
+
+
+@inlined
+def _is_steady_end(
+    w: float, leaving: float, impulse_left: float, u_acceleration: float, closing: float, scene: Scene
+) -> bool:
+    """Whether a chatter will soon be over, with nothing else happening until then."""
+    base = scene.base
+    chatter_left = _CHATTER_LEFT * base.window
+    if impulse_left > chatter_left * closing:
+        return False
+    largest = largest_push(base)
+    change = chatter_left * (abs(w) + base.two_zeta * (abs(u_acceleration) + largest))
+    if change > _STEADY_PUSH * closing:
+        return False
+    if scene.friction is not None:
+        slips_on: bool = abs(w) >= 2.0 * (leaving + (abs(u_acceleration) + largest) * chatter_left)
+        return slips_on
+    return True
