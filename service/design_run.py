@@ -68,6 +68,18 @@ class _Over(Exception):
     """The design was ended by somebody else, or the service is gone."""
 
 
+class _Stop(Event):
+    """Set by SIGTERM: a study that is computed here is put down in order; what else is done is done again some time."""
+
+    computing = False
+
+    def ask(self, *_: object) -> None:
+        """Stop; for `signal.signal`."""
+        self.set()
+        if not self.computing:
+            sys.exit(0)
+
+
 class _Unable(Exception):
     """The design cannot go on; the message says why."""
 
@@ -84,14 +96,16 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
     wake : Connection
         Told when studies have been entered, so that the service looks for them at once.
     """
+    stop = _Stop()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
+    signal.signal(signal.SIGTERM, stop.ask)
     stand_back()
     _bound_memory(settings.work_memory_bytes)
     start_logging(settings.log_level, settings.log_format)
     shelf = Shelf(settings.data_dir)
     try:
         with closing(settings.open_store()) as store:
-            _Search(settings, shelf, store, shelf.get(design_id), wake).run()
+            _Search(settings, shelf, store, shelf.get(design_id), wake, stop).run()
     except _Over:
         return
     except (_Unable, StudyFaults, QuotaReached) as error:
@@ -125,6 +139,8 @@ class _Search:
         The design.
     wake : Connection
         As for `run_design`.
+    stop : _Stop
+        Set from outside.
     """
 
     settings: Settings
@@ -132,6 +148,7 @@ class _Search:
     store: Store
     kept: Kept
     wake: "Connection[object, object]"
+    stop: _Stop
 
     def run(self) -> None:
         """Search to the end, and keep the answer."""
@@ -183,17 +200,22 @@ class _Search:
 
     def _compute(self, study_id: str) -> None:
         """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""
+        self.stop.computing = True
         with suppress(StudyBusy, StudyNotFound):
             run_study(
                 self.store,
                 study_id,
                 _no_cluster,
                 lambda _: None,
-                Event(),
+                self.stop,
                 only_from=("queued",),
+                stopped_as="queued",
                 outage_as="queued",
                 here_seconds=math.inf,
             )
+        self.stop.computing = False
+        if self.stop.is_set():
+            raise _Over
 
     def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
         """Note what is waited for, before it is entered: whoever ends the design finds its studies by it."""

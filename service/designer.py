@@ -123,8 +123,10 @@ class Designer:
         with self._lock:
             runs = list(self._runs.values())
         for run in runs:
-            run.process.kill()
+            run.process.terminate()
         for run in runs:
+            run.thread.join(STOP_SECONDS)
+            run.process.kill()
             run.thread.join(STOP_SECONDS)
 
     def _keep_going(self) -> None:
