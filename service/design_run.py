@@ -200,6 +200,7 @@ class _Search:
 
     def _compute(self, study_id: str) -> None:
         """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""
+        self._require_wanted()
         self.stop.computing = True
         with suppress(StudyBusy, StudyNotFound):
             run_study(
@@ -275,6 +276,10 @@ class _Search:
     def _pause(self, seconds: float) -> None:
         """Wait a little; raise `_Over` where nobody wants this design any more."""
         time.sleep(seconds)
+        self._require_wanted()
+
+    def _require_wanted(self) -> None:
+        """Raise `_Over` where somebody has ended this design, here or elsewhere, or the service is gone."""
         parent = multiprocessing.parent_process()
         if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
             raise _Over

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 import pytest
 from tests.service.cli.commands import run
 from tests.worker.dask_processes import dask_process, scheduler_process
 
+from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.store.store import Store
 
 DESIGNS = "/api/v1/designs"
@@ -151,6 +153,14 @@ def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
     assert running.stop() == 0
 
 
+def _lives(process: psutil.Process) -> bool:
+    try:
+        lives: bool = process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+    return lives
+
+
 def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
 ) -> None:
@@ -163,7 +173,10 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
                 client, design_id, lambda now, least=beyond: now["round"] > least or now["finished"]
             )
             assert not now["finished"], "it ended before it could be killed"
+        family = psutil.Process(running.process.pid).children(recursive=True)
         running.stop(signal.SIGKILL)
+        helpers.wait_until(lambda family=family: not any(map(_lives, family)))
+        assert not Shelf(tmp_path / "data").ended(design_id), "a process that was left behind went on with it"
     store = Store.open(tmp_path / "data")
     before = {record.id for record in store.page(200).records if record.state == "done"}
     store.close()
