@@ -133,7 +133,7 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 def truth_of(halves: Halves) -> Truth:
     """What the measured half cycles of a march tell: its last `_REMEMBERED` of a period, else all of them."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
-    period_halves = _lag(halves[-_REMEMBERED:])
+    period_halves = _repeat(halves[-_REMEMBERED:])
     if period_halves > 0:
         whole = _REMEMBERED // (2 * period_halves) * 2 * period_halves
         amplitude = float(windows[-whole:].mean())
@@ -146,7 +146,7 @@ def truth_of(halves: Halves) -> Truth:
     return Truth(0, float(amplitude), float(error), float(impacts), float(impacts_error))
 
 
-def _lag(halves: Halves) -> int:
+def _repeat(halves: Halves) -> int:
     scale = _SAME * max(1.0, float(halves[:, 0].max()))
     for period_halves in range(1, min(_LONGEST_REPEAT, halves.shape[0] // 2) + 1):
         apart = np.abs(halves[period_halves:, :2] - halves[:-period_halves, :2]).max()
@@ -227,7 +227,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)
-            if outcome == ARRIVED and _lag(halves) == 0:
+            if outcome == ARRIVED and _repeat(halves) == 0:
                 verdict = TRANSIENT if response.status == Status.CONVERGED else WARNED
     return Compared(point, response, truth, verdict, deviation)
 
