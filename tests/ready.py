@@ -14,14 +14,19 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 ROOT = Path(__file__).parents[1]
 LIBRARIES = (
+    "alembic.command",
+    "cryptography.x509",
     "dask.array",
+    "distributed",
+    "fastapi",
     "h5netcdf",
     "matplotlib.backends.backend_agg",
     "numba.np.arraymath",
@@ -30,6 +35,7 @@ LIBRARIES = (
     "sqlalchemy.dialects.postgresql",
     "sqlalchemy.dialects.sqlite",
     "typer",
+    "uvicorn.protocols.http.h11_impl",
     "xarray",
 )
 """What commands load of others. None of it starts a thread that a fork would lose: OpenBLAS starts its own again."""
@@ -54,37 +60,100 @@ class Ready:
         self._socket.close()
         self._process.wait()
 
-    def run(
-        self, module: str, arguments: list[str], environment: dict[str, str], seconds: float
-    ) -> subprocess.CompletedProcess[str]:
-        """Run a module as ``python -m`` does, without input, and collect what it prints.
-
-        Raises
-        ------
-        TimeoutError
-            It took longer than that; it is killed.
-        """
+    def start(
+        self,
+        module: str,
+        arguments: list[str],
+        environment: dict[str, str],
+        out: int | IO[Any] | None = None,
+        err: int | IO[Any] | None = None,
+        folder: Path | None = None,
+    ) -> "Started":
+        """Start a module as ``python -m`` does, without input; streams that are not given are those of this process."""
         command = {
             "module": module,
             "arguments": arguments,
             "environment": environment,
-            "folder": str(Path.cwd()),
+            "folder": str(folder or Path.cwd()),
         }
-        with Path(os.devnull).open("rb") as nothing, _Stream() as out, _Stream() as err:
-            streams = [nothing.fileno(), out.descriptor, err.descriptor]
-            socket.send_fds(self._socket, [json.dumps(command).encode()], streams)
-            child = int(self._socket.recv(_SIZE))
-            self._socket.settimeout(seconds)
+        here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with Path(os.devnull).open("rb") as nothing, there:
+            streams = [
+                default if stream is None else stream if isinstance(stream, int) else stream.fileno()
+                for stream, default in ((nothing, 0), (out, 1), (err, 2))
+            ]
+            socket.send_fds(self._socket, [json.dumps(command).encode()], [*streams, there.fileno()])
+        return Started([module, *arguments], here)
+
+    def run(
+        self, module: str, arguments: list[str], environment: dict[str, str], seconds: float
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a module to its end and collect what it prints.
+
+        Raises
+        ------
+        subprocess.TimeoutExpired
+            It took longer than that; it is killed.
+        """
+        with _Stream() as out, _Stream() as err:
+            started = self.start(module, arguments, environment, out.descriptor, err.descriptor)
             try:
-                status = int(self._socket.recv(_SIZE))
-            except TimeoutError:
-                os.kill(child, signal.SIGKILL)
-                self._socket.settimeout(None)
-                self._socket.recv(_SIZE)
-                raise
+                status = started.wait(seconds)
             finally:
-                self._socket.settimeout(None)
-            return subprocess.CompletedProcess([module, *arguments], status, out.text(), err.text())
+                started.kill()
+                started.wait()
+            return subprocess.CompletedProcess(started.args, status, out.text(), err.text())
+
+
+class Started:
+    """A command that was started, with what `subprocess.Popen` calls the same.
+
+    Parameters
+    ----------
+    args : list of str
+        Module and arguments.
+    told : socket
+        What tells the id of its process, and then its exit status.
+    """
+
+    def __init__(self, args: list[str], told: socket.socket) -> None:
+        self.args = args
+        self.pid = int(told.recv(_SIZE))
+        self.returncode: int | None = None
+        self._told = told
+
+    def poll(self) -> int | None:
+        """Exit status; None while it runs."""
+        try:
+            return self.wait(0.0)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Exit status, once it has ended.
+
+        Raises
+        ------
+        subprocess.TimeoutExpired
+            It runs for longer than `timeout` [s].
+        """
+        if self.returncode is None:
+            self._told.settimeout(timeout)
+            try:
+                self.returncode = int(self._told.recv(_SIZE))
+            except (TimeoutError, BlockingIOError):
+                raise subprocess.TimeoutExpired(self.args, timeout or 0.0) from None
+            self._told.close()
+        return self.returncode
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, where it runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """Kill it, where it runs."""
+        self.send_signal(signal.SIGKILL)
 
 
 class _Stream:
@@ -112,22 +181,43 @@ def ready() -> Ready:
 
 
 def _serve(connection: socket.socket) -> dict[str, Any] | None:
-    """Fork a child for each command, in which this returns the command; None when nobody asks any more."""
+    """Fork a child for each command, in which this returns the command; None when nobody asks any more.
+
+    Between the two stands a process that waits for the child and tells how it ended, so that this one is free again.
+    """
     while True:
-        told, streams, _, _ = socket.recv_fds(connection, _SIZE, 3)
+        told, descriptors, _, _ = socket.recv_fds(connection, _SIZE, 4)
         if not told:
             return None
+        _forget_ended()
+        if os.fork() != 0:
+            for each in descriptors:
+                os.close(each)
+            continue
+        connection.close()
         child = os.fork()
+        *streams, asked = descriptors
         if child == 0:
+            os.close(asked)
             for place, stream in enumerate(streams):
                 os.dup2(stream, place)
                 os.close(stream)
-            connection.close()
             return dict(json.loads(told))
-        for stream in streams:
-            os.close(stream)
-        connection.send(str(child).encode())
-        connection.send(str(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])).encode())
+        for place in (0, 1, 2, *streams):
+            os.close(place)
+        with socket.socket(fileno=asked) as asking:
+            asking.send(str(child).encode())
+            status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            with suppress(OSError):  # nobody may ask any more
+                asking.send(str(status).encode())
+        os._exit(0)
+
+
+def _forget_ended() -> None:
+    """Let processes go that have waited for a child and ended."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0] != 0:
+            pass
 
 
 if __name__ == "__main__":
@@ -138,6 +228,8 @@ if __name__ == "__main__":
     if command is not None:
         os.environ.clear()
         os.environ.update(command["environment"])
+        import_module("dask").config.refresh()
+        import_module("numba").config.reload_config()
         os.chdir(command["folder"])
         sys.path[0] = command["folder"]
         sys.argv[1:] = command["arguments"]

@@ -18,7 +18,7 @@ from damperlab.worker.lower import (
     wants_energies,
 )
 from damperlab.worker.scenes import scenes
-from damperlab.worker.solver.motion.sine_base import Forced
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values

@@ -10,7 +10,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.motion.sine_base import Forced
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response import ACCELERATION, INTEGRATED
 

@@ -12,8 +12,8 @@ from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 from damperlab.worker.lower import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
+from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,

@@ -16,9 +16,9 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.known_points import Source, known_points
 from damperlab.studies.store.places import open_shelf
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.reuse import Source, known_points
 from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block

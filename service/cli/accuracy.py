@@ -42,8 +42,9 @@ def accuracy(
         raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
     output.mkdir(parents=True, exist_ok=True)
     have_ready(accuracy_scenes(), apart=True)
-    with working("Measuring"):
-        report = plain(make_report(long_run_cycles=10_000 if quick else LONG_RUN_CYCLES))
+    steps = ["the solver"]
+    with working(lambda: f"Measuring {steps[-1]}"):
+        report = plain(make_report(steps.append, 10_000 if quick else LONG_RUN_CYCLES))
     (output / "accuracy.json").write_text(
         json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
     )

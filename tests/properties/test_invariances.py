@@ -7,12 +7,11 @@ from tests.properties.designs import CYCLES, any_design
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
+from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.events import ARRIVED, BUDGET
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.settle import at_rest
 
@@ -21,13 +20,10 @@ FEW = settings(max_examples=30, deadline=None)
 
 def march(design: Design, state: State, halves: int) -> State:
     """March with everything that a march needs made anew."""
-    friction = design.friction_ratio or None
-    scene = make_scene(design.damping_ratio, design.frequency_ratio, friction, design.particle, None)
-    scene.counts[BUDGET] = 10**6
-    for _ in range(halves):
-        state, outcome = half_cycle(state, scene, None, None)
-        assert outcome == ARRIVED
-    return State(*state)
+    structure = (design.damping_ratio, design.frequency_ratio, design.friction_ratio or None)
+    end, outcome = march_halves(*structure, design.particle, state, halves, np.empty((0, 3)))
+    assert outcome == ARRIVED
+    return State(*end)
 
 
 @FEW

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from itertools import product
 from math import ceil, pi
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +20,9 @@ from tests.properties.designs import (
 from damperlab.worker.point import Design
 from damperlab.worker.solver.events import ARRIVED, BUDGET, NOTHING
 from damperlab.worker.solver.excitation.excitation import next_half_start
+from damperlab.worker.solver.excitation.sine_base import make_sine_base
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
-from damperlab.worker.solver.motion.sine_base import make_sine_base
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
@@ -50,8 +49,9 @@ class March:
         self.friction = design.friction_ratio if design.friction_ratio > 0.0 else None
         self.base = make_sine_base(design.damping_ratio, design.frequency_ratio, True)
         self.half = pi / design.frequency_ratio
+        self.log = empty_log(4096)
 
-    def through(self, state: State, begin: float, end: float, log: Any = None) -> State:
+    def through(self, state: State, begin: float, end: float) -> State:
         """From one time of a half cycle to another, in windows of its own, so that nothing is known of another march."""
         r = self.design.frequency_ratio
         count = max(1, ceil((end - begin) / self.base.window))
@@ -65,7 +65,8 @@ class March:
         )
         scene = scene_on(base, self.friction, self.design.particle, True)
         scene.counts[BUDGET] = 100_000
-        state, outcome = half_cycle(state, scene, None, log)
+        self.log.cursor[0] = 0
+        state, outcome = half_cycle(state, scene, None, self.log)
         assert outcome == ARRIVED
         return next_half_start(base, state)
 
@@ -99,10 +100,9 @@ class March:
 def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     march = March(design)
     before = march.on(at_rest(design.frequency_ratio, march.friction, design.particle), HALVES)
-    log = empty_log(4096)
-    march.through(before, 0.0, march.half, log)
-    rows = log.rows[: log.cursor[0]]
-    assert log.cursor[0] <= len(log.rows)
+    march.through(before, 0.0, march.half)
+    rows = march.log.rows[: march.log.cursor[0]].copy()
+    assert march.log.cursor[0] <= len(march.log.rows)
     after = np.flatnonzero((rows[:-1, EVENT] != NOTHING) & (rows[1:, DURATION] > SHORTEST)) + 1
     if after.size == 0:
         reject()

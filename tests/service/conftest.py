@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from typing import Any
 import httpx
 import pytest
 from tests import ports
+from tests.ready import Started, ready
 
 START_SECONDS = 300.0
 WORK_SECONDS = 600.0
@@ -46,7 +46,7 @@ def long_study(name: str, damping_ratio: float = 0.0038, frequencies: int = 600)
 class Running:
     """A service in a process."""
 
-    process: subprocess.Popen[bytes]
+    process: Started
     url: str
     log: Path
 
@@ -59,12 +59,11 @@ class Running:
 
 def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
     """Start `damperlab serve` and wait until it listens."""
-    command = [str(Path(sys.executable).with_name("damperlab")), "serve"]
     defaults = {"DAMPERLAB_DATA_DIR": str(data_dir), "DAMPERLAB_PORT": "0", "DAMPERLAB_WORKERS": "1"}
     defaults["DAMPERLAB_WARM"] = "false"  # a background that compiles would take the cores from the tests
     variables = {**os.environ, **defaults, **environment}
     with log.open("wb") as out:
-        process = subprocess.Popen(command, env=variables, stdout=out, stderr=subprocess.STDOUT)
+        process = ready().start("damperlab", ["serve"], variables, out, out)
     give_up = time.monotonic() + START_SECONDS
     while time.monotonic() < give_up:
         found = re.search(r"running on (https?://\S+)", log.read_text())

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damperlab.worker.solver.motion.sine_base import Forced
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response

@@ -1,52 +1,30 @@
-"""Plain marching, the slow way that needs no idea of a steady response: what the search for one is compared with."""
+"""Plain marching, the slow way that needs no idea of a steady response: what the search for one is compared with.
+
+With a kernel of the report on accuracy, which `damperlab warm` has compiled.
+"""
 
 import numpy as np
+from numpy.typing import NDArray
+from tests.worker.designs_drawn import Point
 
-from damperlab.worker.jit import kernel
-from damperlab.worker.solver.events import ARRIVED, BUDGET
-from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
-from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.state import State
 
 
-@kernel
-def march_plainly(damping_ratio, frequency_ratio, friction, particle, state, silent, peaks):
-    """March from a state at phase 0: `silent` cycles, then one for each row of `peaks`.
+def plain_end(point: Point, state: State, cycles: int) -> State:
+    """State some cycles later."""
+    end, outcome = march_halves(*point, state, 2 * cycles, np.empty((0, 3)))
+    assert outcome == ARRIVED
+    return State(*end)
 
-    Parameters
-    ----------
-    damping_ratio, frequency_ratio, friction, particle
-        As in `damperlab.worker.steady.settle.settle`.
-    state : State
-        Where to start.
-    silent : int
-        Cycles before peaks are noted.
-    peaks : array, shape (cycles, 2)
-        Filled with the largest |u| and |v| of each cycle.
 
-    Returns
-    -------
-    state : State
-        At the end.
-    outcome : int
-        ARRIVED, or how the march ended early.
-    """
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
-    sums = np.zeros(METERS)
-    meter = Meter(sums, None, None)
-    scene.counts[BUDGET] = 2000 * (silent + peaks.shape[0] + 50)
-    outcome = ARRIVED
-    for _ in range(2 * silent):
-        state, outcome = half_cycle(state, scene, None, None)
-        if outcome != ARRIVED:
-            return state, outcome
-    for cycle in range(peaks.shape[0]):
-        sums[PEAK] = 0.0
-        sums[RELATIVE_PEAK] = 0.0
-        for _ in range(2):
-            state, outcome = half_cycle(state, scene, meter, None)
-            if outcome != ARRIVED:
-                return state, outcome
-        peaks[cycle, 0] = sums[PEAK]
-        peaks[cycle, 1] = sums[RELATIVE_PEAK]
-    return state, outcome
+def plain_means(point: Point, period: int, cycles: int) -> NDArray[np.float64]:
+    """Mean peak of each period, from rest on, in at most so many cycles; of cycles that begin at every half cycle."""
+    count = 2 * period * (cycles // period)
+    halves = np.empty((count + 1, 3))
+    _, outcome = march_halves(*point, point.rest(), 0, halves)
+    assert outcome == ARRIVED
+    windows = np.maximum(halves[:-1, 0], halves[1:, 0])
+    means: NDArray[np.float64] = windows.reshape(-1, 2 * period).mean(axis=1)
+    return means

@@ -28,6 +28,7 @@ from damperlab.worker.solver.observe.meter import (
 )
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import INTEGRATED
 
@@ -43,7 +44,7 @@ def test_energies_squares_and_peaks_of_a_linear_response(frequency_ratio: float)
     state = State(relative.imag, (1j * r * relative).imag, 0.0, 1.0, 0.0, 0.0, 0.0, 0, 0)
     scene.counts[BUDGET] = 10
     sums = np.zeros(METERS)
-    half_cycle(state, scene, Meter(sums), None)
+    half_cycle(state, scene, Meter(sums), empty_log(1000))
 
     half = pi / r
     windows = max(

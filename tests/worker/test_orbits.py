@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.oracles.impact_pair import two_impacts_per_cycle
 from tests.worker.designs_drawn import Point, drawn_points
-from tests.worker.plain_march import march_plainly
+from tests.worker.plain_march import plain_end, plain_means
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.accuracy.march import march_halves
@@ -40,17 +40,6 @@ def held_out() -> list[tuple[Point, Response, State]]:
     return periodic_points(77, DRAWN)
 
 
-def plain_means(point: Point, period: int) -> np.ndarray:
-    """Mean peak of each period, from rest on."""
-    count = 2 * period * (PLAIN_CYCLES // period)
-    halves = np.empty((count + 1, 3))
-    _, outcome = march_halves(*point, point.rest(), 0, halves)
-    assert outcome == ARRIVED
-    windows = np.maximum(halves[:-1, 0], halves[1:, 0])  # cycles beginning at every half cycle
-    means: np.ndarray = windows.reshape(-1, 2 * period).mean(axis=1)
-    return means
-
-
 def test_orbits_are_what_plain_marching_comes_to_with_a_fifth_of_its_cycles(
     held_out: list[tuple[Point, Response, State]],
 ) -> None:
@@ -58,7 +47,7 @@ def test_orbits_are_what_plain_marching_comes_to_with_a_fifth_of_its_cycles(
     for point, response, _ in held_out:
         if response.floquet_multiplier ** (PLAIN_CYCLES / response.period) > 1e-12:
             continue  # plain marching has not come there yet
-        off = np.abs(plain_means(point, response.period) - response.amplitude_ratio)
+        off = np.abs(plain_means(point, response.period, PLAIN_CYCLES) - response.amplitude_ratio)
         assert off[-1] <= EXACT, (point, response)
         beyond = np.flatnonzero(off > EXACT)
         plain_cycles += response.period * (2 + int(beyond[-1]) if beyond.size else 1)
@@ -73,7 +62,6 @@ def finite_difference_multiplier(point: Point, response: Response, end: State) -
     size = 4 if response.impacts_per_cycle > 0 else 2
     here, there = np.zeros(4), np.zeros(4)
     coordinates(end, point.particle, here)
-    none = np.empty((0, 2))
     map_ = np.zeros((size, size))
     for j in range(size):
         step = 1e-6 * max(1.0, abs(here[j]))
@@ -82,9 +70,7 @@ def finite_difference_multiplier(point: Point, response: Response, end: State) -
             moved[j] += sign * step
             start, possible = state_at(moved, end, point.particle)
             assert possible
-            after, outcome = march_plainly(*point, start, response.period, none)
-            assert outcome == ARRIVED
-            coordinates(after, point.particle, there)
+            coordinates(plain_end(point, start, response.period), point.particle, there)
             map_[:, j] += sign * there[:size] / (2.0 * step)
     return float(np.abs(np.linalg.eigvals(map_)).max())
 
@@ -125,16 +111,16 @@ def test_the_response_found_is_the_one_that_the_run_comes_to() -> None:
         response, _ = point.solve()
         if response.period == 0 or response.response_class == ResponseClass.LOCKED:
             continue
-        peaks = np.empty((max(1, 128 // response.period) * response.period, 2))
+        halves = np.empty((2 * max(1, 128 // response.period) * response.period, 3))
         # a run that wanders for long before it is caught has to be given longer than it took
         cycles = max(3000, 4 * response.cycles)
-        _, outcome = march_plainly(*point, point.rest(), cycles, peaks)
+        _, outcome = march_halves(*point, point.rest(), 2 * cycles, halves)
         assert outcome == ARRIVED
         left = response.floquet_multiplier ** (3000.0 / response.period)
         allowed = 1e-7 * max(1.0, response.amplitude_ratio) + 10.0 * left + 10.0 * response.amplitude_error
         # the largest peak is that of the mirrored orbit too; the mean of the cycles' peaks is another where a cycle begins
         # half a cycle later
-        assert abs(peaks[:, 0].max() - response.amplitude_ratio_max) <= allowed, (point, response)
+        assert abs(halves[:, 0].max() - response.amplitude_ratio_max) <= allowed, (point, response)
         compared += 1
     assert compared >= 75
 
@@ -146,8 +132,10 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
     particle = scene.particle
     scene.counts[BUDGET] = 100_000
     state = point.rest()
+    log = empty_transitions(1000)
     for _ in range(40):
-        state, outcome = half_cycle(state, scene, None, None)
+        log.cursor[0] = 0
+        state, outcome = half_cycle(state, scene, None, log)
         assert outcome == ARRIVED
     log = empty_transitions(1000)
     jacobian = np.zeros((4, 4))
@@ -164,7 +152,8 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
             moved[j] += sign * 1e-6
             start, possible = state_at(moved, state, particle)
             assert possible
-            end, _ = half_cycle(start, scene, None, None)
+            log.cursor[0] = 0
+            end, _ = half_cycle(start, scene, None, log)
             coordinates(end, particle, there)
             truth += sign * there / 2e-6
         assert jacobian[:, j] == pytest.approx(truth, rel=0.0, abs=1e-6)

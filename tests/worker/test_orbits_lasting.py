@@ -7,17 +7,14 @@ import numpy as np
 import pytest
 from tests.oracles import compliant_wall, dwelling
 from tests.worker.designs_drawn import Point, drawn_points
+from tests.worker.plain_march import plain_end, plain_means
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.run import advance, begin_trace, make_notes
 from damperlab.worker.steady.section_coordinates import coordinates, state_at
-from damperlab.worker.steady.trace import cycle_peaks
 
 MODELS = ("dwell", "compliant")
 DRAWN = 24
@@ -34,18 +31,6 @@ def lasting(point: Point, model: str, contact_time: float) -> Point:
         return point._replace(particle=one._replace(contact_time=contact_time))
     wall = Wall(*wall_constants(one.restitution, contact_time, one.mass_ratio))
     return point._replace(particle=one._replace(wall=wall))
-
-
-def plain(point: Point, state: State, cycles: int) -> tuple[np.ndarray, State]:
-    """Peaks of some cycles, and the end, by marching alone."""
-    scene = make_scene(*point, True)
-    notes = make_notes(cycles, True, None)
-    begin_trace(state, scene, notes)
-    end, half, outcome = advance(state, 0, 2 * cycles, 0, scene, notes)
-    assert outcome == ARRIVED
-    advance(end, half, 1, half, scene, notes)  # the window that begins in the last half cycle
-    cycle_peaks(notes.trace, 2 * cycles + 1, notes.cycles)
-    return notes.cycles[0, :cycles], end
 
 
 @lru_cache
@@ -68,8 +53,7 @@ def test_orbits_are_what_plain_marching_comes_to_with_a_fifth_of_its_cycles(mode
     for point, response, _ in periodic(model):
         if response.floquet_multiplier ** (PLAIN_CYCLES / response.period) > 1e-12:
             continue  # plain marching has not come there yet
-        peaks, _ = plain(point, point.rest(), response.period * (PLAIN_CYCLES // response.period))
-        off = np.abs(peaks.reshape(-1, response.period).mean(axis=1) - response.amplitude_ratio)
+        off = np.abs(plain_means(point, response.period, PLAIN_CYCLES) - response.amplitude_ratio)
         assert off[-1] <= EXACT, (point, response)
         beyond = np.flatnonzero(off > EXACT)
         if response.floquet_multiplier > SLOW:
@@ -97,7 +81,7 @@ def test_multipliers_are_those_of_finite_differences(model: str) -> None:
                 moved[j] += sign * step
                 start, one_possible = state_at(moved, end, point.particle)
                 possible = possible and one_possible
-                _, after = plain(point, start, response.period)
+                after = plain_end(point, start, response.period)
                 coordinates(after, point.particle, there)
                 map_[:, j] += sign * there / (2.0 * step)
         if not possible:
@@ -170,6 +154,6 @@ def test_chaos_is_told_from_its_neighbours(model: str) -> None:
         response, end = point.solve()
         assert response.response_class == expected
         beside = end._replace(v=end.v + 1e-9)
-        (_, one), (_, other) = plain(point, end, 300), plain(point, beside, 300)
+        one, other = plain_end(point, end, 300), plain_end(point, beside, 300)
         apart = abs(one.v - other.v) + abs(one.w - other.w)
         assert apart > 0.1 if expected == ResponseClass.CHAOTIC else apart < 1e-11

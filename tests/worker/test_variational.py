@@ -27,8 +27,8 @@ from damperlab.worker.solver.events import (
     SLIP_ONSET,
     TURN,
 )
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State

@@ -4,11 +4,11 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, IMPACTS
+from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.sine_base import base_rate_at_phase_zero
-from damperlab.worker.solver.motion.structure_alone import march_alone
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.structure_alone import march_alone
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 from damperlab.worker.steady.settle import at_rest
 

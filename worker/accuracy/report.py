@@ -2,14 +2,14 @@
 
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import UTC, datetime
 from itertools import islice
 from typing import Any
 
 from damperlab.worker.accuracy.diagram import Diagram, draw_diagrams
 from damperlab.worker.accuracy.extremes import LONG_RUN_CYCLES, extreme_cases
-from damperlab.worker.accuracy.methods import METHODS, Method
+from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import STEPS, stability_table
 from damperlab.worker.accuracy.truth import every, extreme_answers, points, table
@@ -22,9 +22,7 @@ STEADY_POINTS, STEADY_CYCLES, STEADY_SEED, EXTREME_CYCLES = 160, 4000, 7, 1000
 
 
 def make_report(
-    on_step: Callable[[str], None] = lambda what: None,
-    methods: Sequence[Method] = METHODS,
-    long_run_cycles: int = LONG_RUN_CYCLES,
+    on_step: Callable[[str], None] = lambda what: None, long_run_cycles: int = LONG_RUN_CYCLES
 ) -> dict[str, Any]:
     """Measure every diagram and every extreme case, now and here.
 
@@ -32,8 +30,6 @@ def make_report(
     ----------
     on_step : callable
         Told what is being worked on.
-    methods : sequence of Method
-        What is compared.
     long_run_cycles : int
         Excitation cycles of the long runs.
 
@@ -43,7 +39,7 @@ def make_report(
         JSON-able: `created`, `version`, `kernels`, `machine`, `diagrams`, `advantages`, `stability`, `steady` (a `table` of
         random points, and `extremes`), `passed`.
     """
-    diagrams = draw_diagrams(methods, SCENES, lambda name: on_step(f"work-precision: {name}"))
+    diagrams = draw_diagrams(METHODS, SCENES, lambda name: on_step(f"work-precision: {name}"))
     cases = extreme_cases(long_run_cycles)
     rows = stability_table(cases, lambda name: on_step(f"stability: {name}"))
     return {

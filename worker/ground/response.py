@@ -14,7 +14,7 @@ from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IMPACTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.medium import make_medium
+from damperlab.worker.solver.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import (
     ACCELERATION_PEAK,

@@ -81,7 +81,7 @@ def half_cycle_on_addresses(
                     state, span, outcome = while_in_wall(state, span, k, scene, meter, log)
                     if outcome != ARRIVED:
                         return state, outcome
-                    if span.left <= 0.0:
+                    if span.remaining <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
             if (
@@ -94,7 +94,7 @@ def half_cycle_on_addresses(
             _expand(segment, scene, meter, curves)
             segment, kind = _to_event(segment, is_free, span.whole, scene, meter, curves)
             measure(meter, segment, span.whole and kind == NOTHING, scene, curves)
-            note_segment(log, state, (k + 1) * base.window - span.left, segment.time, kind)
+            note_segment(log, state, (k + 1) * base.window - span.remaining, segment.time, kind)
             state = segment.end
             since += segment.time
             if kind == NOTHING:
@@ -103,11 +103,11 @@ def half_cycle_on_addresses(
             outcome = spend(scene.counts, segment.time, base.window)
             if outcome != ARRIVED:
                 return state, outcome
-            span = Span(segment.phase_end, span.end, span.left - segment.time, False)
+            span = Span(segment.phase_end, span.end, span.remaining - segment.time, False)
             state = after_event(segment.end, kind, span.phase, scene, meter)
             note_transition(log, since, kind, segment.end, state, span.phase)
             since = 0.0
-            if span.left <= 0.0:
+            if span.remaining <= 0.0:
                 break
     note_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
     return next_half_start(base, state), ARRIVED
@@ -133,7 +133,7 @@ def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
     end = state  # not known yet
     if span.whole:
         end = _cross_window(state, regime, span, scene)
-    segment = Segment(state, end, span.phase, span.end, regime, span.left, bounds)
+    segment = Segment(state, end, span.phase, span.end, regime, span.remaining, bounds)
     if span.whole:
         return segment, is_free_between(segment, scene)
     return segment, is_free_from(segment, scene)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Excitation, Phase, phase_at, phase_until
-from damperlab.worker.solver.motion.medium import Medium
+from damperlab.worker.solver.medium import Medium
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
@@ -41,7 +41,7 @@ class Span(NamedTuple):
     ----------
     phase, end : Phase
         The base now, and at the end of the window.
-    left : float
+    remaining : float
         Time between the two [1/ω_n].
     whole : bool
         Whether that is the whole window.
@@ -49,7 +49,7 @@ class Span(NamedTuple):
 
     phase: Phase
     end: Phase
-    left: float
+    remaining: float
     whole: bool
 
 

@@ -9,10 +9,10 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.events import COUNTS
 from damperlab.worker.solver.excitation.excitation import base_on_addresses, drive_of
+from damperlab.worker.solver.excitation.sine_base import Forced, make_sine
+from damperlab.worker.solver.medium import Medium, make_medium, medium_on_addresses
 from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
-from damperlab.worker.solver.motion.medium import Medium, make_medium, medium_on_addresses
-from damperlab.worker.solver.motion.sine_base import Forced, make_sine
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.particle import Particle
 

@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.contact.compliant.time_history_in_wall import motion_in_wall
 from damperlab.worker.solver.events import FAR_WALL, NEAR_WALL
 from damperlab.worker.solver.excitation.excitation import expand_base, phase_of_sine
 from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stick, value
@@ -21,6 +20,7 @@ from damperlab.worker.solver.segment_log import (
     V,
     W,
 )
+from damperlab.worker.solver.time_history_in_wall import motion_in_wall
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -51,22 +51,22 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     r = base.frequency_ratio
     begin = half * np.pi / r
     out: list[tuple[float, ...]] = []
-    for row in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
-        start, duration = row[START], row[DURATION]
+    for logged in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
+        start, duration = logged[START], logged[DURATION]
         sine, cosine = np.sin(r * start), np.cos(r * start)
         expand_base(base, phase_of_sine(sine, cosine, r), shaken)
-        held = friction is not None and row[SLIP] == 0.0
-        offset = 0.0 if friction is None else row[SLIP] * friction
-        riding = row[RIDING] > 0.0
+        held = friction is not None and logged[SLIP] == 0.0
+        offset = 0.0 if friction is None else logged[SLIP] * friction
+        riding = logged[RIDING] > 0.0
         if held:
             absolute[:] = shaken
-            stick(row[V], relative, absolute)
+            stick(logged[V], relative, absolute)
         else:
             medium = free if particle is None or particle.wall is not None or not riding else loaded
-            combine(row[V] + offset, row[W], sine, cosine, medium.relative_rows, relative)
+            combine(logged[V] + offset, logged[W], sine, cosine, medium.relative_rows, relative)
         pressed = None
         if riding and particle is not None and particle.wall is not None:
-            pressed = motion_in_wall(row, sine, cosine, offset, loaded.held if held else loaded.slipping)
+            pressed = motion_in_wall(logged, sine, cosine, offset, loaded.held if held else loaded.slipping)
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count
@@ -76,19 +76,19 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
             if pressed is not None:
                 x, w, y, y_rate = pressed(t)
                 v = x - offset
-                depth, depth_rate = row[WALL] * y, y_rate
+                depth, depth_rate = logged[WALL] * y, y_rate
             u = v + value(shaken, t)
             u_rate = w + slope(shaken, t)
             p, p_rate = np.nan, np.nan
             if particle is not None:
-                wall = row[WALL]
+                wall = logged[WALL]
                 if riding:
                     p, p_rate = u - wall * (particle.clearance_ratio + depth), u_rate - depth_rate
                 else:
                     at_start = value(relative, 0.0) - offset + shaken[0]
-                    p_rate = row[P_RATE]
-                    p = at_start - wall * (particle.clearance_ratio - row[GAP]) + p_rate * t
-            struck = float(i == count and int(row[EVENT]) in (NEAR_WALL, FAR_WALL))
+                    p_rate = logged[P_RATE]
+                    p = at_start - wall * (particle.clearance_ratio - logged[GAP]) + p_rate * t
+            struck = float(i == count and int(logged[EVENT]) in (NEAR_WALL, FAR_WALL))
             signed = (mirror * x for x in (u, u_rate, v, w, p, p_rate))
             out.append((begin + start + t, *signed, struck))
     return np.array(out).T

@@ -7,7 +7,7 @@ from math import cos, hypot, log, pi, sin
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.solver.motion.sine_base import Forced
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response import Response

@@ -63,27 +63,27 @@ def settled_period(
     series, d λ/(1 − λ). λ is read from the recurrences `apart` now and `before`, `stretch` half cycles ago.
     """
     found = 0
-    left = inf
+    way_left = inf
     for period_halves in range(1, min(LONGEST, now // 2) + 1):
         d = apart[period_halves]
         earlier = before[period_halves]
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
-            found, left = period_halves, d
+            found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
             # of many lags one may come near by chance: a fall faster than by half is not extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
-                found, left = period_halves, d * rate / (1.0 - rate)
+                found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
             # a slow base leaves more rounding than that: what counts is that it stays so
             if stays_closed(ring, now, period_halves, tolerance * scale):
-                found, left = period_halves, d
+                found, way_left = period_halves, d
         if found > 0:
             break
     for shorter in range(1, found):
         if found % shorter == 0 and apart[shorter] <= SAME * scale:
-            return shorter, left
-    return found, left
+            return shorter, way_left
+    return found, way_left
 
 
 @kernel

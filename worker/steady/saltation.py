@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import NEAR_WALL
-from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
+from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,

@@ -89,10 +89,10 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
         else:
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
-            least = 0.0
+            least_gap = 0.0
             if like.gap < 0.0:  # let go while still in a compliant wall
-                least = -inf
-            possible = possible and least <= gap <= 2.0 * particle.clearance_ratio
+                least_gap = -inf
+            possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
     return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
 
 

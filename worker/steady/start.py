@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.motion.sine_base import Forced, base_rate_at_phase_zero
+from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.state import State
 
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, TURN
+from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
+from damperlab.worker.solver.medium import Medium
 from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.contact_motion import Contact
-from damperlab.worker.solver.motion.medium import Medium
-from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.transitions import (

@@ -5,7 +5,11 @@ from pathlib import Path
 
 from tests.service.cli.commands import run
 
+from damperlab.worker.accuracy.methods import METHODS
+from damperlab.worker.accuracy.scenes import SCENES
+
 PNG = b"\x89PNG\r\n\x1a\n"
+PAPER = METHODS[-1]
 
 
 def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
@@ -19,6 +23,16 @@ def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
     words = (folder / "accuracy.md").read_text(encoding="utf-8")
     assert "(work-precision.png)" in words
     assert all(diagram["title"].capitalize() in words for diagram in report["diagrams"])
+    names = [row["name"] for row in report["stability"]]
+    assert len(set(names)) == len(names)
+    assert all(f"| {name} |" in words for name in names)
+    assert [row["name"] for row in report["stability"] if not row["passed"]] == []
+    diagrams = {diagram["scene"]: diagram for diagram in report["diagrams"]}
+    for scene in SCENES:
+        assert report["advantages"][scene.name][PAPER.name]["error"] > 0.0
+        (paper,) = (one for one in diagrams[scene.name]["curves"] if one["method"] == PAPER.name)
+        # stiffer than its longest steps can be: they end in no number
+        assert (paper["points"][0]["error"] is None) == scene.gives_way
 
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.medium import make_medium
+from damperlab.worker.solver.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import RECORD_METERS, Meter
 from damperlab.worker.solver.scene import Scene as Acting

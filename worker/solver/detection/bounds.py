@@ -22,7 +22,7 @@ def slip_bounds(
     x, w : float
         Start, relative to the base and to the shifted spring centre.
     span : float
-        Length, at most a window (`propagator.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
+        Length, at most a window (`taylor.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
     compliance : float
         κ = 1 over the inertia.
 
@@ -49,7 +49,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
     if regime.sticks:
         return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
     _, bounds = slip_bounds(
-        state.v + regime.offset, state.w, span.left, base, span.phase, regime.medium.compliance
+        state.v + regime.offset, state.w, span.remaining, base, span.phase, regime.medium.compliance
     )
     return bounds
 

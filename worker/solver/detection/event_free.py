@@ -44,10 +44,10 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.medium.compliance
-            force = abs(force_to_hold(base, segment.phase, start.v, inertia))
+            force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
             force_end = abs(force_to_hold(base, segment.phase_end, start.v, inertia))
             curvature = push_derivative_bound(base, segment.phase, 2, inertia)
-            if max(force, force_end) + share * curvature >= scene.friction:
+            if max(force_start, force_end) + share * curvature >= scene.friction:
                 return False
         else:
             sag = share * w_curvature_bound(0, segment, base)
@@ -74,27 +74,27 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
 @inlined
 def is_free_from(segment: Segment, scene: Scene) -> bool:
     """Whether bounds from the start alone prove that no event lies in a segment; False means that one must look."""
-    base, state, regime, time = scene.base, segment.start, segment.regime, segment.time
+    base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.medium.compliance
-            force = abs(force_to_hold(base, segment.phase, state.v, inertia))
-            if force + push_derivative_bound(base, segment.phase, 1, inertia) * time >= scene.friction:
+            force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
+            if force_start + push_derivative_bound(base, segment.phase, 1, inertia) * time >= scene.friction:
                 return False
-        elif state.slip_order > 0 or abs(state.w) <= time * w_rate_bound(segment, base):
+        elif start.slip_order > 0 or abs(start.w) <= time * w_rate_bound(segment, base):
             return False
     if scene.particle is not None:
-        if is_dwelling(state.dwell):
-            return time_left(state.dwell) > time
-        if state.riding > 0.0:
-            push = state.wall * wall_acceleration(state, segment.phase, regime, base)
+        if is_dwelling(start.dwell):
+            return time_left(start.dwell) > time
+        if start.riding > 0.0:
+            push = start.wall * wall_acceleration(start, segment.phase, regime, base)
             if push <= time * u_derivative_bound(3, segment, base):
                 return False
         else:
-            drift = gap_rate(state, segment.phase) * time
+            drift = gap_rate(start, segment.phase) * time
             sag = 0.5 * segment.bounds.u2 * time * time
-            if state.gap_order > 0 or state.gap + min(0.0, drift) - sag <= 0.0:
+            if start.gap_order > 0 or start.gap + min(0.0, drift) - sag <= 0.0:
                 return False
-            if state.gap + max(0.0, drift) + sag >= 2.0 * scene.particle.clearance_ratio:
+            if start.gap + max(0.0, drift) + sag >= 2.0 * scene.particle.clearance_ratio:
                 return False
     return True

@@ -10,14 +10,14 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.excitation.record_base import RecordBase, record_base_on_addresses
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Drive
-from damperlab.worker.solver.motion.sine_base import (
+from damperlab.worker.solver.excitation.sine_base import (
     SineBase,
     SineForce,
     sine_base_on_addresses,
     sine_force_on_addresses,
 )
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact_motion import Drive
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 

@@ -11,8 +11,7 @@ from damperlab.worker.physics.friction import breakaway, hold_force, slip_direct
 from damperlab.worker.solver.arrays import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, TERMS
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
 

@@ -1,1 +1,1 @@
-"""The linear motion between events: Taylor polynomials, the propagator of a panel, first roots, extrema."""
+"""The linear motion between events: Taylor polynomials and their integrals, first roots, extrema, compliant contact."""

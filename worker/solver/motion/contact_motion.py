@@ -29,9 +29,8 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.physics.compliant_wall import reduced_mass
 from damperlab.worker.solver.arrays import filled, unit_matrix, zero_matrix
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW
 from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
-from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, TERMS
 from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]

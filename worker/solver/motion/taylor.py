@@ -2,8 +2,8 @@
 
 Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
 recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution) it has no
-cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough (see `propagator.py`) for the remainder to
-lie below rounding: 0.4^16/16! ≈ 2e-20.
+cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough for the remainder to lie below rounding:
+0.4^16/16! ≈ 2e-20.
 
 The recurrence is linear in what a segment starts from (x, w, sin φ, cos φ), so it is run once per medium for each of the
 four; a segment's coefficients are then a sum of four constant rows, which the processor does eight at a time.
@@ -20,6 +20,9 @@ ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
 
 TERMS = ORDER + 1
+
+LARGEST_WINDOW = 0.4
+"""Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the remainder below rounding."""
 
 
 @kernel

@@ -4,10 +4,10 @@ from math import sqrt
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
+from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
-from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,

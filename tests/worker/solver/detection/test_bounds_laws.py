@@ -7,8 +7,8 @@ from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.detection.bounds import slip_bounds, u_derivative_bound, w_curvature_bound
 from damperlab.worker.solver.excitation.excitation import base_derivative_bound, expand_base, phase_of_sine
-from damperlab.worker.solver.motion.medium import make_medium
-from damperlab.worker.solver.motion.sine_base import make_sine_base
+from damperlab.worker.solver.excitation.sine_base import make_sine_base
+from damperlab.worker.solver.medium import make_medium
 from damperlab.worker.solver.motion.taylor import TERMS, combine
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment
 from damperlab.worker.steady.start import at_rest

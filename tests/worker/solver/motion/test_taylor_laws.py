@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.medium import make_medium
-from damperlab.worker.solver.motion.sine_base import LARGEST_WINDOW, make_sine_base
+from damperlab.worker.solver.excitation.sine_base import make_sine_base
+from damperlab.worker.solver.medium import make_medium
 from damperlab.worker.solver.motion.taylor import (
+    LARGEST_WINDOW,
     TERMS,
     acceleration_into,
     beyond_tangent,

@@ -4,13 +4,12 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.contact.compliant.contact_regime import (
+from damperlab.worker.solver.contact_regime import (
     AnyRegime,
     ContactRegime,
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
 from damperlab.worker.solver.events import NOTHING, RELEASE, SLIP_ONSET, TURN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
@@ -29,6 +28,7 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks
 from damperlab.worker.solver.observe.meter import STUCK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced

@@ -13,7 +13,6 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.budget import spend
-from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, contact_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
 from damperlab.worker.solver.contact.compliant.long_step import (
     FEWEST_STEPS,
@@ -24,6 +23,7 @@ from damperlab.worker.solver.contact.compliant.long_step import (
 )
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
+from damperlab.worker.solver.contact_regime import buffers_of, contact_regime_of, wall_of
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import (
     ARRIVED,
@@ -118,33 +118,33 @@ def while_in_wall(
     base, counts, shaken = scene.base, scene.counts, curves_of(scene).shaken
     opening = phase_at(base, k)
     expand_excitation(base, opening, shaken)
-    phase, left = span.phase, span.left
-    while left > 0.0 and (state.riding > 0.0 or state.gap < 0.0):
+    phase, remaining = span.phase, span.remaining
+    while remaining > 0.0 and (state.riding > 0.0 or state.gap < 0.0):
         before = state
         if state.riding > 0.0:
-            state, t, kind = _in_contact(state, phase, left, scene, meter)
+            state, t, kind = _in_contact(state, phase, remaining, scene, meter)
         else:
-            state, t, kind = separate(state, phase, left, scene, meter)
-        note_segment(log, before, (k + 1) * base.window - left, t, kind)
+            state, t, kind = separate(state, phase, remaining, scene, meter)
+        note_segment(log, before, (k + 1) * base.window - remaining, t, kind)
         if kind != NOTHING:
             counts[SEGMENTS] += 1
         outcome = spend(counts, t, scene.loaded.slipping.step)
         if outcome != ARRIVED:
-            return state, Span(phase, span.end, left, False), outcome
-        left = max(left - t, 0.0)
+            return state, Span(phase, span.end, remaining, False), outcome
+        remaining = max(remaining - t, 0.0)
         phase = span.end
-        if left > 0.0:
-            phase = phase_after(base, opening, shaken, base.window - left)
+        if remaining > 0.0:
+            phase = phase_after(base, opening, shaken, base.window - remaining)
         reached = state
         if kind != NOTHING:
             state = _after_event(state, kind, phase, scene, meter)
         note_transition(log, t, kind, reached, state, phase)
-    return state, Span(phase, span.end, left, False), ARRIVED
+    return state, Span(phase, span.end, remaining, False), ARRIVED
 
 
 @kernel
 def _in_contact(
-    state: State, phase: Phase, left: float, scene: Scene, meter: Meter | None
+    state: State, phase: Phase, remaining: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
     """One segment while the wall pushes: the state at its end, its length, and the event there."""
     buffers = buffers_of(scene)
@@ -160,10 +160,10 @@ def _in_contact(
             if follows:
                 scene.counts[SEGMENTS] += 1
                 expand(start, DIM - 1, regime.between.slow_rows, phase, scene)
-                t = min(left, regime.between.slow_step)
+                t = min(remaining, regime.between.slow_step)
                 return to_event(state, phase, t, regime, scene, meter)
-        if settled or left > FEWEST_STEPS * motion.step:
-            t = min(left, motion.slow_step)
+        if settled or remaining > FEWEST_STEPS * motion.step:
+            t = min(remaining, motion.slow_step)
             if not settled:
                 first, second = vibration
                 for i in range(DIM):
@@ -177,7 +177,7 @@ def _in_contact(
             coordinates_into(state, regime, phase, start)
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
-    return to_event(state, phase, min(left, motion.step), regime, scene, meter)
+    return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
 
 
 @kernel

@@ -3,14 +3,12 @@
 from math import sqrt
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact.compliant.contact_regime import (
+from damperlab.worker.solver.contact_regime import (
     ContactRegime,
     Vibration,
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.contact.compliant.measure_in_wall import TAME, measure_contact, measure_vibration
-from damperlab.worker.solver.contact.compliant.peak_acceleration_in_wall import raise_over_long_step
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import NOTHING
 from damperlab.worker.solver.excitation.excitation import Phase, expand_push
@@ -26,6 +24,8 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.observe.measure_acceleration_in_wall import raise_over_long_step
+from damperlab.worker.solver.observe.measure_in_wall import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, STUCK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced

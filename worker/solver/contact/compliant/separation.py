@@ -4,9 +4,8 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
-from damperlab.worker.solver.contact.compliant.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
-from damperlab.worker.solver.contact.compliant.measure_in_wall import measure_contact, raise_peaks
+from damperlab.worker.solver.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.events import CLEARANCE, PUSHED_AGAIN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
@@ -25,6 +24,7 @@ from damperlab.worker.solver.motion.taylor import (
     stick,
     value,
 )
+from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene

@@ -3,7 +3,7 @@
 from math import sqrt
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.contact_regime import (
+from damperlab.worker.solver.contact_regime import (
     AnyRegime,
     ContactRegime,
     Vibration,
@@ -12,10 +12,10 @@ from damperlab.worker.solver.contact.compliant.contact_regime import (
 )
 from damperlab.worker.solver.excitation.excitation import Excitation
 from damperlab.worker.solver.excitation.record_base import RecordBase
+from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.slow_subspace import fast_later
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, value
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
@@ -56,7 +56,7 @@ def acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
 
 
 @kernel
-def raise_acceleration(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
+def raise_acceleration_in_wall(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
     """Raise the peak to the largest |u''| on the expanded polynomials."""
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     if regime.sticks:
@@ -114,7 +114,7 @@ def raise_over_long_step(
     vibration has a polynomial for, until envelope and slow motion prove that nothing higher can come.
     """
     if regime.sticks:
-        raise_acceleration(meter, t, regime, scene)
+        raise_acceleration_in_wall(meter, t, regime, scene)
         return
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.memory import address, address_if
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
-from damperlab.worker.solver.motion.taylor import base_rows
+from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 
 
 class Forced(NamedTuple):
@@ -26,10 +26,6 @@ class Forced(NamedTuple):
     """
 
     frequency_ratio: float
-
-
-LARGEST_WINDOW = 0.4
-"""Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the Taylor remainder below rounding."""
 
 
 class SineBase(NamedTuple):

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import address, address_if
 from damperlab.worker.solver.motion.quadratic_forms import forced_forms, medium_forms
-from damperlab.worker.solver.motion.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_rows, slope, value
 
 

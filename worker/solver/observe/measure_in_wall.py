@@ -1,31 +1,31 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
 A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too. That of
-a harmonic excitation has the latter two where they are asked for (`peak_acceleration_in_wall.py`).
+a harmonic excitation has the latter two where they are asked for (`measure_acceleration_in_wall.py`).
 """
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact.compliant.contact_regime import (
+from damperlab.worker.solver.contact_regime import (
     AnyRegime,
     ContactRegime,
     Vibration,
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.contact.compliant.peak_acceleration_in_wall import (
+from damperlab.worker.solver.excitation.excitation import Excitation
+from damperlab.worker.solver.excitation.record_base import RecordBase
+from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact_motion import Buffers
+from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
+from damperlab.worker.solver.observe.measure_acceleration_in_wall import (
     acceleration_at,
     acceleration_into,
     acceleration_of_vibration,
     largest,
-    raise_acceleration,
+    raise_acceleration_in_wall,
     record_acceleration,
 )
-from damperlab.worker.solver.excitation.excitation import Excitation
-from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Buffers
-from damperlab.worker.solver.motion.sine_base import SineForce
-from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
 from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
@@ -118,7 +118,7 @@ def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], ends)
     if meter.acceleration is not None:
-        raise_acceleration(meter, t, regime, scene)
+        raise_acceleration_in_wall(meter, t, regime, scene)
 
 
 @kernel

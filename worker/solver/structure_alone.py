@@ -1,8 +1,8 @@
 """The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.motion.medium import Medium
-from damperlab.worker.solver.motion.sine_base import SineBase, SineForce
+from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
+from damperlab.worker.solver.medium import Medium
 from damperlab.worker.solver.state import State
 
 
