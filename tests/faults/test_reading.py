@@ -8,7 +8,7 @@ PATIENCE_SECONDS = 1200.0
 
 
 def test_no_slice_is_torn_mixed_or_stale_while_a_study_is_overwritten_and_deleted() -> None:
-    result = run_reading(1500, seed=5, patience=PATIENCE_SECONDS)
+    result = run_reading(600, seed=5, patience=PATIENCE_SECONDS)
     assert not result.wrong, result.wrong[:10]
-    assert result.reads == dict.fromkeys(READERS, 300)
+    assert result.reads == dict.fromkeys(READERS, 120)
     assert sum(result.writes.values()) > 5
