@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 
 import uvicorn
 from anyio import CapacityLimiter, create_task_group
@@ -87,6 +88,21 @@ DESCRIPTION = (
 )
 
 
+class Application(FastAPI):
+    """Makes its OpenAPI document when that is first asked for: half a second that a start need not wait for."""
+
+    _making = threading.Lock()
+
+    def openapi(self) -> dict[str, Any]:
+        """The document, with examples; made once and kept."""
+        with self._making:
+            known = self.openapi_schema is not None
+            document = super().openapi()
+            if not known:
+                complete(document)
+            return document
+
+
 def create_app(settings: Settings) -> FastAPI:
     """Put the service together; nothing is opened before it starts.
 
@@ -101,7 +117,7 @@ def create_app(settings: Settings) -> FastAPI:
         An ASGI application. Its lifespan opens the store, picks up the studies that wait, and at the end
         stops them so that the next start goes on.
     """
-    app = FastAPI(
+    app = Application(
         title="damperlab",
         version=code_version(),
         description=DESCRIPTION,
@@ -172,8 +188,6 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.traffic = Traffic()
     app.add_middleware(AccessLog, traffic=app.state.traffic)
     app.add_middleware(Policy, shared=bool(settings.cors_origins))
-    # The framework makes the document once and keeps it.
-    complete(app.openapi())
     return app
 
 

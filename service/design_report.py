@@ -141,7 +141,7 @@ def _masses(found: Found) -> Iterable[str]:
     yield drawing(
         draw_front(found),
         "The best damper found of each mass, as drawn, of as many as were looked at: what else is chosen was followed from the "
-        "best of the neighbouring mass while it got better. The tuned mass damper is exact.",
+        "best of the neighbouring mass while it got better. The tuned mass damper is tuned without tolerances as well.",
     )
 
 

@@ -72,6 +72,12 @@ class _Stop(Event):
     """Set by SIGTERM: a study that is computed here is put down in order; what else is done is done again some time."""
 
     computing = False
+    withdrawn = False
+    """Whether the study that is computed here was cancelled or deleted."""
+
+    def is_set(self) -> bool:
+        """Whether to go on with no further block."""
+        return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
         """Stop; for `signal.signal`."""
@@ -200,21 +206,28 @@ class _Search:
 
     def _compute(self, study_id: str) -> None:
         """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""
+
+        def look(_: object) -> None:
+            try:
+                self.stop.withdrawn = self.store.find(study_id).ended
+            except StudyNotFound:
+                self.stop.withdrawn = True
+
         self._require_wanted()
-        self.stop.computing = True
+        self.stop.computing, self.stop.withdrawn = True, False
         with suppress(StudyBusy, StudyNotFound):
             run_study(
                 self.store,
                 study_id,
                 _no_cluster,
-                lambda _: None,
+                look,
                 self.stop,
                 only_from=("queued",),
                 stopped_as="queued",
                 outage_as="queued",
                 here_seconds=math.inf,
             )
-        self.stop.computing = False
+        self.stop.computing = self.stop.withdrawn = False
         if self.stop.is_set():
             raise _Over
 
@@ -237,13 +250,14 @@ class _Search:
         ]
         waited = False
         while new:
-            try:
-                known |= {record.digest: record for record, _ in self.store.submit_all(new)}
-                break
-            except TooManyUnfinished as error:
+            entered, refused = self._enter(new)
+            known |= {record.digest: record for record in entered}
+            new = new[len(entered) :]
+            if refused is not None:
                 if not waited:
-                    self._follow(ask, number, str(error))
+                    self._follow(ask, number, str(refused))
                 waited = True
+                self._tell()  # those that are entered make room as they end
                 self._pause(ROOM_SECONDS)
         if waited:
             self._follow(ask, number)
@@ -251,6 +265,16 @@ class _Search:
             if record.state in ("cancelled", "failed"):
                 self.store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
         return [known[study.digest] for study in ask.studies]
+
+    def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
+        """Enter the first of some studies, as many as there is room for, and say what speaks against more."""
+        count, refused = len(new), None
+        while count:
+            try:
+                return [record for record, _ in self.store.submit_all(new[:count])], refused
+            except TooManyUnfinished as error:
+                count, refused = count // 2, error
+        return [], refused
 
     def _ended(self, study_id: str) -> str:
         """Wait until a study is done."""

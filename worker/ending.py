@@ -52,7 +52,8 @@ class Ending:
         # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
-        self._store.set_state(study_id, state, message, owner=self._lease.owner)
+        # one that was cancelled meanwhile stays so, though its last block was under way
+        self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
 
     def put_down(self, state: str, message: str | None) -> None:
         """End a study that is not complete, unless somebody else has said what becomes of it."""

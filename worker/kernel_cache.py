@@ -23,6 +23,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from damperlab.worker.compiler.target import PROCESSOR, TRIPLE
@@ -164,12 +165,12 @@ class KernelCache:
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Kernel for the types of a call; None where none is stored."""
-        context.refresh()
         for folder, safe in ((shipped_folder(), is_as_safe_as_the_package), (CACHE_FOLDER, is_private)):
             path = folder / self._file(signature)
             if path.exists() and safe(folder):
                 stored = pickle.loads(path.read_bytes())
                 if stored["identity"] == identity() and stored["signature"] == str(signature):
+                    rtsys.initialize(context)
                     return CompileResult._rebuild(context, *stored["kernel"])
         return None
 

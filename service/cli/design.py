@@ -118,7 +118,8 @@ class _Evaluation:
             record = self._computer.compute(record, shown=shown)
         if record.state != "done":
             note(
-                f"damperlab: the study {record.id} is {record.state}. Run the same command again to continue."
+                "damperlab: stopped before the design was done. Run the same command again to go on with it; its study "
+                f"{record.id} is {record.state}."
             )
             raise typer.Exit(FAILED)
         return store.cube(record.id).load()

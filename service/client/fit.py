@@ -29,16 +29,14 @@ def question(
 
 def _specification(specification: Mapping[str, Any] | str | Path) -> Any:
     """Read the specification that is to be corrected; the service judges it."""
-    from damperlab.studies.specification.reading import specification_document
-    from damperlab.studies.text import load_text
+    from damperlab.studies.specification.reading import load_specification, specification_document
 
     if isinstance(specification, Mapping):
         return dict(specification)
     text = str(specification)
     try:
-        return (
-            load_text(text, "yaml") if "\n" in text or text.startswith("{") else specification_document(text)
-        )
+        written_out = "\n" in text or text.startswith("{")
+        return load_specification(text, "yaml") if written_out else specification_document(text)
     except StudyFaults as error:
         raise refused(error.faults) from None
 

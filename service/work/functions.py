@@ -21,7 +21,7 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.ground.response_spectrum import response_spectrum
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.specification.reading import load_specification, parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import AccelerationUnits
@@ -102,7 +102,7 @@ def looked_at(motion: GroundMotion, most: int) -> dict[str, Any]:
 
 def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int]:
     """Read a specification, and say how many points its budget allows; refuse a budget that ends before the first look."""
-    asked = parse_specification(load_text(body, written_in), records)
+    asked = parse_specification(load_specification(body, written_in), records)
     budget = budget_of(asked)
     next(designing(asked, budget))
     return asked, budget

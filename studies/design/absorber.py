@@ -6,13 +6,21 @@ force where nothing else shakes the structure.
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.design.absorber_band import FEWER, Judged, rates, response, worst_over
+from damperlab.studies.design.absorber_band import (
+    Absorbers,
+    Floats,
+    Judged,
+    rates,
+    response,
+    worst_of_each,
+    worst_over,
+)
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.specification import Specification
@@ -29,11 +37,22 @@ LIMITED = {
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
 """What limits on results are about of a damper that neither rubs nor rattles; the others it keeps."""
-WIDE = (0.3, 2.0)
-"""How far tuning and damping are looked for about those of the least peak, by their logarithms."""
-SIDE = np.linspace(-1.0, 1.0, 9)
-CLOSER = 0.5
-ROUNDS = 16
+OFF = {
+    "mass_kg": (-1.0, 0.0, 1.0),
+    "natural_frequency_hz": (-1.0, -0.5, 0.0, 0.5, 1.0),
+    "damping_ratio": (-1.0, 1.0),
+}
+"""Tolerances by which the structure is tried. One tuned for the corners alone has its worst response between them."""
+DETUNED = 0.02
+"""By which the natural frequency of a tuned mass damper is off, to show how much hangs on its tuning."""
+TUNINGS, DAMPINGS = np.exp(np.linspace(-0.4, 0.5, 37)), np.exp(np.linspace(-5.0, 1.0, 13))
+"""Where tuning and damping are looked for, over those of the least peak at any frequency."""
+LOWS = 3
+"""So many of the lowest places of that grid are looked around."""
+WIDE = (0.05, 0.8)
+"""How far around them tuning and damping are looked for, by their logarithms."""
+SIDE = np.linspace(-1.0, 1.0, 5)
+CLOSER, ROUNDS = 0.7, 20
 """A grid of `SIDE` × `SIDE` is laid about the best so often, each time so much closer."""
 
 
@@ -44,11 +63,14 @@ class Beside:
     Parameters
     ----------
     absorber : Absorber
-        Tuned for the least peak on the nominal structure; where the rms over the band is judged for the least of that.
+        Tuned for the least worst case of what is judged over the bands, within the tolerances; where there are records alone,
+        for the least peak under a harmonic base.
     value : float
         Its worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
         The same without tolerances.
+    detuned : float
+        The worst case where its own natural frequency is off by `DETUNED` too, either way.
     exceeded : tuple of str
         Limits on results that it does not keep within the tolerances.
     """
@@ -56,14 +78,15 @@ class Beside:
     absorber: Absorber
     value: float
     nominal: float
+    detuned: float
     exceeded: tuple[str, ...]
 
 
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     """Tune the absorber of a mass, and judge it as the dampers are judged; None without mass, or without a record's samples.
 
-    Mass, natural frequency and damping of the structure are off by their tolerances, every corner; the absorber stays as it
-    was tuned.
+    Mass, natural frequency and damping of the structure are off within their tolerances (`OFF`); the absorber stays as it was
+    tuned: for the least worst case of just that, over the bands that are asked for.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
@@ -71,19 +94,21 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
         return None
     forced = bool(asked.excitations) and all(each.motion.force for each in asked.excitations)
     absorber = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
-    if asked.measure.mean:
-        absorber = _tuned_for_mean(asked, absorber)
-    every = [_built(asked, absorber, shares) for shares in _corners(asked)]
-    values = [
-        max(
-            (*_over_bands(asked, each, judged_of(asked)), *(results[name] for name, results in each.measured))
-        )
-        for each in every
-    ]
+    if asked.excitations:
+        absorber = _tuned_for(asked, absorber)
+    every = [_built(asked, absorber, shares) for shares in _structures(asked)]
+    values = [_worst(asked, each) for each in every]
+    off = [replace(absorber, tuning=absorber.tuning * share) for share in (1.0 - DETUNED, 1.0 + DETUNED)]
+    detuned = [_worst(asked, _built(asked, one, shares)) for one in off for shares in _structures(asked)]
     exceeded = tuple(
         name for name, limit in asked.limits.items() if max(_limited(asked, every, name)) > limit
     )
-    return Beside(absorber, max(values), values[0], exceeded)
+    return Beside(absorber, max(values), values[0], max(values + detuned), exceeded)
+
+
+def _worst(asked: Specification, built: "_Built") -> float:
+    under_records = (results[name] for name, results in built.measured)
+    return max((*_over_bands(asked, built, judged_of(asked)), *under_records))
 
 
 def judged_of(asked: Specification) -> Judged:
@@ -124,18 +149,23 @@ class _Built:
     measured: tuple[tuple[str, dict[str, float]], ...]
 
 
-def _corners(asked: Specification) -> Iterator[dict[str, float]]:
-    names = [
-        name for name in ("mass_kg", "natural_frequency_hz", "damping_ratio") if name in asked.tolerances
-    ]
-    yield dict.fromkeys(names, 0.0)
-    for signs in product((-1.0, 1.0), repeat=len(names)):
-        yield {name: sign * asked.tolerances[name].size for name, sign in zip(names, signs, strict=True)}
+def _structures(asked: Specification) -> Iterator[dict[str, float]]:
+    """Shares by which what is known of the structure is off: first none, then some over the whole range of the tolerances."""
+    off = {name: sides for name, sides in OFF.items() if name in asked.tolerances}
+    yield dict.fromkeys(off, 0.0)
+    for sides in product(*off.values()):
+        if any(sides):
+            yield {name: side * asked.tolerances[name].size for name, side in zip(off, sides, strict=True)}
+
+
+def _off(asked: Specification, shares: dict[str, float]) -> tuple[float, float, float]:
+    """Give the shares by which mass and natural frequency are off, and the damping ratio."""
+    damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
+    return shares.get("mass_kg", 0.0), shares.get("natural_frequency_hz", 0.0), damping
 
 
 def _built(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> _Built:
-    mass, shift = shares.get("mass_kg", 0.0), shares.get("natural_frequency_hz", 0.0)
-    damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
+    mass, shift, damping = _off(asked, shares)
     absorber = Absorber(tuned.mass_ratio / (1.0 + mass), tuned.tuning / (1.0 + shift), tuned.damping_ratio)
     omega = asked.structure.angular_frequency * (1.0 + shift)
     measured = tuple(_under_records(asked, absorber, damping, omega))
@@ -172,25 +202,49 @@ def _limited(asked: Specification, every: list[_Built], name: str) -> Iterator[f
         yield from (results[LIMITS[name].under_record] for _, results in built.measured)
 
 
-def _tuned_for_mean(asked: Specification, start: Absorber) -> Absorber:
-    """Tune an absorber for the least rms over the bands, by a grid that is laid ever closer about the best."""
-    judged = judged_of(asked)
-    zeta = asked.structure.damping_ratio
+def _tuned_for(asked: Specification, start: Absorber) -> Absorber:
+    """Tune an absorber for the least worst case over the bands."""
+    judged, own = judged_of(asked), asked.structure.angular_frequency if asked.in_units else 1.0
+    # more damping of the structure hardly ever lets it move more
+    structures = [shares for shares in _structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
 
-    def mean(absorber: Absorber) -> float:
-        return max(worst_over(each, judged, absorber, zeta, 0.0, FEWER) for each in asked.excitations)
+    def worst(tunings: Floats, dampings: Floats) -> Floats:
+        values = np.zeros_like(tunings)
+        for shares, each in product(structures, asked.excitations):
+            mass, shift, damping = _off(asked, shares)
+            off = Absorbers(start.mass_ratio / (1.0 + mass), tunings / (1.0 + shift), dampings)
+            stiffness = (1.0 + mass) * (1.0 + shift) ** 2 if each.motion.force else 1.0
+            unit = (own * (1.0 + shift)) ** judged.order / stiffness
+            values = np.maximum(values, unit * worst_of_each(each, judged, off, damping, shift))
+        return values
 
-    return _least(mean, start)
+    tunings, dampings = start.tuning * TUNINGS, start.damping_ratio * DAMPINGS
+    heights = worst(*(side.ravel() for side in np.meshgrid(tunings, dampings, indexing="ij")))
+    begin = _lows(heights.reshape(tunings.size, dampings.size))
+    starts = [start, *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in begin)]
+    return min((_least(worst, one) for one in starts), key=lambda found: found[0])[1]
 
 
-def _least(judge: Callable[[Absorber], float], best: Absorber) -> Absorber:
+def _lows(heights: Floats) -> list[tuple[int, int]]:
+    """Give the places that are no higher than those about them, the `LOWS` lowest."""
+    padded = np.pad(heights, 1, constant_values=math.inf)
+    rows, columns = heights.shape
+    about = [padded[i : i + rows, j : j + columns] for i, j in product(range(3), repeat=2)]
+    places = np.argwhere(heights <= np.minimum.reduce(about))
+    lowest = sorted(places.tolist(), key=lambda at: float(heights[at[0], at[1]]))
+    return [(i, j) for i, j in lowest[:LOWS]]
+
+
+def _least(worst: Callable[[Floats, Floats], Floats], best: Absorber) -> tuple[float, Absorber]:
+    """Lay grids of `SIDE` × `SIDE` ever closer about the best so far."""
     width = np.array(WIDE)
+    p, q = (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
+    value = math.inf
     for _ in range(ROUNDS):
-        about = [
-            Absorber(best.mass_ratio, best.tuning * math.exp(p), best.damping_ratio * math.exp(q))
-            for p in width[0] * SIDE
-            for q in width[1] * SIDE
-        ]
-        best = min(about, key=judge)
+        tunings, dampings = best.tuning * np.exp(width[0] * p), best.damping_ratio * np.exp(width[1] * q)
+        values = worst(tunings, dampings)
+        least = int(values.argmin())
+        value = float(values[least])
+        best = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
         width = width * CLOSER
-    return best
+    return value, best

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.stationary import Heights
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 
+Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
 """Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
 power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band. The
@@ -34,6 +36,48 @@ class Judged(NamedTuple):
     order: int = 0
     against_base: bool = False
     mean: bool = False
+
+
+class Absorbers(NamedTuple):
+    """Absorbers of one mass, as arrays over them of a length n; see `Absorber`."""
+
+    mass_ratio: float
+    tuning: Floats
+    damping_ratio: Floats
+
+
+def worst_of_each(
+    excitation: Excitation, judged: Judged, absorbers: Absorbers, damping_ratio: float, shift: float
+) -> Floats:
+    """Give `worst_over` for many absorbers, shape (n,); without a closed form, at few frequencies and at each peak of X/Z.
+
+    A narrow peak is one of X/Z too, in the same place but for the width of it.
+    """
+    if judged.mean:
+        each = zip(absorbers.tuning, absorbers.damping_ratio, strict=True)
+        found = (Absorber(absorbers.mass_ratio, float(p), float(q)) for p, q in each)
+        return np.array([worst_over(excitation, judged, one, damping_ratio, shift, FEWER) for one in found])
+    low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
+    motion = excitation.motion
+    closed = judged.order == motion.order and (motion.force or not judged.against_base)
+    heights = Heights(
+        absorbers.mass_ratio,
+        absorbers.tuning**2,
+        (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0),
+        absorbers.damping_ratio,
+        damping_ratio,
+        not motion.force,
+    )
+    peaks, _ = heights.candidates()
+    looked_at = np.linspace(low, high, 2 if closed else FEWER) if high > low else np.array([low])
+    r = np.concatenate(
+        [np.clip(peaks, low, high), np.broadcast_to(looked_at, (len(peaks), looked_at.size))], axis=1
+    )
+    columns = Absorber(absorbers.mass_ratio, absorbers.tuning[:, None], absorbers.damping_ratio[:, None])  # type: ignore[arg-type]
+    base_m = excitation.base_m(excitation.highest_m, r * (1.0 + shift))
+    moved = response(excitation, judged, columns, damping_ratio, r)
+    found_m: Floats = judged.factor * base_m * rates(judged, 1.0, r) * moved
+    return np.asarray(found_m.max(axis=1))
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:

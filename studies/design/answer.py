@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
+from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.backbone import backbone_document
 from damperlab.studies.design.build import Build, design_document
@@ -224,6 +225,8 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "damping_ratio": beside.absorber.damping_ratio,
         "worst": {"value": beside.value, "units": found.asked.unit},
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
+        "detuned": {"value": beside.detuned, "units": found.asked.unit},
+        "detuned_by": DETUNED,
         "feasible": not beside.exceeded,
         "exceeded": [found.asked.limit_key(name) for name in beside.exceeded],
         "ratio": _times(beside.value, found),

@@ -169,7 +169,8 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
     finally:
         looking.search.cap = search.book.budget
     build = looking.lattice.build(looking.best())
-    tuned = tuned_beside(search.asked, mass / search.asked.structure.mass_kg)
+    as_drawn = replace(search.asked, tolerances={})
+    tuned = tuned_beside(as_drawn, mass / search.asked.structure.mass_kg)
     nominal = None if tuned is None else tuned.nominal
     return OfMass(build, looking.search.score(build), len(looking.known), nominal, None), looking.best()
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import isinf
 
-from damperlab.studies.design.absorber import Beside
+from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.alternatives import OF_DAMPER, Alternative, without
 from damperlab.studies.design.build import Build
@@ -263,17 +263,19 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
     off = (
         " on a structure that is off by its tolerances" if set(OF_STRUCTURE) & asked.tolerances.keys() else ""
     )
-    tuned = "tuned for the least of it, to" if asked.measure.mean else "tuned to"
+    bands = len(asked.excitations)
+    for_what = ("a harmonic base", "this band")[bands] if bands < 2 else "these bands"
     exceeds = ""
     if beside.exceeded:
         exceeds = (
             f", and exceeds {'a limit' if len(beside.exceeded) == 1 else f'{len(beside.exceeded)} limits'}"
         )
     yield (
-        f"A tuned mass damper of the same mass, {tuned} {absorber.tuning:.4g} of the natural frequency with ζ = "
-        f"{absorber.damping_ratio:.4g}, {comes_to(asked)} {response(asked, beside.value)}{off}"
+        f"A tuned mass damper of the same mass, tuned for {for_what}, to {absorber.tuning:.4g} of the natural "
+        f"frequency with ζ = {absorber.damping_ratio:.4g}, {comes_to(asked)} {response(asked, beside.value)}{off}"
         f"{_times(beside.value, ours.value)}{exceeds}."
     )
+    yield f"Out of tune by {DETUNED:.0%}, it {comes_to(asked)} {response(asked, beside.detuned)}."
     if ours.violation > 0.0 and not beside.exceeded:
         yield "It keeps every limit on results, which this damper does not."
     if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):

@@ -1,5 +1,6 @@
 """A specification read from a document, with every fault named at once."""
 
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -74,7 +75,7 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
     if written_in is None:
         named = named_specifications()
         if path_or_name in named:
-            return _mapping(load_text(named[path_or_name], "yaml"))
+            return _mapping(load_specification(named[path_or_name], "yaml"))
         allowed = f"a {', '.join(_FORMATS)} file, or one of the named specifications {listing(named)}"
         told = f"There is no specification {printable(path_or_name)}: name {allowed}."
         near = nearest(path_or_name, named)
@@ -89,7 +90,7 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
         raise StudyFaults(
             [Fault("specification", describe(path_or_name), "a readable file", "check the path", told)]
         ) from None
-    return _mapping(load_text(text, written_in))
+    return _mapping(load_specification(text, written_in))
 
 
 @cache
@@ -103,6 +104,23 @@ def named_specifications() -> dict[str, bytes]:
         for entry in entries
         if entry.name.endswith(".yaml")
     }
+
+
+def load_specification(text: bytes | str, written_in: Format) -> Any:
+    """Read the text of a specification; as `damperlab.studies.text.load_text`, with faults of a specification."""
+    try:
+        return load_text(text, written_in)
+    except StudyFaults as error:
+        raise StudyFaults([_of_specification(fault) for fault in error.faults]) from None
+
+
+def _of_specification(fault: Fault) -> Fault:
+    """Say of a specification what the reader of texts says of a study, whose axes may be long."""
+    field = "specification" if fault.field == "study" else fault.field
+    advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
+    return replace(
+        fault, field=field, advice=advice, message=fault.message.replace("a study", "a specification")
+    )
 
 
 def parse_specification(document: object, shelf: Shelf | None = None) -> Specification:
@@ -121,6 +139,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
         With every fault of the document.
     """
     given, faults = guard(_mapping(document))
+    faults = [_of_specification(fault) for fault in faults]
     # a key of YAML without a value, as where each of its lines is a comment
     given = {key: value for key, value in given.items() if value is not None}
     reader = _Reader(given, faults, shelf)

@@ -233,6 +233,43 @@ def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
                 assert running.stop() == 0
 
 
+def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
+    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+) -> None:
+    running = own_service(DAMPERLAB_QUOTA_UNFINISHED="1")
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert (now["state"], now["answer"]) == ("done", undisturbed)
+    assert running.stop() == 0
+
+
+def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
+    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+) -> None:
+    """The first look at this band takes several blocks of the process that searches."""
+    band = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 6.0, "stop": 10.0}}
+    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 4000}
+    wide["choose"] = wide["choose"] | {"clearance_m": {"start": 0.002, "stop": 0.012}}
+    del wide["clearance_m"]
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=60) as client:
+        design_id = client.post(DESIGNS, json=wide).json()["id"]
+        now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
+        study = f"/api/v1/studies/{now['studies'][0]}"
+        helpers.wait_until(lambda: client.get(study).status_code == 200)
+        assert client.post(f"{study}/cancel").status_code == 200
+        cancelled = client.get(study).json()
+        assert cancelled["state"] == "cancelled", "it ended before it could be cancelled"
+        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        assert now["state"] == "failed"
+        assert "is cancelled" in now["message"]
+        assert client.get(study).json()["state"] == "cancelled"
+        client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
+        assert helpers.wait_for_design(client, design_id, helpers.ended)["state"] == "done"
+    assert running.stop() == 0
+
+
 def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
     time = [0.01 * step for step in range(600)]
     rows = "\n".join(f"{each:.2f},{0.3 * math.sin(50 * each) * math.exp(-each):.6f}" for each in time)

@@ -140,7 +140,8 @@ def test_the_tuned_mass_damper_accelerates_as_its_equations_of_motion_say(
         dynamic = mass * s**2 + through + link - link**2 / (small * s**2 + link)
         return float(judge(np.abs(s**2 * force / dynamic)))
 
-    truth = [peak(a * MASS, b * OMEGA) for a in (1.0, 0.97, 1.03) for b in (1.0, 0.98, 1.02)]
+    shares = (1.0, 0.98, 0.99, 1.01, 1.02)
+    truth = [peak(a * MASS, b * OMEGA) for a in (1.0, 0.97, 1.03) for b in shares]
     assert beside.nominal == pytest.approx(truth[0], rel=1e-5)
     assert beside.value == pytest.approx(max(truth), rel=1e-5)
 

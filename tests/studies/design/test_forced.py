@@ -114,12 +114,10 @@ def test_the_tuned_mass_damper_answers_to_the_force(press) -> None:
             worst = max(worst, abs(np.linalg.solve(whole, [FORCE, 0.0])[0]))
         return worst
 
-    moved = itertools.product((0.97, 1.03), (0.98, 1.02))
+    moved = itertools.product((0.97, 1.0, 1.03), (0.98, 0.99, 1.0, 1.01, 1.02))
     truth = max(peak(mass * MASS, natural * NATURAL) for mass, natural in moved)
     assert beside.value == pytest.approx(truth, rel=1e-5)
     assert beside.nominal == pytest.approx(peak(MASS, NATURAL), rel=1e-5)
-    # tuned for a force: Den Hartog's 1/(1 + μ), a little lower for damping; for a base it would be lower still
-    assert beside.absorber.tuning == pytest.approx(1.0 / 1.05, rel=0.01)
 
 
 def test_the_answer_is_in_newtons(press) -> None:
