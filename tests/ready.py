@@ -189,11 +189,12 @@ def _serve(connection: socket.socket) -> dict[str, Any] | None:
         told, descriptors, _, _ = socket.recv_fds(connection, _SIZE, 4)
         if not told:
             return None
-        _forget_ended()
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how those that wait have ended
         if os.fork() != 0:
             for each in descriptors:
                 os.close(each)
             continue
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         connection.close()
         child = os.fork()
         *streams, asked = descriptors
@@ -211,13 +212,6 @@ def _serve(connection: socket.socket) -> dict[str, Any] | None:
             with suppress(OSError):  # nobody may ask any more
                 asking.send(str(status).encode())
         os._exit(0)
-
-
-def _forget_ended() -> None:
-    """Let processes go that have waited for a child and ended."""
-    with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0] != 0:
-            pass
 
 
 if __name__ == "__main__":

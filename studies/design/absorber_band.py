@@ -53,31 +53,24 @@ def worst_of_each(
 
     A narrow peak is one of X/Z too, in the same place but for the width of it.
     """
-    if judged.mean:
-        each = zip(absorbers.tuning, absorbers.damping_ratio, strict=True)
-        found = (Absorber(absorbers.mass_ratio, float(p), float(q)) for p, q in each)
-        return np.array([worst_over(excitation, judged, one, damping_ratio, shift, FEWER) for one in found])
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
     motion = excitation.motion
     closed = judged.order == motion.order and (motion.force or not judged.against_base)
-    heights = Heights(
-        absorbers.mass_ratio,
-        absorbers.tuning**2,
-        (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0),
-        absorbers.damping_ratio,
-        damping_ratio,
-        not motion.force,
-    )
-    peaks, _ = heights.candidates()
-    looked_at = np.linspace(low, high, 2 if closed else FEWER) if high > low else np.array([low])
-    r = np.concatenate(
-        [np.clip(peaks, low, high), np.broadcast_to(looked_at, (len(peaks), looked_at.size))], axis=1
-    )
-    columns = Absorber(absorbers.mass_ratio, absorbers.tuning[:, None], absorbers.damping_ratio[:, None])  # type: ignore[arg-type]
+    samples = 1 if high == low else 2 if closed and not judged.mean else FEWER
+    tuning, damping = absorbers.tuning[:, None], absorbers.damping_ratio[:, None]
+    r = np.broadcast_to(np.linspace(low, high, samples), (tuning.size, samples))
+    if not judged.mean:
+        square, offset = absorbers.tuning**2, (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0)
+        heights = Heights(
+            absorbers.mass_ratio, square, offset, absorbers.damping_ratio, damping_ratio, not motion.force
+        )
+        r = np.concatenate([r, np.clip(heights.candidates()[0], low, high)], axis=1)
     base_m = excitation.base_m(excitation.highest_m, r * (1.0 + shift))
-    moved = response(excitation, judged, columns, damping_ratio, r)
-    found_m: Floats = judged.factor * base_m * rates(judged, 1.0, r) * moved
-    return np.asarray(found_m.max(axis=1))
+    moved = response(excitation, judged, Absorbers(absorbers.mass_ratio, tuning, damping), damping_ratio, r)
+    values: Floats = judged.factor * base_m * rates(judged, 1.0, r) * moved
+    if judged.mean and samples > 1:
+        return np.asarray(np.sqrt(np.trapezoid(values**2, r, axis=1) / (high - low)))
+    return np.asarray(values.max(axis=1))
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -92,7 +85,6 @@ def worst_over(
     absorber: Absorber,
     damping_ratio: float,
     shift: float,
-    samples: int = SAMPLES,
 ) -> float:
     """Give what is judged under the largest amplitude of a band.
 
@@ -106,8 +98,6 @@ def worst_over(
         On the structure as built.
     damping_ratio, shift : float
         ζ of it, and the share by which its natural frequency is off.
-    samples : int
-        Frequencies where there is no closed form.
 
     Returns
     -------
@@ -120,7 +110,7 @@ def worst_over(
         top = highest(absorber, damping_ratio, "force" if motion.force else "base", (low, high))
         # an acceleration under a base of one acceleration: the powers of the frequency cancel
         return factor * level * top.value / (1.0 + shift) ** judged.order
-    r = np.linspace(low, high, samples) if high > low else np.array([low])
+    r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
     base_m = excitation.base_m(level, r * (1.0 + shift))
     moved = response(excitation, judged, absorber, damping_ratio, r)
     values = factor * base_m * rates(judged, 1.0, r) * moved
@@ -130,13 +120,13 @@ def worst_over(
 def response(
     excitation: Excitation,
     judged: Judged,
-    absorber: Absorber,
+    absorber: "Absorber | Absorbers",
     damping_ratio: float,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Amplitude ratio, absolute or against the base; see `damperlab.studies.tmd.transfer.amplitude_ratio`."""
     if excitation.motion.force:
-        return amplitude_ratio(r, absorber, damping_ratio, "force")
+        return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # of one or of many
     square = r * r
     link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
     structure = 1 + 2j * damping_ratio * r

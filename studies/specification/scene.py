@@ -244,14 +244,14 @@ class SceneFields(RecordFields):
         scale = structure.natural_frequency_hz if asked == ["frequency_hz"] else 1.0
         low, high = band[0] / scale, band[1] / scale
         if not (FREQUENCY_RATIO.admits(low) and FREQUENCY_RATIO.admits(high)):
-            told = f"{{field}} makes frequency ratios from {low:.6g} to {high:.6g}; they must be {FREQUENCY_RATIO.allowed}."
-            self._fault(
-                f"{field}.{asked[0]}",
-                describe(raw[asked[0]]),
-                FREQUENCY_RATIO.allowed,
-                "check the units",
-                told,
+            unit = " Hz" if asked == ["frequency_hz"] else ""
+            found = f"{band[0]:.6g} to {band[1]:.6g}{unit}" if high > low else f"{band[0]:.6g}{unit}"
+            allowed = f"{FREQUENCY_RATIO.lowest * scale:g} to {FREQUENCY_RATIO.highest * scale:g}{unit}"
+            told = (
+                f"{{field}} is {found}; allowed is {allowed}, from {FREQUENCY_RATIO.lowest:g} to "
+                f"{FREQUENCY_RATIO.highest:g} times the natural frequency."
             )
+            self._fault(f"{field}.{asked[0]}", found, allowed, "check the units", told)
             return None
         factor = structure.per_metre(motion)
         return Excitation(level[0] / factor, level[1] / factor, low, high, motion)

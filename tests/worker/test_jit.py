@@ -69,6 +69,17 @@ def numbers(lines: str) -> list[list[float]]:
     return [[float.fromhex(word) for word in line.split()[1:]] for line in lines.splitlines()]
 
 
+def test_kernels_that_are_there_load_nothing_that_compiles() -> None:
+    """What numba registers for every function that it can compile takes ten times as long as a kernel to load."""
+    ask = (
+        f"import sys; sys.path.insert(0, {str(RUN.parent)!r}); import kernels_run\n"
+        "kernels_run.bits(*kernels_run.SCENES[2])\n"
+        "print([name for name in ('numba.np.arraymath', 'numba.cpython.listobj', 'scipy.linalg') if name in sys.modules])"
+    )
+    run(CACHE_FOLDER.parent, str(RUN), HYBRID)  # so that they are there
+    assert run(CACHE_FOLDER.parent, "-c", ask).strip() == "[]"
+
+
 @kernel
 def _plain(x: float) -> float:
     return x + 1.0
