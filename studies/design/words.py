@@ -275,7 +275,7 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
         f"frequency with ζ = {absorber.damping_ratio:.4g}, {comes_to(asked)} {response(asked, beside.value)}{off}"
         f"{_times(beside.value, ours.value)}{exceeds}."
     )
-    yield f"Out of tune by {DETUNED:.0%}, it {comes_to(asked)} {response(asked, beside.detuned)}."
+    yield f"Out of tune by {100 * DETUNED:.0f} %, it {comes_to(asked)} {response(asked, beside.detuned)}."
     if ours.violation > 0.0 and not beside.exceeded:
         yield "It keeps every limit on results, which this damper does not."
     if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):
