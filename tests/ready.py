@@ -67,14 +67,13 @@ class Ready:
         environment: dict[str, str],
         out: int | IO[Any] | None = None,
         err: int | IO[Any] | None = None,
-        folder: Path | None = None,
     ) -> "Started":
         """Start a module as ``python -m`` does, without input; streams that are not given are those of this process."""
         command = {
             "module": module,
             "arguments": arguments,
             "environment": environment,
-            "folder": str(folder or Path.cwd()),
+            "folder": str(Path.cwd()),
         }
         here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with Path(os.devnull).open("rb") as nothing, there:
