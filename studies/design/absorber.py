@@ -1,13 +1,14 @@
 """The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
 
-Under ground-motion records it is stepped, which is exact for a linear structure; it stays tuned for a harmonic base, or for a
-force where nothing else shakes the structure.
+Under ground-motion records it is stepped, which is exact for a linear structure; where there are records alone, it is tuned for
+a harmonic base.
 """
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,10 +97,10 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     absorber = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
     if asked.excitations:
         absorber = _tuned_for(asked, absorber)
-    every = [_built(asked, absorber, shares) for shares in _structures(asked)]
+    every = [_shaken(asked, absorber, shares) for shares in _structures(asked)]
     values = [_worst(asked, each) for each in every]
-    off = [replace(absorber, tuning=absorber.tuning * share) for share in (1.0 - DETUNED, 1.0 + DETUNED)]
-    detuned = [_worst(asked, _built(asked, one, shares)) for one in off for shares in _structures(asked)]
+    off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
+    detuned = [_worst(asked, _shaken(asked, one, shares)) for one in off for shares in _structures(asked)]
     exceeded = tuple(
         name for name, limit in asked.limits.items() if max(_limited(asked, every, name)) > limit
     )
@@ -108,7 +109,7 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
 def _worst(asked: Specification, built: "_Built") -> float:
     under_records = (results[name] for name, results in built.measured)
-    return max((*_over_bands(asked, built, judged_of(asked)), *under_records))
+    return float(max((*_over_bands(asked, built, judged_of(asked)), *under_records)))
 
 
 def judged_of(asked: Specification) -> Judged:
@@ -134,19 +135,19 @@ class _Built:
 
     Parameters
     ----------
-    absorber : Absorber
-        In its ratios to this structure.
+    absorber : Absorber or Absorbers
+        In its ratios to this structure; many, where they are looked among.
     damping, shift, stiffness : float
         ζ, the share by which ω_n is off, and the stiffness over the nominal one.
     measured : tuple
         The variable of the measure under each record, and all results.
     """
 
-    absorber: Absorber
+    absorber: Any
     damping: float
     shift: float
     stiffness: float
-    measured: tuple[tuple[str, dict[str, float]], ...]
+    measured: tuple[tuple[str, dict[str, float]], ...] = ()
 
 
 def _structures(asked: Specification) -> Iterator[dict[str, float]]:
@@ -158,24 +159,31 @@ def _structures(asked: Specification) -> Iterator[dict[str, float]]:
             yield {name: side * asked.tolerances[name].size for name, side in zip(off, sides, strict=True)}
 
 
-def _off(asked: Specification, shares: dict[str, float]) -> tuple[float, float, float]:
-    """Give the shares by which mass and natural frequency are off, and the damping ratio."""
+def _built(asked: Specification, tuned: Absorber | Absorbers, shares: dict[str, float]) -> _Built:
+    """Give the structure that is off by these shares; under no record yet."""
+    mass, shift = shares.get("mass_kg", 0.0), shares.get("natural_frequency_hz", 0.0)
     damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
-    return shares.get("mass_kg", 0.0), shares.get("natural_frequency_hz", 0.0), damping
+    absorber = type(tuned)(
+        tuned.mass_ratio / (1.0 + mass),
+        tuned.tuning / (1.0 + shift),  # type: ignore[arg-type]
+        tuned.damping_ratio,  # type: ignore[arg-type]
+    )
+    return _Built(absorber, damping, shift, (1.0 + mass) * (1.0 + shift) ** 2)
 
 
-def _built(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> _Built:
-    mass, shift, damping = _off(asked, shares)
-    absorber = Absorber(tuned.mass_ratio / (1.0 + mass), tuned.tuning / (1.0 + shift), tuned.damping_ratio)
-    omega = asked.structure.angular_frequency * (1.0 + shift)
-    measured = tuple(_under_records(asked, absorber, damping, omega))
-    return _Built(absorber, damping, shift, (1.0 + mass) * (1.0 + shift) ** 2, measured)
+def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> _Built:
+    """Give the same under the records."""
+    built = _built(asked, tuned, shares)
+    omega = asked.structure.angular_frequency * (1.0 + built.shift)
+    return replace(built, measured=tuple(_under_records(asked, built.absorber, built.damping, omega)))
 
 
-def _over_bands(asked: Specification, built: _Built, judged: Judged) -> Iterator[float]:
+def _over_bands(
+    asked: Specification, built: _Built, judged: Judged, worst: Callable[..., Any] = worst_over
+) -> Iterator[Any]:
     own = (asked.structure.angular_frequency if asked.in_units else 1.0) * (1.0 + built.shift)
     for each in asked.excitations:
-        value = worst_over(each, judged, built.absorber, built.damping, built.shift)
+        value = worst(each, judged, built.absorber, built.damping, built.shift)
         yield value * own**judged.order / (built.stiffness if each.motion.force else 1.0)
 
 
@@ -204,19 +212,18 @@ def _limited(asked: Specification, every: list[_Built], name: str) -> Iterator[f
 
 def _tuned_for(asked: Specification, start: Absorber) -> Absorber:
     """Tune an absorber for the least worst case over the bands."""
-    judged, own = judged_of(asked), asked.structure.angular_frequency if asked.in_units else 1.0
+    judged = judged_of(asked)
     # more damping of the structure hardly ever lets it move more
     structures = [shares for shares in _structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
 
     def worst(tunings: Floats, dampings: Floats) -> Floats:
-        values = np.zeros_like(tunings)
-        for shares, each in product(structures, asked.excitations):
-            mass, shift, damping = _off(asked, shares)
-            off = Absorbers(start.mass_ratio / (1.0 + mass), tunings / (1.0 + shift), dampings)
-            stiffness = (1.0 + mass) * (1.0 + shift) ** 2 if each.motion.force else 1.0
-            unit = (own * (1.0 + shift)) ** judged.order / stiffness
-            values = np.maximum(values, unit * worst_of_each(each, judged, off, damping, shift))
-        return values
+        many = Absorbers(start.mass_ratio, tunings, dampings)
+        every = [_built(asked, many, shares) for shares in structures]
+        return np.asarray(
+            np.max(
+                [value for each in every for value in _over_bands(asked, each, judged, worst_of_each)], axis=0
+            )
+        )
 
     tunings, dampings = start.tuning * TUNINGS, start.damping_ratio * DAMPINGS
     heights = worst(*(side.ravel() for side in np.meshgrid(tunings, dampings, indexing="ij")))

@@ -15,8 +15,8 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
 """Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
-power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band. The
-latter changes slowly with tuning and damping, which are looked for with fewer."""
+power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band.
+Tuning and damping are looked for with fewer."""
 
 
 class Judged(NamedTuple):
