@@ -14,7 +14,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
+from tests.ready import ready
+from tests.spawning import fork_from
 
+gc.disable()  # nothing that is loaded or collected is garbage
+fork_from(lambda: ready().loaded)
 HERE = Path(__file__).parent
 UNKNOWN_SECONDS = 10.0
 """Of a file that was never measured: before the many short ones, for it may be long."""
@@ -29,6 +33,12 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 _measured: dict[str, float] = defaultdict(float)
 
 
+@pytest.fixture
+def anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have every process of a test started anew, none forked, as a child of whatever starts it."""
+    monkeypatch.setenv("TESTS_ANEW", "1")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Sort files by how long they take, longest first; tests of a file stay in their order."""
     seconds: dict[str, float] = json.loads((HERE / "durations.json").read_text())
@@ -37,8 +47,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     """Let the garbage collector pass over what is loaded and collected, which stays until the end."""
-    gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:

@@ -1,8 +1,9 @@
-"""Commands in processes of their own that need not load every library first: most of what a short command takes.
+"""Commands in processes of their own that need not load everything first: most of what a short command takes.
 
-A process that has loaded libraries, and nothing of damperlab, waits for commands. For each it forks a child, which is what it
-would be as a process started anew: its own arguments, environment, folder, streams and exit status, and damperlab loaded by
-itself. What a command loads, and that it starts at all, is tested with processes that are started anew.
+A process that has loaded libraries and damperlab waits for commands. For each it forks a child, which is what it would be as
+a process started anew: its own arguments, environment, folder, streams and exit status. What such a command starts of its
+own, a scheduler and workers, is forked from the same process (`spawning`). What a command loads, and that it starts at all, is
+tested with processes that are started anew.
 """
 
 import atexit
@@ -10,12 +11,14 @@ import gc
 import json
 import os
 import runpy
+import selectors
 import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
@@ -39,26 +42,51 @@ LIBRARIES = (
     "xarray",
 )
 """What commands load of others. None of it starts a thread that a fork would lose: OpenBLAS starts its own again."""
+DAMPERLAB = ("damperlab.service.app", "damperlab.service.cli.main", "damperlab.worker.tasks")
+"""What they load of damperlab, where the variables that it is loaded by are those of the tests."""
+LOADED_BY = ("DAMPERLAB_CACHE_DIR", "DAMPERLAB_TARGET", "HOME", "NUMBA_", "PYTHON", "XDG_", "TESTS_")
+"""How variables begin that are read as damperlab or a library is loaded, and those of the tests."""
+NO_MATTER = {"NUMBA_NUM_THREADS", "PYTHONHASHSEED"}
+"""Those of them that Dask sets for workers: no kernel has threads, and nothing depends on the order of sets."""
 _SIZE = 1 << 20
+_first = dict(os.environ)
+"""As this process began: a test may have changed what it starts its own processes with."""
 
 
 class Ready:
-    """The process that waits, one for each process of tests."""
+    """A process that waits.
 
-    def __init__(self) -> None:
-        self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with other:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "tests.ready", str(other.fileno())],
+    Parameters
+    ----------
+    connection : socket
+        To it.
+    """
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection = connection
+
+    @cached_property
+    def loaded(self) -> "Ready":
+        """One that has loaded damperlab too, started by this one."""
+        here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with there:
+            self._process = self.fork("tests.ready", ["damperlab"], _first, given=there, folder=ROOT)
+        return Ready(here)
+
+    @classmethod
+    def anew(cls) -> "Ready":
+        """One with the libraries alone, started; it ends with this process."""
+        here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with there:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "tests.ready"],
                 cwd=ROOT,
-                pass_fds=[other.fileno()],
+                stdin=there,
+                env={**_first, "OPENBLAS_NUM_THREADS": "1"},
             )
-        atexit.register(self.close)
-
-    def close(self) -> None:
-        """End the process, which is idle."""
-        self._socket.close()
-        self._process.wait()
+        atexit.register(process.wait)
+        atexit.register(here.close)
+        return cls(here)
 
     def start(
         self,
@@ -69,19 +97,57 @@ class Ready:
         err: int | IO[Any] | None = None,
     ) -> "Started":
         """Start a module as ``python -m`` does, without input; streams that are not given are those of this process."""
+        best = self.loaded if module.startswith("damperlab") and alike(environment) else self
+        return best.fork(module, arguments, environment, out=out, err=err)
+
+    def fork(
+        self,
+        module: str,
+        arguments: list[str],
+        environment: dict[str, str],
+        *,
+        given: int | IO[Any] | socket.socket | None = None,
+        out: int | IO[Any] | None = None,
+        err: int | IO[Any] | None = None,
+        passed: Sequence[int] = (),
+        folder: Path | None = None,
+        session: bool = False,
+    ) -> "Started":
+        """Start a module in a child of that process.
+
+        Parameters
+        ----------
+        module : str
+            Its name.
+        arguments : list of str
+            What stands in `sys.argv`.
+        environment : dict
+            All of its variables.
+        given, out, err : int or file, optional
+            Its streams: no input, and those of this process, where they are left out.
+        passed : sequence of int
+            Descriptors that it shall have too; their numbers stand behind its arguments.
+        folder : Path, optional
+            Where it runs; by default where this process does.
+        session : bool
+            Whether it begins a session, so that no signal to this process's group reaches it.
+        """
         command = {
             "module": module,
             "arguments": arguments,
             "environment": environment,
-            "folder": str(Path.cwd()),
+            "folder": str(folder or Path.cwd()),
+            "umask": _umask(),
+            "session": session,
         }
         here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with Path(os.devnull).open("rb") as nothing, there:
             streams = [
                 default if stream is None else stream if isinstance(stream, int) else stream.fileno()
-                for stream, default in ((nothing, 0), (out, 1), (err, 2))
+                for stream, default in ((nothing if given is None else given, 0), (out, 1), (err, 2))
             ]
-            socket.send_fds(self._socket, [json.dumps(command).encode()], [*streams, there.fileno()])
+            everything = [*streams, there.fileno(), *passed]
+            socket.send_fds(self.connection, [json.dumps(command).encode()], everything)
         return Started([module, *arguments], here)
 
     def run(
@@ -114,6 +180,9 @@ class Started:
     told : socket
         What tells the id of its process, and then its exit status.
     """
+
+    stdin: IO[bytes] | None = None
+    stdout: IO[bytes] | None = None
 
     def __init__(self, args: list[str], told: socket.socket) -> None:
         self.args = args
@@ -176,48 +245,103 @@ class _Stream:
 @cache
 def ready() -> Ready:
     """The one of this process."""
-    return Ready()
+    return Ready.anew()
 
 
-def _serve(connection: socket.socket) -> dict[str, Any] | None:
+def _umask() -> int:
+    """What this process keeps from others in files that it makes; asking the system for it would set it."""
+    return int(Path("/proc/self/status").read_text().partition("Umask:")[2].split()[0], 8)
+
+
+def loaded_by(environment: dict[str, str]) -> dict[str, str]:
+    """Those of an environment's variables that are read as damperlab or a library is loaded."""
+    return {
+        name: value
+        for name, value in environment.items()
+        if name.startswith(LOADED_BY) and name not in NO_MATTER
+    }
+
+
+def alike(environment: dict[str, str]) -> bool:
+    """Whether damperlab is loaded in an environment as it was in that of this process when that began."""
+    return loaded_by(environment) == loaded_by(_first)
+
+
+def _serve(first: socket.socket) -> dict[str, Any] | None:
     """Fork a child for each command, in which this returns the command; None when nobody asks any more.
 
-    Between the two stands a process that waits for the child and tells how it ended, so that this one is free again.
+    Between the two stands a process that waits for the child and tells how it ended, so that this one is free again. A child
+    may ask as well, over a connection of its own.
     """
-    while True:
-        told, descriptors, _, _ = socket.recv_fds(connection, _SIZE, 4)
-        if not told:
-            return None
-        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how those that wait have ended
-        if os.fork() != 0:
-            for each in descriptors:
-                os.close(each)
-            continue
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        connection.close()
-        child = os.fork()
-        *streams, asked = descriptors
-        if child == 0:
-            os.close(asked)
-            for place, stream in enumerate(streams):
-                os.dup2(stream, place)
-                os.close(stream)
-            return dict(json.loads(told))
-        for place in (0, 1, 2, *streams):
-            os.close(place)
-        with socket.socket(fileno=asked) as asking:
-            asking.send(str(child).encode())
-            status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-            with suppress(OSError):  # nobody may ask any more
-                asking.send(str(status).encode())
-        os._exit(0)
+    asking = selectors.DefaultSelector()
+    asking.register(first, selectors.EVENT_READ)
+    while first.fileno() >= 0:
+        for key, _ in asking.select():
+            connection: Any = key.fileobj
+            told, descriptors = b"", []
+            with suppress(ConnectionResetError):  # whoever asked was killed
+                told, descriptors, _, _ = socket.recv_fds(connection, _SIZE, 8)
+            if not told:
+                asking.unregister(connection)
+                connection.close()
+                continue
+            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody asks how those that wait have ended
+            here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            if os.fork() != 0:
+                for each in descriptors:
+                    os.close(each)
+                there.close()
+                asking.register(here, selectors.EVENT_READ)
+                continue
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            for other in list(asking.get_map().values()):
+                other.fileobj.close()  # type: ignore[union-attr]
+            asking.close()
+            here.close()
+            return _born(json.loads(told), descriptors, there)
+    return None
 
 
-if __name__ == "__main__":
-    for name in LIBRARIES:
+def _born(command: dict[str, Any], descriptors: list[int], ready: socket.socket) -> dict[str, Any]:
+    """Give the command in a child with its streams; this process tells how that ends, and ends."""
+    *streams, asked = descriptors[:4]
+    passed = descriptors[4:]
+    child = os.fork()
+    if child == 0:
+        os.close(asked)
+        for place, stream in enumerate(streams):
+            os.dup2(stream, place)
+            os.close(stream)
+        os.umask(command["umask"])
+        if command["session"]:
+            os.setsid()
+        command["arguments"] += map(str, passed)
+        return {**command, "ready": ready}
+    ready.close()
+    for place in (0, 1, 2, *streams, *passed):
+        os.close(place)
+    with socket.socket(fileno=asked) as asking:
+        asking.send(str(child).encode())
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        with suppress(OSError):  # nobody may ask any more
+            asking.send(str(status).encode())
+    os._exit(0)
+
+
+def _wait(names: list[str]) -> dict[str, Any] | None:
+    """Load what commands need, and give one to each child."""
+    for name in (*LIBRARIES, *names):
         import_module(name)
     gc.freeze()  # what is loaded stays: a child need not look through it, which would copy its pages
-    command = _serve(socket.socket(fileno=int(sys.argv[1])))
+    connection = socket.socket(fileno=os.dup(0))
+    with Path(os.devnull).open("rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    return _serve(connection)
+
+
+def main() -> None:
+    """Wait for commands; run each in a child."""
+    command = _wait([*DAMPERLAB, "tests.spawning"] if "damperlab" in sys.argv else [])
     if command is not None:
         os.environ.clear()
         os.environ.update(command["environment"])
@@ -226,4 +350,11 @@ if __name__ == "__main__":
         os.chdir(command["folder"])
         sys.path[0] = command["folder"]
         sys.argv[1:] = command["arguments"]
+        if "tests.spawning" in sys.modules:
+            sys.modules["tests.spawning"].fork_from(lambda: Ready(command["ready"]))
+        sys.modules.pop(command["module"], None)  # as `python -m` runs it: never loaded before
         runpy.run_module(command["module"], run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    main()

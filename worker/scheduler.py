@@ -76,14 +76,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         """
         environment = {name: value for name, value in os.environ.items() if name in _KEPT}
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "damperlab.worker.scheduler"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=environment,
-            # Ctrl-C in a terminal is for the coordinator, which ends this one when it is done
-            start_new_session=True,
-        )
+        self._process = _started(environment)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         told = {name: getattr(self.security, name) for name in _TLS}
@@ -107,6 +100,18 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
                 pipe.close()
             self._process = None
         await super().close()
+
+
+def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
+    """Start the process with an environment of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "damperlab.worker.scheduler"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+        # Ctrl-C in a terminal is for the coordinator, which ends this one when it is done
+        start_new_session=True,
+    )
 
 
 async def _serve(host: str, tls: dict[str, str | None]) -> None:

@@ -161,6 +161,7 @@ def _lives(process: psutil.Process) -> bool:
     return lives
 
 
+@pytest.mark.usefixtures("anew")
 def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
 ) -> None:

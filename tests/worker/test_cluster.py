@@ -30,6 +30,7 @@ from damperlab.worker.provenance import (
 )
 
 ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.usefixtures("anew")
 
 
 def _threads_environment() -> dict[str, str | None]:

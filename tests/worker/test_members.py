@@ -285,6 +285,7 @@ def _environment() -> dict[str, str]:
     return dict(os.environ)
 
 
+@pytest.mark.usefixtures("anew")
 def test_embedded_cluster_is_reached_by_its_own_process_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cryptography")
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "a secret of the store")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import dask
 import psutil
+import pytest
 from tests.worker.dask_processes import dask_process, scheduler_process
 
 from damperlab.studies.definition import parse_study
@@ -17,6 +18,8 @@ from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.progress import Progress
 from damperlab.worker.provenance import provenance
 from damperlab.worker.runner import run_study
+
+pytestmark = pytest.mark.usefixtures("anew")
 
 
 def submitted(store: Store) -> Record:

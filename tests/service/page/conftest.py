@@ -60,9 +60,10 @@ class Watched:
 
     def go(self, fragment: str = "") -> Page:
         """Open a view, as from an address that somebody sent."""
+        again = self.page.url.startswith(self.root)
         self.page.goto(f"{self.root}/{fragment}")
-        # The same page with another fragment is not loaded anew, and a link of last week is.
-        self.page.reload()
+        if again:  # the same page with another fragment is not loaded anew, and a link of last week is
+            self.page.reload()
         self.page.wait_for_selector("h1")
         return self.page
 
