@@ -78,8 +78,13 @@ class Watched:
 
 
 @pytest.fixture
-def open_page(browser: Browser, service: Any) -> Iterator[Callable[..., Watched]]:
-    """Open pages; at the end none may have had an error, a warning, or a request to anywhere else."""
+def open_page(
+    browser: Browser, service: Any, own_service: Callable[..., Any]
+) -> Iterator[Callable[..., Watched]]:
+    """Open pages; at the end none may have had an error, a warning, or a request to anywhere else.
+
+    A service of the test's own is there for longer, so that a page that still asks it something is answered.
+    """
     opened: list[Watched] = []
 
     def start(root: str = service.url, **options: Any) -> Watched:

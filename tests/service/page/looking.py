@@ -7,7 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
+
+ONE_STEP = 1200
+"""Milliseconds after which a change of the address is a step of its own."""
 
 
 def until(
@@ -19,6 +22,14 @@ def until(
         assert time.monotonic() < give_up, answer
         page.wait_for_timeout(100)
     return answer
+
+
+def one_step(page: Page, change: Callable[[], object]) -> None:
+    """Change what the address keeps, and wait until the next change is a step of its own."""
+    before = page.url
+    change()
+    expect(page).not_to_have_url(before)
+    page.wait_for_timeout(ONE_STEP)
 
 
 def serious(page: Page, schemes: tuple[str, ...] = ("light", "dark")) -> list[Any]:

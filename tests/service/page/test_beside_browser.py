@@ -7,7 +7,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import serious, until
+from tests.service.page.looking import one_step, serious, until
 
 DRAWN = """() => [...document.querySelectorAll(".beside-study .plot")].map((plot) => {
   const map = plot.data?.find((one) => one.type === "heatmap");
@@ -70,13 +70,12 @@ def test_two_studies_in_units_are_shown_on_one_scale_with_the_difference_of_thei
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert serious(page, (scheme,)) == []
 
-    page.get_by_label("Shown").select_option("amplitude_ratio_max")
+    one_step(page, lambda: page.get_by_label("Shown").select_option("amplitude_ratio_max"))
     until(
         page,
         DRAWN,
         lambda drawn: len(drawn) == 3 and all(one and "largest amplitude" in one["bar"] for one in drawn),
     )
-    page.wait_for_timeout(1200)  # longer than what counts as one step
     other = open_page(viewport={"width": width, "height": 900}).go(f"#{page.url.partition('#')[2]}")
     until(
         other,

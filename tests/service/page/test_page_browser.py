@@ -13,7 +13,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from tests.service.page.looking import serious, until
+from tests.service.page.looking import one_step, serious, until
 
 from damperlab.service.page.files import SMALL, plotly_path
 from damperlab.service.reports import keep_report
@@ -162,10 +162,8 @@ def test_an_address_shows_the_same_view_elsewhere_and_back_goes_one_step_back(
     until(page, KNOWN_POINTS, lambda known: known == 9)
 
     def pick(label: str, value: str) -> None:
-        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-            "select"
-        ).select_option(value)
-        page.wait_for_timeout(1100)  # changes in quick succession are one step
+        field = page.locator("label.field").filter(has=page.get_by_text(label, exact=True))
+        one_step(page, lambda: field.locator("select").select_option(value))
 
     pick("Up", "frequency_ratio")
     pick("Shown", "impacts_per_cycle")
