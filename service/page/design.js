@@ -215,7 +215,7 @@ function others(answer) {
   for (const [name, title] of [["friction_alone", "Friction alone"], ["particle_alone", "The particle alone"], ["tuned_mass_damper", "Tuned mass damper"]]) {
     const one = answer[name];
     if (one && !isItself(answer, name)) rows.push([title + (one.feasible === false ? ", exceeds a limit" : ""), response(one.worst), short(one.ratio, 3)]);
-    if (one?.detuned) rows.push([`${title}, ${100 * one.detuned_by} % out of tune`, response(one.detuned), one.ratio && one.worst.value ? short((one.ratio * one.detuned.value) / one.worst.value, 3) : ""]);
+    if (one?.detuned) rows.push([`${title}, up to ${100 * one.detuned_by} % out of tune`, response(one.detuned), one.ratio && one.worst.value ? short((one.ratio * one.detuned.value) / one.worst.value, 3) : ""]);
   }
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.stationary import Heights
@@ -17,6 +16,10 @@ SAMPLES, FEWER = 4001, 601
 """Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
 power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band.
 Tuning and damping are looked for with fewer."""
+BESIDE, FEWER_BESIDE = 60, 12
+"""So many more on either side of each peak of X/Z, ever closer to it: a lightly damped peak lies between two others."""
+CLOSEST, FARTHEST = 1e-6, 0.3
+"""How far from a peak they are, over its frequency."""
 
 
 class Judged(NamedTuple):
@@ -49,28 +52,54 @@ class Absorbers(NamedTuple):
 def worst_of_each(
     excitation: Excitation, judged: Judged, absorbers: Absorbers, damping_ratio: float, shift: float
 ) -> Floats:
-    """Give `worst_over` for many absorbers, shape (n,); without a closed form, at few frequencies and at each peak of X/Z.
+    """Give `worst_over` for many absorbers, shape (n,); without a closed form, at fewer frequencies."""
+    return _sampled(excitation, judged, absorbers, damping_ratio, shift, (FEWER, FEWER_BESIDE))
 
-    A narrow peak is one of X/Z too, in the same place but for the width of it.
-    """
+
+def _sampled(
+    excitation: Excitation,
+    judged: Judged,
+    absorbers: Absorbers,
+    damping_ratio: float,
+    shift: float,
+    many: tuple[int, int],
+) -> Floats:
+    """Give what is judged of many absorbers, shape (n,), from `many` frequencies over the band and on either side of a peak."""
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
-    motion = excitation.motion
-    closed = judged.order == motion.order and (motion.force or not judged.against_base)
-    samples = 1 if high == low else 2 if closed and not judged.mean else FEWER
+    samples, beside = (2, 0) if _is_closed(excitation, judged) else many
     tuning, damping = absorbers.tuning[:, None], absorbers.damping_ratio[:, None]
-    r = np.broadcast_to(np.linspace(low, high, samples), (tuning.size, samples))
-    if not judged.mean:
+    if high > low:
         square, offset = absorbers.tuning**2, (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0)
         heights = Heights(
-            absorbers.mass_ratio, square, offset, absorbers.damping_ratio, damping_ratio, not motion.force
+            absorbers.mass_ratio,
+            square,
+            offset,
+            absorbers.damping_ratio,
+            damping_ratio,
+            not excitation.motion.force,
         )
-        r = np.concatenate([r, np.clip(heights.candidates()[0], low, high)], axis=1)
+        peaks = heights.candidates()[0]
+        apart = np.geomspace(CLOSEST, FARTHEST, beside) if beside else np.empty(0)
+        near = (peaks[:, :, None] * (1.0 + np.concatenate([-apart, [0.0], apart]))).reshape(tuning.size, -1)
+        even = np.broadcast_to(np.linspace(low, high, samples), (tuning.size, samples))
+        r = np.sort(np.concatenate([even, np.clip(near, low, high)], axis=1), axis=1)
+    else:
+        r = np.full((tuning.size, 1), low)
     base_m = excitation.base_m(excitation.highest_m, r * (1.0 + shift))
     moved = response(excitation, judged, Absorbers(absorbers.mass_ratio, tuning, damping), damping_ratio, r)
     values: Floats = judged.factor * base_m * rates(judged, 1.0, r) * moved
-    if judged.mean and samples > 1:
+    if judged.mean and high > low:
         return np.asarray(np.sqrt(np.trapezoid(values**2, r, axis=1) / (high - low)))
     return np.asarray(values.max(axis=1))
+
+
+def _is_closed(excitation: Excitation, judged: Judged) -> bool:
+    """Whether what is judged is X/Z times a constant, whose largest value has a closed form.
+
+    An acceleration under a base of one acceleration is: the powers of the frequency cancel.
+    """
+    motion = excitation.motion
+    return not judged.mean and judged.order == motion.order and (motion.force or not judged.against_base)
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -104,17 +133,12 @@ def worst_over(
     float
         Over ω_n of the structure as built to the power of the order.
     """
-    low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
-    factor, level, motion = judged.factor, excitation.highest_m, excitation.motion
-    if not judged.mean and judged.order == motion.order and (motion.force or not judged.against_base):
-        top = highest(absorber, damping_ratio, "force" if motion.force else "base", (low, high))
-        # an acceleration under a base of one acceleration: the powers of the frequency cancel
-        return factor * level * top.value / (1.0 + shift) ** judged.order
-    r = np.linspace(low, high, SAMPLES) if high > low else np.array([low])
-    base_m = excitation.base_m(level, r * (1.0 + shift))
-    moved = response(excitation, judged, absorber, damping_ratio, r)
-    values = factor * base_m * rates(judged, 1.0, r) * moved
-    return band_mean(r, values, np.zeros_like(r)).value if judged.mean else float(values.max())
+    if _is_closed(excitation, judged):
+        band = (excitation.low / (1.0 + shift), excitation.high / (1.0 + shift))
+        top = highest(absorber, damping_ratio, "force" if excitation.motion.force else "base", band)
+        return judged.factor * excitation.highest_m * top.value / (1.0 + shift) ** judged.order
+    one = Absorbers(absorber.mass_ratio, np.array([absorber.tuning]), np.array([absorber.damping_ratio]))
+    return float(_sampled(excitation, judged, one, damping_ratio, shift, (SAMPLES, BESIDE))[0])
 
 
 def response(

@@ -1,7 +1,8 @@
 """Response against the mass of the particle: the best damper found of each of several masses, the others chosen anew.
 
 Every mass is looked at from the best damper of its neighbour on, one step of what else is chosen at a time, while that is
-better. So each is the best of those that were looked at, as drawn, and no more; the tuned mass damper beside it is exact.
+better. So each is the best of those that were looked at, as drawn, and no more; the tuned mass damper beside it
+is tuned for just that.
 """
 
 from dataclasses import dataclass, replace

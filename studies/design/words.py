@@ -264,7 +264,7 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
         " on a structure that is off by its tolerances" if set(OF_STRUCTURE) & asked.tolerances.keys() else ""
     )
     bands = len(asked.excitations)
-    for_what = ("a harmonic base", "this band")[bands] if bands < 2 else "these bands"
+    for_what = "a harmonic base" if not beside.for_bands else "this band" if bands == 1 else "these bands"
     exceeds = ""
     if beside.exceeded:
         exceeds = (
@@ -272,14 +272,16 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
         )
     yield (
         f"A tuned mass damper of the same mass, tuned for {for_what}, to {absorber.tuning:.4g} of the natural "
-        f"frequency with ζ = {absorber.damping_ratio:.4g}, {comes_to(asked)} {response(asked, beside.value)}{off}"
+        f"frequency with ζ = {absorber.damping_ratio:.4g} of its own, {comes_to(asked)} {response(asked, beside.value)}{off}"
         f"{_times(beside.value, ours.value)}{exceeds}."
     )
-    yield f"Out of tune by {100 * DETUNED:.0f} %, it {comes_to(asked)} {response(asked, beside.detuned)}."
+    out = f"Out of tune by up to {100 * DETUNED:.0f} %, either way, it {comes_to(asked)}"
+    yield f"{out} {response(asked, beside.detuned)}{_times(beside.detuned, ours.value)}."
     if ours.violation > 0.0 and not beside.exceeded:
         yield "It keeps every limit on results, which this damper does not."
     if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):
-        yield "So a tuned mass damper of the same mass does better here."
+        closely = "" if beside.detuned < ours.value else ", but only where it is tuned more closely than that"
+        yield f"So a tuned mass damper of the same mass does better here{closely}."
 
 
 def _times(other: float, ours: float) -> str:

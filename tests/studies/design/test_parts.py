@@ -179,17 +179,17 @@ def test_the_absorber_beside_is_judged_over_band_and_detuning(measure: str, orde
         return max(tops)
 
     # a peak as wide as this falls by less than 1e-6 within half of one of 4,000 steps
-    shifts = (0.0, -0.03, -0.015, 0.015, 0.03)
-    assert found.value == pytest.approx(max(map(truth, shifts)), rel=1e-5)
+    shifts = np.linspace(-0.03, 0.03, 13)
+    most = max(map(truth, shifts))
+    assert (1.0 - 1e-5) * most <= found.value <= 1.002 * most
     assert found.nominal == pytest.approx(truth(0.0), rel=1e-5)
-    off = [replace(absorber, tuning=share * absorber.tuning) for share in (0.98, 1.0, 1.02)]
-    assert found.detuned == pytest.approx(max(truth(shift, one) for one in off for shift in shifts), rel=1e-5)
-    # a structure that is off by something between is hardly moved more
-    assert max(map(truth, np.linspace(-0.03, 0.03, 13))) <= 1.01 * found.value
+    off = [replace(absorber, tuning=share * absorber.tuning) for share in (0.98, 0.99, 1.0, 1.01, 1.02)]
+    most = max(truth(shift, one) for one in off for shift in shifts[::3])
+    assert (1.0 - 1e-5) * most <= found.detuned <= 1.002 * most
 
 
 @pytest.mark.parametrize(
-    "band", [(0.8, 1.25), (0.9, 1.1), (0.97, 1.0), (1.05, 1.5), (0.6, 0.95), (0.1, 10.0)]
+    "band", [(0.8, 1.25), (0.9, 1.1), (0.97, 1.0), (1.05, 1.5), (0.6, 0.95), (0.1, 10.0), (2.25, 2.375)]
 )
 @pytest.mark.parametrize("mass_ratio", [0.02, 0.2])
 @pytest.mark.parametrize("forced", [False, True])
@@ -222,7 +222,7 @@ def test_no_other_absorber_of_the_mass_does_better_over_the_band(
         below = s**2 + 2.0 * zeta * s + 1.0 + mass_ratio * s**2 * link / (s**2 + link)
         return float(np.abs(through / below).max())
 
-    grid = [np.array([p, q]) for p in np.linspace(-0.9, 0.6, 61) for q in np.linspace(-7.0, 0.5, 41)]
+    grid = [np.array([p, q]) for p in np.linspace(-0.9, 1.2, 85) for q in np.linspace(-9.0, 0.5, 49)]
     best = sorted(grid, key=worst)[:5]
     truth = min(minimize(worst, start, method="Nelder-Mead").fun for start in best)
     assert found.value <= 1.005 * truth

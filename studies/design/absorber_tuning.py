@@ -1,0 +1,101 @@
+"""Tuning an absorber for the least of what is judged over the bands, whatever structure within the tolerances is built."""
+
+import math
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from damperlab.studies.design.absorber_band import Absorbers, Floats, worst_of_each
+from damperlab.studies.design.absorber_structure import built, hardest, judged_of, over_bands, structures
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.tmd.absorber import Absorber
+
+BELOW, ABOVE, APART = 0.4, 0.5, 0.025
+"""How far below and above the tuning of the least peak at any frequency one is looked for, and how far apart, by logarithms."""
+BESIDE_BAND, FARTHEST = 0.25, 1.4
+"""How far beyond each band, which may be far from resonance; and the farthest from that tuning, by logarithms."""
+DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
+"""Where damping is looked for, over that of the least peak at any frequency."""
+LOWS = 3
+"""So many of the lowest places are looked around closely."""
+WIDE = (0.05, 0.8)
+"""How far around them tuning and damping are looked for, by their logarithms."""
+SIDE = np.linspace(-1.0, 1.0, 5)
+CLOSER, ROUNDS, FEW = 0.7, 20, 6
+"""A grid of `SIDE` × `SIDE` is laid about the best so often, ever closer; first a few times, about many places."""
+EXCHANGES, ENOUGH = 6, 1.01
+"""How often a structure that is harder than those tuned for by more than this is tuned for too."""
+
+
+def tuned_for(asked: Specification, start: Absorber) -> Absorber:
+    """Tune an absorber for the least worst case over the bands.
+
+    It is tuned for some structures, and then for the hardest of all too, as long as that is harder: the method of exchange.
+    """
+    judged = judged_of(asked)
+    # more damping of the structure hardly ever lets it move more
+    known = [shares for shares in structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
+
+    def worst(tunings: Floats, dampings: Floats) -> Floats:
+        many = Absorbers(start.mass_ratio, tunings, dampings)
+        every = (over_bands(asked, built(asked, many, shares), judged, worst_of_each) for shares in known)
+        return np.asarray(np.max([value for each in every for value in each], axis=0))
+
+    tunings, dampings = _tunings(asked, start), start.damping_ratio * DAMPINGS
+    heights = worst(*(side.ravel() for side in np.meshgrid(tunings, dampings, indexing="ij")))
+    begin = _lows(heights.reshape(tunings.size, dampings.size))
+    starts = [
+        start,
+        *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in sorted(begin)),
+    ]
+    lowest = sorted((_least(worst, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
+    expected, absorber = min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
+    found = []
+    for _ in range(EXCHANGES):
+        value, shares = hardest(asked, absorber, judged)
+        found.append((value, absorber))
+        if value <= ENOUGH * expected:
+            break
+        known.append(shares)
+        expected, absorber = _least(worst, absorber)
+    return min(found, key=lambda each: each[0])[1]
+
+
+def _tunings(asked: Specification, start: Absorber) -> Floats:
+    """Tunings to look at: about that of the least peak, and about each band."""
+    own = math.log(start.tuning)
+    ends = [own - BELOW, own + ABOVE]
+    for each in asked.excitations:
+        ends += [math.log(each.low) - BESIDE_BAND, math.log(each.high) + BESIDE_BAND]
+    low, high = np.clip([min(ends), max(ends)], own - FARTHEST, own + FARTHEST)
+    return np.exp(np.linspace(low, high, math.ceil((high - low) / APART) + 1))
+
+
+def _lows(heights: Floats) -> set[tuple[int, int]]:
+    """Give the lowest tuning of each damping, and all places that are no higher than those about them.
+
+    With little damping the lowest places are narrower than the grid, so that they need not be low on it.
+    """
+    padded = np.pad(heights, 1, constant_values=math.inf)
+    rows, columns = heights.shape
+    about = [padded[i : i + rows, j : j + columns] for i, j in product(range(3), repeat=2)]
+    places = np.argwhere(heights <= np.minimum.reduce(about)).tolist()
+    return {(i, j) for i, j in places} | {(i, j) for j, i in enumerate(heights.argmin(axis=0).tolist())}
+
+
+def _least(
+    worst: Callable[[Floats, Floats], Floats], best: Absorber, rounds: int = ROUNDS
+) -> tuple[float, Absorber]:
+    """Lay grids of `SIDE` × `SIDE` ever closer about the best so far."""
+    width = np.array(WIDE)
+    p, q = (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
+    value = math.inf
+    for _ in range(rounds):
+        tunings, dampings = best.tuning * np.exp(width[0] * p), best.damping_ratio * np.exp(width[1] * q)
+        values = worst(tunings, dampings)
+        least = int(values.argmin())
+        value = float(values[least])
+        best = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
+        width = width * CLOSER
+    return value, best

@@ -1,0 +1,123 @@
+"""The tuned mass damper beside a design, against the receptance of two masses, at very many frequencies and structures."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damperlab.studies.design.absorber import DETUNED, Beside, tuned_beside
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.tmd.minimax import minimax
+
+MASS_KG, BASE_M = 40.0, 0.001
+
+
+def asked(
+    damping_ratio: float, low_hz: float, high_hz: float, mass_ratio: float, **more: Any
+) -> Specification:
+    """A specification of a structure of 8 Hz on a base of one amplitude."""
+    return parse_specification(
+        {
+            "structure": {
+                "mass_kg": MASS_KG,
+                "natural_frequency_hz": 8.0,
+                "damping_ratio": damping_ratio,
+            },
+            "excitation": {
+                "base_amplitude_m": BASE_M,
+                "frequency_hz": low_hz if low_hz == high_hz else {"start": low_hz, "stop": high_hz},
+            },
+            "friction_force_n": 0.0,
+            "choose": {"clearance_m": {"start": 0.001, "stop": 0.1}},
+            "particle_mass_kg": MASS_KG * mass_ratio,
+            "restitution": 0.5,
+        }
+        | more
+    )
+
+
+def receptance(beside: Beside, damping_ratio: float, r: np.ndarray, tuning: float, own: float) -> np.ndarray:
+    """|x/z| with the absorber's tuning times a factor, on a structure whose natural frequency is times another."""
+    gamma, zeta, mass_ratio = (
+        tuning * beside.absorber.tuning / own,
+        beside.absorber.damping_ratio,
+        beside.absorber.mass_ratio,
+    )
+    lam = r / own
+    link = gamma**2 + 2j * zeta * gamma * lam
+    structure = 1.0 + 2j * damping_ratio * lam
+    below = structure - lam**2 - mass_ratio * lam**2 * link / (link - lam**2)
+    return np.asarray(np.abs(structure / below))
+
+
+@pytest.mark.parametrize(
+    ("damping_ratio", "mass_ratio", "tolerance", "low_hz", "high_hz"),
+    [
+        (0.001, 0.005, 0.2, 8.4, 8.8),
+        (0.001, 0.002, 0.1, 8.4, 8.8),
+        (0.01, 0.002, 0.2, 7.5, 8.5),
+        (0.001, 0.03, 0.2, 7.0, 9.0),
+    ],
+)
+def test_no_structure_within_the_tolerances_moves_more_than_is_said(
+    damping_ratio: float, mass_ratio: float, tolerance: float, low_hz: float, high_hz: float
+) -> None:
+    """A narrow peak lies between any few structures that are tried: these moved 1.8 to 3.4 times as much as was said."""
+    found = tuned_beside(
+        asked(
+            damping_ratio, low_hz, high_hz, mass_ratio, tolerances={"natural_frequency_hz": f"{tolerance:%}"}
+        ),
+        mass_ratio,
+    )
+    assert found is not None
+    r = np.linspace(low_hz, high_hz, 801) / 8.0
+    tops = [
+        receptance(found, damping_ratio, r, 1.0, 1.0 + share).max()
+        for share in np.linspace(-tolerance, tolerance, 2001)
+    ]
+    assert found.value == pytest.approx(BASE_M * max(tops), rel=0.002)
+    assert found.value >= 0.9999 * BASE_M * max(tops)
+
+
+@pytest.mark.parametrize(("low_hz", "high_hz", "mass_ratio"), [(10.0, 10.0, 0.01), (7.9, 8.1, 0.01)])
+def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
+    low_hz: float, high_hz: float, mass_ratio: float
+) -> None:
+    """A resonance passes through the band before the tuning is off by all of it."""
+    found = tuned_beside(asked(0.02, low_hz, high_hz, mass_ratio), mass_ratio)
+    assert found is not None
+    r = np.linspace(low_hz, high_hz, 401) / 8.0
+    tops = [
+        receptance(found, 0.02, r, 1.0 + share, 1.0).max() for share in np.linspace(-DETUNED, DETUNED, 4001)
+    ]
+    assert found.detuned >= 0.9999 * BASE_M * max(tops)
+    assert found.detuned == pytest.approx(BASE_M * max(tops), rel=0.005)
+
+
+def test_an_rms_over_a_wide_band_is_that_of_its_narrow_peaks() -> None:
+    """Tuned so that its peaks lay between the frequencies that were looked at, one reached 2.6 times as much as another."""
+    found = tuned_beside(asked(0.001, 1.0, 150.0, 0.001, measure="rms_displacement"), 0.001)
+    assert found is not None
+    r = np.linspace(1.0, 150.0, 1_000_001) / 8.0
+    square = (BASE_M * receptance(found, 0.001, r, 1.0, 1.0)) ** 2 / 2.0
+    truth = np.sqrt(np.trapezoid(square, r) / (r[-1] - r[0]))
+    assert found.value == pytest.approx(truth, rel=2e-3)
+    usual = Beside(minimax(0.001, 0.001, "base"), False, 0.0, 0.0, 0.0, ())
+    square = (BASE_M * receptance(usual, 0.001, r, 1.0, 1.0)) ** 2 / 2.0
+    assert found.value <= 1.001 * np.sqrt(np.trapezoid(square, r) / (r[-1] - r[0]))
+
+
+def test_beside_records_it_is_not_tuned_for_a_band_that_does_not_bind() -> None:
+    records = {"name": "earthquake", "records": ["el-centro"], "scales": [0.5]}
+    machine = {"name": "machine", "base_amplitude_m": 0.0002, "frequency_hz": 16.0}
+    both, alone = (
+        tuned_beside(
+            asked(0.01, 8.0, 8.0, 0.1, excitation=excitation, measure="worst_relative_displacement"), 0.1
+        )
+        for excitation in ([machine, records], [records])
+    )
+    assert both is not None
+    assert alone is not None
+    assert both.value <= alone.value * (1.0 + 1e-12)
+    assert not both.for_bands
