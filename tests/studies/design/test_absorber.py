@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from damperlab.studies.design.absorber import DETUNED, Beside, tuned_beside
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.words import _absorber
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.minimax import minimax
@@ -93,6 +96,18 @@ def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
     ]
     assert found.detuned >= 0.9999 * BASE_M * max(tops)
     assert found.detuned == pytest.approx(BASE_M * max(tops), rel=0.005)
+
+
+def test_one_that_does_better_only_where_it_is_tuned_closely_is_said_to() -> None:
+    what = asked(0.02, 10.0, 10.0, 0.01)
+    found = tuned_beside(what, 0.01)
+    assert found is not None
+    for reached, closely in ((2.0 * found.value, True), (2.0 * found.detuned, False)):
+        ours = Score(reached, 0.0, 0.0, 0.0, {}, 1.25, BASE_M, Build(0.01, 0.0, 0.4, 0.5), None)
+        told = list(_absorber(what, found, ours))
+        assert told[1].startswith("Out of tune by up to 2 %, either way, it reaches")
+        assert told[2].startswith("So a tuned mass damper of the same mass does better here")
+        assert ("only where it is tuned more closely than that" in told[2]) is closely
 
 
 def test_an_rms_over_a_wide_band_is_that_of_its_narrow_peaks() -> None:
