@@ -57,7 +57,8 @@ class Beside:
     nominal : float
         The same without tolerances.
     detuned : float
-        The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that.
+        The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that,
+        on the nominal structure and on the one that moves most.
     exceeded : tuple of str
         Limits on results that it does not keep within the tolerances.
     """
@@ -90,21 +91,20 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
 def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside:
     """Judge an absorber: under the records on some structures, over the bands on the hardest."""
-    every = [_shaken(asked, absorber, shares) for shares in structures(asked)]
-    over, shares = hardest(asked, absorber, judged_of(asked))
+    tried = list(structures(asked))
+    every = [_shaken(asked, absorber, shares) for shares in tried]
+    over, hard = hardest(asked, absorber, judged_of(asked))
     values = [_worst(asked, each) for each in every]
     value = max(over, *values)
-    off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
-    under = (
-        [_under(_shaken(asked, one, shares)) for one in off for shares in structures(asked)]
-        if asked.records
-        else []
-    )
-    between = [_detuned(asked, absorber, one) for one in (*structures(asked), shares)]
+    detuned = [_detuned(asked, absorber, shares) for shares in (*tried, hard)]
+    if asked.records:
+        most = max(range(len(tried)), key=lambda i: _under(every[i]))
+        off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
+        detuned += [_under(_shaken(asked, one, shares)) for one in off for shares in (tried[0], tried[most])]
     exceeded = tuple(
         name for name, limit in asked.limits.items() if max(_limited(asked, absorber, every, name)) > limit
     )
-    return Beside(absorber, for_bands, value, values[0], max(value, *under, *between), exceeded)
+    return Beside(absorber, for_bands, value, values[0], max(value, *detuned), exceeded)
 
 
 def _detuned(asked: Specification, absorber: Absorber, shares: dict[str, float]) -> float:
