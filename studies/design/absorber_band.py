@@ -17,7 +17,7 @@ SAMPLES, FEWER = 4001, 601
 power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band.
 Tuning and damping are looked for with fewer."""
 BESIDE, FEWER_BESIDE = 60, 12
-"""So many more on either side of each peak of X/Z, ever closer to it: a lightly damped peak lies between two others."""
+"""So many more on either side of each peak of X/Z for an rms, ever closer to it: a narrow peak lies between two others."""
 CLOSEST, FARTHEST = 1e-6, 0.3
 """How far from a peak they are, over its frequency."""
 
@@ -66,7 +66,7 @@ def _sampled(
 ) -> Floats:
     """Give what is judged of many absorbers, shape (n,), from `many` frequencies over the band and on either side of a peak."""
     low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
-    samples, beside = (2, 0) if _is_closed(excitation, judged) else many
+    samples, beside = (2, 0) if _is_closed(excitation, judged) else many if judged.mean else (many[0], 0)
     tuning, damping = absorbers.tuning[:, None], absorbers.damping_ratio[:, None]
     if high > low:
         square, offset = absorbers.tuning**2, (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0)

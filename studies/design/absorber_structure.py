@@ -21,9 +21,9 @@ OFF = {
 }
 """Shares of its tolerances by which a structure is tried first. Between them its response may be much larger: see `hardest`."""
 FREQUENCY = "natural_frequency_hz"
-PLACES, CLOSER = 41, 8
+PLACES, CLOSER = 41, 4
 """Shares that are looked at over a range, and then about each of the `HIGHS` highest, each time so much closer."""
-HIGHS, ROUNDS = 3, 5
+HIGHS, ROUNDS = 2, 6
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -37,10 +38,12 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     # more damping of the structure hardly ever lets it move more
     known = [shares for shares in structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
 
-    def worst(tunings: Floats, dampings: Floats) -> Floats:
+    def among(shares: list[dict[str, float]], tunings: Floats, dampings: Floats) -> Floats:
         many = Absorbers(start.mass_ratio, tunings, dampings)
-        every = (over_bands(asked, built(asked, many, shares), judged, worst_of_each) for shares in known)
+        every = (over_bands(asked, built(asked, many, each), judged, worst_of_each) for each in shares)
         return np.asarray(np.max([value for each in every for value in each], axis=0))
+
+    nominal, worst = partial(among, known[:1]), partial(among, known)
 
     tunings, dampings = _tunings(asked, start), start.damping_ratio * DAMPINGS
     heights = worst(*(side.ravel() for side in np.meshgrid(tunings, dampings, indexing="ij")))
@@ -49,7 +52,8 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
         start,
         *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in sorted(begin)),
     ]
-    lowest = sorted((_least(worst, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
+    # the nominal structure tells valleys from each other, all of them how deep each is
+    lowest = sorted((_least(nominal, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
     expected, absorber = min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
     found = []
     for _ in range(EXCHANGES):

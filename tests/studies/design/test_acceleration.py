@@ -120,7 +120,7 @@ def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
 def test_the_tuned_mass_damper_accelerates_as_its_equations_of_motion_say(
     motion: dict[str, float], measure: str, judge: Callable[[np.ndarray], float]
 ) -> None:
-    """Both in kilograms and newtons, at every corner of the structure's tolerances."""
+    """Both in kilograms and newtons, at the ends of the mass's tolerance and 81 natural frequencies within theirs."""
     document = FLOOR | {"measure": measure, "limits": {}}
     document |= {
         "excitation": {**motion, "frequency_hz": {"start": LOW, "stop": HIGH}},
@@ -140,10 +140,9 @@ def test_the_tuned_mass_damper_accelerates_as_its_equations_of_motion_say(
         dynamic = mass * s**2 + through + link - link**2 / (small * s**2 + link)
         return float(judge(np.abs(s**2 * force / dynamic)))
 
-    shares = (1.0, 0.98, 0.99, 1.01, 1.02)
-    truth = [peak(a * MASS, b * OMEGA) for a in (1.0, 0.97, 1.03) for b in shares]
-    assert beside.nominal == pytest.approx(truth[0], rel=1e-5)
-    assert beside.value == pytest.approx(max(truth), rel=1e-5)
+    truth = [peak(a * MASS, b * OMEGA) for a in (1.0, 0.97, 1.03) for b in np.linspace(0.98, 1.02, 81)]
+    assert beside.nominal == pytest.approx(peak(MASS, OMEGA), rel=1e-5)
+    assert (1.0 - 1e-5) * max(truth) <= beside.value <= (1.0 + 1e-4) * max(truth)
 
 
 def test_in_ratios_it_is_over_the_base_amplitude_times_the_square_of_the_natural_frequency() -> None:
