@@ -57,8 +57,8 @@ class Beside:
     nominal : float
         The same without tolerances.
     detuned : float
-        The worst case where its own natural frequency is off by up to `DETUNED` too, either way, on the nominal structure and
-        on those that move most; under records by just that.
+        The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that,
+        on the nominal structure and on the one that moves most.
     exceeded : tuple of str
         Limits on results that it does not keep within the tolerances.
     """
@@ -97,7 +97,7 @@ def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside
     values = [_worst(asked, each) for each in every]
     value = max(over, *values)
     most = tried[max(range(len(tried)), key=lambda i: values[i])]
-    detuned = [_detuned(asked, absorber, shares) for shares in (tried[0], most, hard)]
+    detuned = [_detuned(asked, absorber, shares) for shares in (*tried, hard)]
     if asked.records:
         off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
         detuned += [_under(_shaken(asked, one, shares)) for one in off for shares in (tried[0], most)]
