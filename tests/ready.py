@@ -70,7 +70,9 @@ class Ready:
         """One that has loaded damperlab too, started by this one."""
         here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with there:
-            self._process = self.fork("tests.ready", ["damperlab"], _first, given=there, folder=ROOT)
+            process = self.fork("tests.ready", ["damperlab"], _first, given=there, folder=ROOT)
+        atexit.register(process.told.close)
+        atexit.register(here.close)
         return Ready(here)
 
     @classmethod
@@ -188,7 +190,7 @@ class Started:
         self.args = args
         self.pid = int(told.recv(_SIZE))
         self.returncode: int | None = None
-        self._told = told
+        self.told = told
 
     def poll(self) -> int | None:
         """Exit status; None while it runs."""
@@ -206,12 +208,12 @@ class Started:
             It runs for longer than `timeout` [s].
         """
         if self.returncode is None:
-            self._told.settimeout(timeout)
+            self.told.settimeout(timeout)
             try:
-                self.returncode = int(self._told.recv(_SIZE))
+                self.returncode = int(self.told.recv(_SIZE))
             except (TimeoutError, BlockingIOError):
                 raise subprocess.TimeoutExpired(self.args, timeout or 0.0) from None
-            self._told.close()
+            self.told.close()
         return self.returncode
 
     def send_signal(self, number: int) -> None:
