@@ -71,6 +71,7 @@ def _fork_server(ready: Callable[[], Ready]) -> None:
             listener.bind(address)
             listener.listen()
             passed = [listener.fileno(), read]
+            # kept, so that its connection is not found unclosed
             server.forked = ready().fork("tests.spawning", [], dict(os.environ), passed=passed)
         os.close(read)
         server._forkserver_address = address

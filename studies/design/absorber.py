@@ -1,7 +1,6 @@
 """The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
 
-Under ground-motion records it is stepped, which is exact for a linear structure; where there are records alone, it is tuned for
-a harmonic base.
+Under ground-motion records it is stepped, which is exact for a linear structure, and not tuned: see `tuned_beside`.
 """
 
 import math
@@ -138,7 +137,7 @@ def curve(
 
 
 def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> Built:
-    """Give the same under the records."""
+    """Give the structure that is off by these shares, with what is measured of it under the records."""
     on = built(asked, tuned, shares)
     omega = asked.structure.angular_frequency * (1.0 + on.shift)
     return replace(on, measured=tuple(_under_records(asked, on.absorber, on.damping, omega)))

@@ -21,9 +21,10 @@ OFF = {
 }
 """Shares of its tolerances by which a structure is tried first. Between them its response may be much larger: see `hardest`."""
 FREQUENCY = "natural_frequency_hz"
-PLACES, CLOSER = 41, 4
-"""Shares that are looked at over a range, and then about each of the `HIGHS` highest, each time so much closer."""
-HIGHS, ROUNDS = 2, 6
+PLACES, HIGHS = 41, 2
+"""Shares that are looked at over a range, and how many of its highest places are looked around."""
+CLOSER, ROUNDS = 4, 6
+"""How much closer about each of them every time, and how often."""
 
 
 @dataclass(frozen=True)
