@@ -170,7 +170,13 @@ def _local(count: int) -> Iterator[Client]:
     ):
         cluster.scale(count)
         client.wait_for_workers(count, timeout=START_TIMEOUT_SECONDS)
+        cluster.sync(_watched, cluster)
         yield client
+
+
+async def _watched(cluster: SpecCluster) -> None:
+    """Wait until every worker's watcher knows that it runs: one that ends before that is never started again."""
+    await cluster
 
 
 @contextmanager

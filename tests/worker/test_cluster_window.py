@@ -11,6 +11,7 @@ from typing import Any
 import psutil
 import pytest
 from distributed import Client, get_worker
+from distributed.nanny import WorkerProcess
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.backlog import Backlog
@@ -276,6 +277,24 @@ def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> 
     with connect(workers=1) as client:
         assert pump(window_of(client, task, 1)) == [_outcome(0)]
     assert len(list(tmp_path.iterdir())) == RETRIES + 3
+
+
+def test_worker_whose_first_block_ends_it_is_started_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However late the process that watches it has learnt that it runs."""
+    monkeypatch.setattr(WorkerProcess, "_init_msg_interval", 2.0)
+
+    def task(index: int) -> BlockOutcome:
+        try:
+            (tmp_path / "began").touch(exist_ok=False)
+        except FileExistsError:
+            return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        os.kill(os.getpid(), signal.SIGKILL)
+        raise AssertionError
+
+    with connect(workers=1) as client:
+        assert pump(window_of(client, task, 1)) == [_outcome(0)]
 
 
 def test_stopped_window_lets_running_blocks_finish_and_drops_the_rest(client: Client, tmp_path: Path) -> None:
