@@ -20,8 +20,8 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.slow_subspace import fast_later
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS
+from damperlab.worker.solver.motion.vibration import LinearForm, Vibration, vibration_after
 from damperlab.worker.solver.observe.measure_acceleration_in_wall import _add_vibration, _shift
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
 from damperlab.worker.solver.particle import Particle, Wall
@@ -214,8 +214,11 @@ def test_a_polynomial_is_shifted_and_takes_up_a_vibration() -> None:
     )
     rates = np.array([-1.0, 2.0, -3.0, -0.5])
     both = np.empty(TERMS)
-    _add_vibration(p, 0.7, -0.4, 1.5, 2.5, rates, both)
-    later = [1.5 * one + 2.5 * two for one, two in (fast_later(rates, 0.7, -0.4, float(t)) for t in here)]
+    _add_vibration(p, Vibration(0.7, -0.4), LinearForm(1.5, 2.5), rates, both)
+    later = [
+        1.5 * one + 2.5 * two
+        for one, two in (vibration_after(Vibration(0.7, -0.4), rates, float(t)) for t in here)
+    ]
     found = np.polynomial.Polynomial(both)(here) - np.polynomial.Polynomial(p)(here)
     np.testing.assert_allclose(found, later, rtol=1e-12)
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.contact_motion import Buffers, Pressed
+from damperlab.worker.solver.motion.contact_motion import Buffers, ContactMotion
 from damperlab.worker.solver.particle import Wall
 from damperlab.worker.solver.regime import Regime, slip_regime
 from damperlab.worker.solver.scene import Scene
@@ -17,24 +17,17 @@ class ContactRegime(NamedTuple):
     ----------
     sticks, offset
         As of `Regime`.
-    motion, between : Pressed
+    motion, between : ContactMotion
         The motion in contact, and the same with y' alone as fast.
     """
 
     sticks: bool
     offset: float
-    motion: Pressed
-    between: Pressed
+    motion: ContactMotion
+    between: ContactMotion
 
 
 AnyRegime = Regime | ContactRegime
-
-
-class Vibration(NamedTuple):
-    """The fast part f of a motion in contact (`motion.contact_motion`)."""
-
-    first: float
-    second: float
 
 
 @inlined

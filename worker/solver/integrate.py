@@ -190,9 +190,9 @@ def _to_event(
         # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
-        expand_excitation(scene.base, segment.phase, curves.shaken)
+        expand_excitation(scene.base, segment.phase, curves.excitation)
     if kind != NOTHING:
-        phase_end = phase_after(scene.base, segment.phase, curves.shaken, t)
+        phase_end = phase_after(scene.base, segment.phase, curves.excitation, t)
     return Segment(segment.start, end, segment.phase, phase_end, segment.regime, t, segment.bounds), kind
 
 

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.arrays import zero_counts
 from damperlab.worker.solver.events import COUNTS
-from damperlab.worker.solver.excitation.excitation import base_on_addresses, drive_of
+from damperlab.worker.solver.excitation.excitation import base_on_addresses, contact_forcing
 from damperlab.worker.solver.excitation.sine_base import Forced, make_sine
 from damperlab.worker.solver.medium import Medium, make_medium, medium_on_addresses
 from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.contact_motion import contact_on_addresses, make_contact
+from damperlab.worker.solver.motion.contact_equations import make_contact
+from damperlab.worker.solver.motion.contact_motion import contact_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.particle import Particle
 
@@ -27,7 +28,7 @@ class Scene(NamedTuple):
     free : Medium
         The motion of the primary mass alone.
     loaded : Medium, Contact or None
-        The motion with the particle riding, or pressed on a compliant wall; None without a particle.
+        The motion with the particle riding, or in contact with a compliant wall; None without a particle.
     friction : float or None
         γ_F > 0.
     particle : Particle or None
@@ -48,11 +49,11 @@ class Scene(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s, and one for what comes between."""
+    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s or the force, and one for what comes between."""
 
     relative: Floats
     absolute: Floats
-    shaken: Floats
+    excitation: Floats
     scratch: Floats
 
 
@@ -110,7 +111,7 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
     """`Medium` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
     if particle.wall is None:
         return make_medium(base, 1.0 + particle.mass_ratio, energies)
-    return make_contact(drive_of(base), particle, particle.wall)
+    return make_contact(contact_forcing(base), particle, particle.wall)
 
 
 @inlined

@@ -46,7 +46,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
     """
     base, free, loaded, friction, particle, _, _ = scene
-    relative, absolute, shaken = np.empty((3, TERMS))
+    relative, absolute, of_base = np.empty((3, TERMS))
     mirror = -1.0 if half % 2 else 1.0
     r = base.frequency_ratio
     begin = half * np.pi / r
@@ -54,38 +54,38 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     for logged in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
         start, duration = logged[START], logged[DURATION]
         sine, cosine = np.sin(r * start), np.cos(r * start)
-        expand_base(base, phase_of_sine(sine, cosine, r), shaken)
+        expand_base(base, phase_of_sine(sine, cosine, r), of_base)
         held = friction is not None and logged[SLIP] == 0.0
         offset = 0.0 if friction is None else logged[SLIP] * friction
         riding = logged[RIDING] > 0.0
         if held:
-            absolute[:] = shaken
+            absolute[:] = of_base
             stick(logged[V], relative, absolute)
         else:
             medium = free if particle is None or particle.wall is not None or not riding else loaded
             combine(logged[V] + offset, logged[W], sine, cosine, medium.relative_rows, relative)
-        pressed = None
+        in_wall = None
         if riding and particle is not None and particle.wall is not None:
-            pressed = motion_in_wall(logged, sine, cosine, offset, loaded.held if held else loaded.slipping)
+            in_wall = motion_in_wall(logged, sine, cosine, offset, loaded.held if held else loaded.slipping)
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count
             v = value(relative, t) - offset
             w = slope(relative, t)
             depth, depth_rate = 0.0, 0.0
-            if pressed is not None:
-                x, w, y, y_rate = pressed(t)
+            if in_wall is not None:
+                x, w, y, y_rate = in_wall(t)
                 v = x - offset
                 depth, depth_rate = logged[WALL] * y, y_rate
-            u = v + value(shaken, t)
-            u_rate = w + slope(shaken, t)
+            u = v + value(of_base, t)
+            u_rate = w + slope(of_base, t)
             p, p_rate = np.nan, np.nan
             if particle is not None:
                 wall = logged[WALL]
                 if riding:
                     p, p_rate = u - wall * (particle.clearance_ratio + depth), u_rate - depth_rate
                 else:
-                    at_start = value(relative, 0.0) - offset + shaken[0]
+                    at_start = value(relative, 0.0) - offset + of_base[0]
                     p_rate = logged[P_RATE]
                     p = at_start - wall * (particle.clearance_ratio - logged[GAP]) + p_rate * t
             struck = float(i == count and int(logged[EVENT]) in (NEAR_WALL, FAR_WALL))

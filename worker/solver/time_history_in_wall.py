@@ -5,14 +5,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.motion.contact_motion import DEPTH, RELATIVE, Pressed, combine_rows
-from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.motion.contact_motion import ContactMotion
+from damperlab.worker.solver.motion.contact_rows import OF_DEPTH, OF_RELATIVE, combine_rows
+from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DEPTH, DEPTH_RATE, DIM
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
+from damperlab.worker.solver.motion.vibration import Vibration, vibration_after
 from damperlab.worker.solver.segment_log import APPROACH, DURATION, GAP, WALL, V, W
 
 
 def motion_in_wall(
-    row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: Pressed
+    row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: ContactMotion
 ) -> Callable[[float], tuple[float, float, float, float]]:
     """Motion of a segment in a compliant wall.
 
@@ -26,23 +28,25 @@ def motion_in_wall(
         [row[V] + offset - motion.share * y, row[W] - motion.share * y_rate, sine, cosine, y, y_rate]
     )
     units, rows = DIM, motion.rows
-    vibration = np.zeros(2)
-    writer = motion.writer.reshape(DIM, 2)
+    f = np.zeros(2)
+    of_fast = motion.of_fast.reshape(DIM, 2)
     if row[DURATION] > motion.step * (1.0 + 1e-12) and motion.fast > 0:
         units, rows = DIM - motion.fast, motion.slow_rows
-        vibration = motion.reader.reshape(2, DIM) @ start
-        start = start - writer @ vibration
+        f = motion.fast_of.reshape(2, DIM) @ start
+        start = start - of_fast @ f
     x, y_row = np.empty(TERMS), np.empty(TERMS)
-    combine_rows(RELATIVE, start, units, rows, x)
-    combine_rows(DEPTH, start, units, rows, y_row)
+    combine_rows(OF_RELATIVE, start, units, rows, x)
+    combine_rows(OF_DEPTH, start, units, rows, y_row)
+
+    vibration = Vibration(f[0], f[1])
 
     def at(t: float) -> tuple[float, float, float, float]:
-        f = writer @ np.array(fast_later(motion.rates, vibration[0], vibration[1], t))
+        added = of_fast @ np.array(vibration_after(vibration, motion.rates, t))
         return (
-            value(x, t) + f[0] + motion.share * f[4],
-            slope(x, t) + f[1] + motion.share * f[5],
-            value(y_row, t) + f[4],
-            slope(y_row, t) + f[5],
+            value(x, t) + added[CENTRE] + motion.share * added[DEPTH],
+            slope(x, t) + added[CENTRE_RATE] + motion.share * added[DEPTH_RATE],
+            value(y_row, t) + added[DEPTH],
+            slope(y_row, t) + added[DEPTH_RATE],
         )
 
     return at

@@ -17,7 +17,7 @@ from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.state import State
 
-SPAN, EVENT, BASE_PUSH, BASE_RATE, FORCE, V = range(6)
+SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
 """Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s', sin φ and v there."""
 
 BEFORE = 6
@@ -89,7 +89,7 @@ def _append(log: Transitions, span: float, event: int, before: State, after: Sta
     rows = log.rows
     rows[at + SPAN] = span
     rows[at + EVENT] = event
-    rows[at + BASE_PUSH] = phase.push
+    rows[at + INERTIA_FORCE] = phase.inertia_force
     rows[at + BASE_RATE] = phase.rate
     rows[at + FORCE] = phase.first
     rows[at + V] = before.v

@@ -22,12 +22,12 @@ from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.transitions import (
     AFTER,
-    BASE_PUSH,
     BASE_RATE,
     BEFORE,
     EVENT,
     FORCE,
     GAP,
+    INERTIA_FORCE,
     P_RATE,
     RIDING,
     SLIP,
@@ -69,16 +69,16 @@ def field(
     """The vector field just before or just after an event."""
     w = rows[at + side + W]
     slip = rows[at + side + SLIP]
-    base_push = rows[at + BASE_PUSH]
+    inertia_force = rows[at + INERTIA_FORCE]
     riding = False
-    push = 0.0  # of a compliant wall on the particle
+    wall_force = 0.0  # of a compliant wall on the particle
     compliance = free.compliance
     if particle is not None:
         riding = rows[at + side + RIDING] > 0.0
         if riding:
             compliance = loaded.compliance
             if wall is not None:
-                push = rows[at + side + WALL] * (
+                wall_force = rows[at + side + WALL] * (
                     wall.damping * rows[at + side + SPEED] - wall.stiffness * rows[at + side + GAP]
                 )
     held = False
@@ -91,13 +91,13 @@ def field(
         taken = base.two_zeta * w + rows[at + V] + offset
         if isinstance(base, SineForce):
             taken -= rows[at + FORCE]
-        a = base_push - compliance * taken - push
+        a = inertia_force - compliance * taken - wall_force
     if particle is not None:
         if not riding:
-            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - base_push)
+            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - inertia_force)
         if wall is not None:
             rate = rows[at + side + WALL] * rows[at + side + SPEED]
-            return Field(w, a, rate, a - base_push - push / particle.mass_ratio)
+            return Field(w, a, rate, a - inertia_force - wall_force / particle.mass_ratio)
         if rows[at + side + SPEED] > 0.0:  # the time left of a dwell runs down
             return Field(w, a, -rows[at + side + WALL], 0.0)
     return Field(w, a, 0.0, 0.0)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
-from damperlab.worker.solver.excitation.excitation import largest_push
+from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
@@ -135,9 +135,9 @@ def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
     """The locked state that the run is in, or creeps towards; of period 0 where friction does not hold the mass for good."""
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
-            push = largest_push(scene.base)
-            limit, creeps = creep_limit(state, scene.friction, push, scene.base.frequency_ratio)
-            if creeps or is_locked(state, scene.friction, push, notes.ring, half):
+            forcing = largest_forcing(scene.base)
+            limit, creeps = creep_limit(state, scene.friction, forcing, scene.base.frequency_ratio)
+            if creeps or is_locked(state, scene.friction, forcing, notes.ring, half):
                 return Orbit(limit, _LOCKED_LAG, 0.0)
     return no_orbit(state)
 

@@ -78,21 +78,21 @@ def next_estimate(mean: Estimate, settings: Settings) -> int:
 
 
 @kernel
-def creep_limit(state: State, friction: float, push: float, frequency_ratio: float) -> tuple[State, bool]:
+def creep_limit(state: State, friction: float, forcing: float, frequency_ratio: float) -> tuple[State, bool]:
     """Locked state that a one-sided creep tends to.
 
-    With P the largest push, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
+    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
     for good. From just outside, each cycle slips inwards by less than the excess squared, so the edge is reached only as
     1/N: take the limit instead of stepping towards it.
     """
-    edge = friction - push
-    if edge < 0.0 and edge > -_TIE * push:
+    edge = friction - forcing
+    if edge < 0.0 and edge > -_TIE * forcing:
         edge = 0.0  # γ_F = r² but for the rounding of r²
-    # a slip of the excess force x under a largest push P lasts about √(8x/P)/r and goes about x²/(P r²) far
+    # a slip of the excess force x under a largest forcing P lasts about √(8x/P)/r and goes about x²/(P r²) far
     if (
         edge >= 0.0
         and state.slip == 0.0
-        and edge < abs(state.v) <= edge + _CREEP * min(1.0, push * (frequency_ratio * frequency_ratio))
+        and edge < abs(state.v) <= edge + _CREEP * min(1.0, forcing * (frequency_ratio * frequency_ratio))
     ):
         v = edge if state.v > 0.0 else -edge
         return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0, state.dwell), True
@@ -100,11 +100,11 @@ def creep_limit(state: State, friction: float, push: float, frequency_ratio: flo
 
 
 @kernel
-def is_locked(state: State, friction: float, push: float, ring: NDArray[np.float64], half: int) -> bool:
+def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
     """Whether friction has held the mass for a cycle and holds it for good: P + |v| ≤ γ_F, and the particle is at rest."""
     return (
         state.slip == 0.0
         and state.p_rate == 0.0
-        and push + abs(state.v) <= friction
+        and forcing + abs(state.v) <= friction
         and recurrence(ring, half, 2) == 0.0
     )

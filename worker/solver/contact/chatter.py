@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
-from damperlab.worker.solver.excitation.excitation import largest_push
+from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
@@ -57,7 +57,7 @@ def _is_steady_end(
     chatter_left = _CHATTER_LEFT * base.window
     if impulse_left > chatter_left * closing:
         return False
-    largest = largest_push(base)
+    largest = largest_forcing(base)
     change = chatter_left * (abs(w) + base.two_zeta * (abs(u_acceleration) + largest))
     if change > _STEADY_PUSH * closing:
         return False

@@ -1,7 +1,7 @@
 """A rigid wall that stops pushing the particle that rides on it: the particle leaves, at no speed against the wall."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.excitation import Phase, largest_push, net_resistance
+from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance
 from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
@@ -16,9 +16,9 @@ def release(state: State, phase: Phase, scene: Scene) -> State:
     base = scene.base
     sticks, offset = slip_regime(state.slip, scene.friction)
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
-    opening = state.wall * phase.push if sticks else state.wall * slips
+    opening = state.wall * phase.inertia_force if sticks else state.wall * slips
     # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
-    scale = largest_push(base) + abs(state.w) + abs(state.v) + abs(offset)
+    scale = largest_forcing(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(
         state,

@@ -20,7 +20,12 @@ from damperlab.worker.solver.events import (
     TURN,
     TURNS,
 )
-from damperlab.worker.solver.excitation.excitation import Phase, force_to_hold, largest_push, net_resistance
+from damperlab.worker.solver.excitation.excitation import (
+    Phase,
+    force_to_hold,
+    largest_forcing,
+    net_resistance,
+)
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
@@ -65,7 +70,7 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     A particle that dwells on its wall has no such choice.
     """
-    base, largest = scene.base, largest_push(scene.base)
+    base, largest = scene.base, largest_forcing(scene.base)
     slip = slip_direction(force_to_hold(base, phase, state.v, 1.0), breakaway(friction, largest, 1.0))
     riding = 0.0
     gap_order = 0
@@ -74,7 +79,9 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
         if state.riding > 0.0:
             p_rate = phase.rate
             free_acceleration = (
-                -phase.push if slip == 0.0 else -net_resistance(base, phase, state.v + slip * friction)
+                -phase.inertia_force
+                if slip == 0.0
+                else -net_resistance(base, phase, state.v + slip * friction)
             )
             if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
@@ -171,7 +178,7 @@ def _part(
         sticks = slip == 0.0
         offset = slip * scene.friction
     slips = net_resistance(base, phase, base.two_zeta * w + state.v + offset)
-    u_acceleration = -phase.push if sticks else -slips
+    u_acceleration = -phase.inertia_force if sticks else -slips
     closing = wall * u_acceleration  # rate at which the wall catches up with the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
@@ -201,7 +208,7 @@ def _join(
             slip = 1.0 if w > 0.0 else -1.0
         else:
             inertia = 1.0 + scene.particle.mass_ratio
-            limit = breakaway(scene.friction, largest_push(scene.base), inertia)
+            limit = breakaway(scene.friction, largest_forcing(scene.base), inertia)
             force = force_to_hold(scene.base, phase, state.v, inertia)
             slip = slip_direction(force, limit)
             slip_order = 1 if slip != 0.0 else 0

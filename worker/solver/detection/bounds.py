@@ -36,9 +36,11 @@ def slip_bounds(
     |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W. A force adds its largest to X.
     """
     two_zeta = base.two_zeta
-    shaken = base_derivative_bound(base, phase, 2)
+    base_most = base_derivative_bound(base, phase, 2)
     pulled = with_force_bound(abs(x), base, 0)
-    w_most = (abs(w) + span * (compliance * pulled + shaken)) / (1.0 - compliance * span * (two_zeta + span))
+    w_most = (abs(w) + span * (compliance * pulled + base_most)) / (
+        1.0 - compliance * span * (two_zeta + span)
+    )
     x_most = abs(x) + span * w_most
     return x_most, MotionBounds(w_most, compliance * (two_zeta * w_most + with_force_bound(x_most, base, 0)))
 

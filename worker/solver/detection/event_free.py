@@ -7,8 +7,8 @@ from damperlab.worker.solver.excitation.excitation import (
     Excitation,
     Phase,
     force_to_hold,
+    forcing_derivative_bound,
     net_resistance,
-    push_derivative_bound,
 )
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
@@ -23,9 +23,9 @@ def gap_rate(state: State, phase: Phase) -> float:
 
 @inlined
 def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitation) -> float:
-    """u'', which pushes a riding particle."""
+    """u'', which the wall passes on to a riding particle."""
     if regime.sticks:
-        return -phase.push
+        return -phase.inertia_force
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
     return -regime.medium.compliance * slips
 
@@ -46,7 +46,7 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             inertia = 1.0 / regime.medium.compliance
             force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
             force_end = abs(force_to_hold(base, segment.phase_end, start.v, inertia))
-            curvature = push_derivative_bound(base, segment.phase, 2, inertia)
+            curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
             if max(force_start, force_end) + share * curvature >= scene.friction:
                 return False
         else:
@@ -58,9 +58,9 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             return time_left(start.dwell) > window
         if start.riding > 0.0:
             sag = share * u_derivative_bound(4, segment, base)
-            push = start.wall * wall_acceleration(start, segment.phase, regime, base)
-            push_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
-            if min(push, push_end) <= sag:
+            contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
+            contact_force_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
+            if min(contact_force, contact_force_end) <= sag:
                 return False
         else:
             sag = share * segment.bounds.u2
@@ -79,7 +79,10 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         if regime.sticks:
             inertia = 1.0 / regime.medium.compliance
             force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
-            if force_start + push_derivative_bound(base, segment.phase, 1, inertia) * time >= scene.friction:
+            if (
+                force_start + forcing_derivative_bound(base, segment.phase, 1, inertia) * time
+                >= scene.friction
+            ):
                 return False
         elif start.slip_order > 0 or abs(start.w) <= time * w_rate_bound(segment, base):
             return False
@@ -87,8 +90,8 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > time
         if start.riding > 0.0:
-            push = start.wall * wall_acceleration(start, segment.phase, regime, base)
-            if push <= time * u_derivative_bound(3, segment, base):
+            contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
+            if contact_force <= time * u_derivative_bound(3, segment, base):
                 return False
         else:
             drift = gap_rate(start, segment.phase) * time

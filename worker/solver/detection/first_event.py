@@ -8,9 +8,9 @@ from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curva
 from damperlab.worker.solver.dwell import is_dwelling, time_left
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
 from damperlab.worker.solver.excitation.excitation import (
-    expand_push,
-    largest_push,
-    push_derivative_bound,
+    expand_forcing,
+    forcing_derivative_bound,
+    largest_forcing,
 )
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
@@ -47,9 +47,9 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
     t, kind = segment.time, NOTHING
     if segment.regime.sticks:
         inertia = 1.0 / segment.regime.medium.compliance
-        expand_push(base, segment.phase, -1.0, inertia, scratch)
-        curvature = push_derivative_bound(base, segment.phase, 2, inertia)
-        limit = breakaway(friction, largest_push(base), inertia)
+        expand_forcing(base, segment.phase, -1.0, inertia, scratch)
+        curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
+        limit = breakaway(friction, largest_forcing(base), inertia)
         scratch[0] += start.v + limit
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:

@@ -17,7 +17,7 @@ from damperlab.worker.solver.excitation.sine_base import (
     sine_force_on_addresses,
 )
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Drive
+from damperlab.worker.solver.motion.contact_motion import ContactForcing
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
@@ -33,7 +33,7 @@ class Phase(NamedTuple):
         What its rows are multiplied by: sin φ and cos φ, or s'' and s'''.
     position, rate : float
         s and s'; 0 under a force.
-    push : float
+    inertia_force : float
         −s'', the force of inertia on a unit mass that moves with the base; 0 under a force.
     most : float
         Bound on |s''| until the end of the window.
@@ -43,7 +43,7 @@ class Phase(NamedTuple):
     second: float
     position: float
     rate: float
-    push: float
+    inertia_force: float
     most: float
 
 
@@ -84,17 +84,17 @@ def phase_until(base: Excitation, k: int) -> Phase:
 
 
 @inlined
-def phase_after(base: Excitation, phase: Phase, shaken: Floats, t: float) -> Phase:
+def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) -> Phase:
     """Phase a time t later in the same window, from the polynomial of `expand_excitation`."""
     if isinstance(base, RecordBase):
         acceleration = phase.first + phase.second * t
         return Phase(
-            acceleration, phase.second, value(shaken, t), slope(shaken, t), -acceleration, phase.most
+            acceleration, phase.second, value(excitation, t), slope(excitation, t), -acceleration, phase.most
         )
     r = base.frequency_ratio
     if isinstance(base, SineForce):
-        return phase_of_force(value(shaken, t), slope(shaken, t) / r)
-    return phase_of_sine(value(shaken, t), slope(shaken, t) / r, r)
+        return phase_of_force(value(excitation, t), slope(excitation, t) / r)
+    return phase_of_sine(value(excitation, t), slope(excitation, t) / r, r)
 
 
 @inlined
@@ -137,7 +137,7 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 
 
 @inlined
-def expand_push(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
+def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
     """Coefficients of `sign` times what friction must take of a held mass beside its spring: inertia, or a force."""
     factor = sign * inertia
     if isinstance(base, RecordBase):
@@ -192,7 +192,7 @@ def with_force_bound(bound: float, base: Excitation, order: int) -> float:
 
 
 @inlined
-def push_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
+def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
     """Bound on the derivative, of order 1 or 2, of the force that friction takes of a held mass."""
     if isinstance(base, SineForce):
         return with_force_bound(0.0, base, order)
@@ -204,7 +204,7 @@ def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> f
     """Force that friction must take to keep the mass on the base, over k Z."""
     if isinstance(base, SineForce):
         return phase.first - v
-    return hold_force(v, phase.push, inertia)
+    return hold_force(v, phase.inertia_force, inertia)
 
 
 @inlined
@@ -216,7 +216,7 @@ def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
 
 
 @inlined
-def largest_push(base: Excitation) -> float:
+def largest_forcing(base: Excitation) -> float:
     """Largest |s''| of the whole motion, or the largest force; the rounding of forces is measured by it."""
     if isinstance(base, RecordBase):
         return base.largest
@@ -226,14 +226,14 @@ def largest_push(base: Excitation) -> float:
 
 
 @inlined
-def drive_of(base: Excitation) -> Drive:
+def contact_forcing(base: Excitation) -> ContactForcing:
     """What the motion in contact with a compliant wall has to know of the base."""
     if isinstance(base, RecordBase):
-        return Drive(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
+        return ContactForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio
     if isinstance(base, SineForce):
-        return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
-    return Drive(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
+        return ContactForcing(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
+    return ContactForcing(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
 
 
 @inlined

@@ -84,7 +84,7 @@ def medium_forms(
     x = np.empty(4)
     w = np.empty(4)
     u = np.empty(4)
-    shaken = filled(4, 0.0)
+    base_rate = filled(4, 0.0)
     for i in range(_POINTS):
         at = NODES[i] * window
         weight = WEIGHTS[i] * window
@@ -93,14 +93,16 @@ def medium_forms(
             w[j] = slope(relative[j * TERMS : (j + 1) * TERMS], at)
             u[j] = value(of_absolute[j], at)
             if j >= 2:
-                shaken[j] = slope(base[(j - 2) * TERMS : (j - 1) * TERMS], at)
+                base_rate[j] = slope(base[(j - 2) * TERMS : (j - 1) * TERMS], at)
             forms[MEAN + j] += weight * u[j]
         pair = 0
         for j in range(4):
             for k in range(j, 4):
                 both = weight if j == k else 2.0 * weight
-                push = (two_zeta * w[j] + x[j]) * shaken[k] + (two_zeta * w[k] + x[k]) * shaken[j]
-                forms[WORK + pair] -= 0.5 * both * push
+                transmitted = (two_zeta * w[j] + x[j]) * base_rate[k] + (two_zeta * w[k] + x[k]) * base_rate[
+                    j
+                ]
+                forms[WORK + pair] -= 0.5 * both * transmitted
                 forms[LOSS + pair] += both * (two_zeta * w[j] * w[k])
                 forms[SQUARED + pair] += both * (u[j] * u[k])
                 pair += 1
@@ -132,7 +134,7 @@ def forced_forms(
     forms = filled(3 * PAIRS + 4, 0.0)
     x = np.empty(4)
     w = np.empty(4)
-    push = filled(4, 0.0)
+    forcing = filled(4, 0.0)
     for i in range(_POINTS):
         at = NODES[i] * window
         weight = WEIGHTS[i] * window
@@ -140,13 +142,13 @@ def forced_forms(
             x[j] = value(rows[j * TERMS : (j + 1) * TERMS], at)
             w[j] = slope(rows[j * TERMS : (j + 1) * TERMS], at)
             if j >= 2:
-                push[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
+                forcing[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
             forms[MEAN + j] += weight * x[j]
         pair = 0
         for j in range(4):
             for k in range(j, 4):
                 both = weight if j == k else 2.0 * weight
-                forms[WORK + pair] += 0.5 * both * (w[j] * push[k] + w[k] * push[j])
+                forms[WORK + pair] += 0.5 * both * (w[j] * forcing[k] + w[k] * forcing[j])
                 forms[LOSS + pair] += both * (two_zeta * w[j] * w[k])
                 forms[SQUARED + pair] += both * (x[j] * x[k])
                 pair += 1

@@ -1,18 +1,19 @@
-"""Fast and slow motion of a contact told apart, and the fast one later on."""
+"""Fast and slow motion of a contact told apart: the invariant subspace of the slow one, and the matrix of the fast one."""
 
-from math import cos, exp, sin, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.arrays import copy_matrix, largest_element, zero_matrix
-from damperlab.worker.solver.memory import Floats
 
 Array = NDArray[np.float64]
 
-DIM = 6
+CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, DEPTH, DEPTH_RATE = range(6)
 """Coordinates X, X', two of the base, y, y' of a contact (`contact_motion.py`)."""
+DIM = 6
+"""How many they are."""
 _ITERATIONS = 60
 _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go on with
 
@@ -20,10 +21,10 @@ _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go
 @kernel
 def contact_rates(square: float, damping: float) -> tuple[float, float]:
     """Moduli of the two roots of λ² − damping λ + square, the larger first."""
-    bend = 0.25 * damping * damping - square
-    if bend <= 0.0:
+    discriminant = 0.25 * damping * damping - square
+    if discriminant <= 0.0:
         return sqrt(square), sqrt(square)
-    larger = 0.5 * damping + sqrt(bend)
+    larger = 0.5 * damping + sqrt(discriminant)
     return larger, square / larger
 
 
@@ -110,34 +111,3 @@ def _inverse(matrix: Array) -> Array:
     out[1, 0] = -matrix[1, 0] / determinant
     out[1, 1] = matrix[0, 0] / determinant
     return out
-
-
-@kernel
-def fast_later(rates: Floats, first: float, second: float, t: float) -> tuple[float, float]:
-    """f a time t later: exp(Ft) f."""
-    a, b, c, d = rates[0], rates[1], rates[2], rates[3]
-    middle = 0.5 * (a + d)
-    bend = 0.25 * (a - d) * (a - d) + b * c
-    if bend < 0.0:
-        swing = sqrt(-bend)
-        decay = exp(middle * t)
-        even = decay * cos(swing * t)
-        odd = decay * sin(swing * t) / swing
-    else:
-        spread = sqrt(bend)
-        if spread * t < 1e-4:
-            decay = exp(middle * t)
-            even = decay * (1.0 + 0.5 * (spread * t) ** 2)
-            odd = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
-        else:
-            quick = middle - spread
-            slow = (a * d - b * c) / quick
-            one = exp(quick * t)
-            other = exp(slow * t)
-            even = 0.5 * (other + one)
-            odd = 0.5 * (other - one) / spread
-    lean = 0.5 * (a - d)
-    return (
-        even * first + odd * (lean * first + b * second),
-        even * second + odd * (c * first - lean * second),
-    )

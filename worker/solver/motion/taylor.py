@@ -67,14 +67,14 @@ def motion_rows(
         absolute[row, 0] = relative[row, 0]
         absolute[row, 1] = relative[row, 1]
         for n in range(TERMS):
-            shaken = base[(row - 2) * TERMS + n] if row >= 2 else 0.0
+            of_base = base[(row - 2) * TERMS + n] if row >= 2 else 0.0
             if n < 2:
-                absolute[row, n] += shaken
+                absolute[row, n] += of_base
             else:
                 absolute[row, n] = -compliance * (
                     two_zeta * relative[row, n - 1] / n + relative[row, n - 2] / (n * (n - 1))
                 )
-                relative[row, n] = absolute[row, n] - shaken
+                relative[row, n] = absolute[row, n] - of_base
     return relative.reshape(-1), absolute.reshape(-1)
 
 
@@ -99,9 +99,9 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
     rows[1, 1] = 1.0
     for row in range(4):
         for n in range(2, TERMS):
-            push = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
+            forcing = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
             taken = two_zeta * (n - 1) * rows[row, n - 1] + rows[row, n - 2]
-            rows[row, n] = compliance * (push - taken) / (n * (n - 1))
+            rows[row, n] = compliance * (forcing - taken) / (n * (n - 1))
     return rows.reshape(-1)
 
 

@@ -1,12 +1,9 @@
 """u'' of the structure in a compliant wall, where it is finite: its polynomial, its largest value, also over a long step."""
 
-from math import sqrt
-
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.contact_regime import (
     AnyRegime,
     ContactRegime,
-    Vibration,
     buffers_of,
     wall_of,
 )
@@ -16,8 +13,17 @@ from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
-from damperlab.worker.solver.motion.slow_subspace import fast_later
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, value
+from damperlab.worker.solver.motion.vibration import (
+    LinearForm,
+    Vibration,
+    form_of_w,
+    form_of_wall_force,
+    form_of_x,
+    gain_of,
+    size_of,
+    vibration_after,
+)
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 
@@ -28,7 +34,7 @@ _DROWNED = 1e-16  # of the peak: a vibration below it changes none of its digits
 @inlined
 def record_acceleration(buffers: Buffers, t: float) -> float:
     """Acceleration s'' of a record, from the polynomial of s."""
-    acceleration: float = 2.0 * buffers.shaken[2] + 6.0 * buffers.shaken[3] * t
+    acceleration: float = 2.0 * buffers.excitation[2] + 6.0 * buffers.excitation[3] * t
     return acceleration
 
 
@@ -40,19 +46,21 @@ def acceleration_at(
     if isinstance(base, SineForce):
         if regime.sticks:
             return 0.0
-        return (transmitted + value(buffers.shaken, t)) - value(buffers.push, t)
-    return transmitted - value(buffers.push, t)
+        return (transmitted + value(buffers.excitation, t)) - value(buffers.wall_force, t)
+    return transmitted - value(buffers.wall_force, t)
 
 
 @kernel
 def acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
-    """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x) less the push, and what excites it."""
+    """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x), less the wall's, and what excites it."""
     for n in range(ORDER):
-        out[n] = -(base.two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.push[n]
+        out[n] = (
+            -(base.two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.wall_force[n]
+        )
     out[ORDER] = 0.0
     if isinstance(base, SineForce):
         for n in range(ORDER):
-            out[n] += buffers.shaken[n]
+            out[n] += buffers.excitation[n]
 
 
 @kernel
@@ -66,7 +74,7 @@ def raise_acceleration_in_wall(meter: Meter, t: float, regime: AnyRegime, scene:
         elif not isinstance(base, SineForce):
             r_squared = base.frequency_ratio * base.frequency_ratio
             for n in range(TERMS):
-                buffers.rate[n] = r_squared * buffers.shaken[n]
+                buffers.rate[n] = r_squared * buffers.excitation[n]
             peak = sums[ACCELERATION_PEAK]
             sums[ACCELERATION_PEAK] = largest(buffers.rate, 0.0, t, peak, buffers.scratch)
     else:
@@ -89,18 +97,14 @@ def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: F
 
 
 @kernel
-def acceleration_of_vibration(regime: ContactRegime, scene: Scene) -> tuple[float, float]:
-    """What u'' of a mass that slips has of each part of the vibration f."""
-    motion, wall = regime.motion, wall_of(scene)
-    writer, share = motion.writer, motion.share
+def form_of_acceleration(regime: ContactRegime, scene: Scene) -> LinearForm:
+    """What u'' of a mass that slips has of the vibration."""
+    x, w = form_of_x(regime.motion), form_of_w(regime.motion)
+    wall_force = form_of_wall_force(regime.motion, wall_of(scene))
     two_zeta = scene.base.two_zeta
-    x1, x2 = writer[0] + share * writer[8], writer[1] + share * writer[9]
-    w1, w2 = writer[2] + share * writer[10], writer[3] + share * writer[11]
-    n1 = -(two_zeta * w1 + x1)
-    n2 = -(two_zeta * w2 + x2)
-    return (
-        n1 - (wall.stiffness * writer[8] + wall.damping * writer[10]),
-        n2 - (wall.stiffness * writer[9] + wall.damping * writer[11]),
+    return LinearForm(
+        -(two_zeta * w.first + x.first) - wall_force.first,
+        -(two_zeta * w.second + x.second) - wall_force.second,
     )
 
 
@@ -119,35 +123,33 @@ def raise_over_long_step(
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch
     acceleration_into(scene.base, buffers, slow)
-    of_first, of_second = acceleration_of_vibration(regime, scene)
-    gain = _SAFETY * sqrt((of_first / motion.weight) ** 2 + of_second * of_second)
-    first, second = vibration
+    form = form_of_acceleration(regime, scene)
+    gain = _SAFETY * gain_of(form, motion.weight)
     peak = sums[ACCELERATION_PEAK]
     time_left = t
     while time_left > 0.0:
-        shaken = gain * sqrt(second * second + (motion.weight * first) ** 2)
+        envelope = gain * size_of(vibration, motion.weight)
         ends = max(abs(slow[0]), abs(value(slow, time_left)))
-        if ends + 0.125 * time_left * time_left * curvature_bound(slow, time_left) + shaken <= peak:
+        if ends + 0.125 * time_left * time_left * curvature_bound(slow, time_left) + envelope <= peak:
             break
-        if shaken <= _DROWNED * peak:
+        if envelope <= _DROWNED * peak:
             peak = largest(slow, 0.0, time_left, peak, scratch)
             break
         step = min(motion.step, time_left)
-        _add_vibration(slow, first, second, of_first, of_second, motion.rates, both)
+        _add_vibration(slow, vibration, form, motion.rates, both)
         peak = largest(both, 0.0, step, peak, scratch)
-        first, second = fast_later(motion.rates, first, second, step)
+        vibration = vibration_after(vibration, motion.rates, step)
         _shift(slow, step)
         time_left = time_left - step
     sums[ACCELERATION_PEAK] = peak
 
 
 @kernel
-def _add_vibration(
-    slow: Floats, first: float, second: float, of_first: float, of_second: float, rates: Floats, out: Floats
-) -> None:
+def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: Floats, out: Floats) -> None:
     """Coefficients of a polynomial and the linear form of exp(Ft) f together."""
+    first, second = vibration
     for n in range(TERMS):
-        out[n] = slow[n] + (of_first * first + of_second * second)
+        out[n] = slow[n] + (form.first * first + form.second * second)
         one = (rates[0] * first + rates[1] * second) / (n + 1)
         second = (rates[2] * first + rates[3] * second) / (n + 1)
         first = one

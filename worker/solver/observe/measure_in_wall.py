@@ -4,11 +4,12 @@ A record's meter is asked for more: the squares of v and u'', and the largest |u
 a harmonic excitation has the latter two where they are asked for (`measure_acceleration_in_wall.py`).
 """
 
+from typing import NamedTuple
+
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.contact_regime import (
     AnyRegime,
     ContactRegime,
-    Vibration,
     buffers_of,
     wall_of,
 )
@@ -17,11 +18,20 @@ from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
+from damperlab.worker.solver.motion.slow_subspace import DEPTH_RATE
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
+from damperlab.worker.solver.motion.vibration import (
+    LinearForm,
+    Vibration,
+    form_of,
+    form_of_w,
+    form_of_wall_force,
+    form_of_x,
+)
 from damperlab.worker.solver.observe.measure_acceleration_in_wall import (
     acceleration_at,
     acceleration_into,
-    acceleration_of_vibration,
+    form_of_acceleration,
     largest,
     raise_acceleration_in_wall,
     record_acceleration,
@@ -69,9 +79,9 @@ def measure_contact(
         u = value(buffers.absolute, at) - regime.offset
         depth_rate = slope(buffers.depth, at)
         if isinstance(base, SineForce):
-            work += GAUSS_WEIGHTS[i] * value(buffers.shaken, at) * w
+            work += GAUSS_WEIGHTS[i] * value(buffers.excitation, at) * w
         else:
-            work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.shaken, at)
+            work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.excitation, at)
         loss += GAUSS_WEIGHTS[i] * w * w
         mean_square += GAUSS_WEIGHTS[i] * u * u
         struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
@@ -100,11 +110,11 @@ def measure_contact(
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
     """Force of the base on a mass that it holds against the wall, from the polynomials."""
     if isinstance(base, RecordBase):
-        return value(buffers.push, t) + record_acceleration(buffers, t)
+        return value(buffers.wall_force, t) + record_acceleration(buffers, t)
     if isinstance(base, SineForce):
         return 0.0  # at rest: no work is done
     square = base.frequency_ratio * base.frequency_ratio
-    return value(buffers.push, t) - square * value(buffers.shaken, t)
+    return value(buffers.wall_force, t) - square * value(buffers.excitation, t)
 
 
 @kernel
@@ -132,91 +142,97 @@ def measure_vibration(
     ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·F⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
     J = ∫ f fᵀ dt solves FJ + JFᵀ = [f fᵀ].
     """
-    sums, base, motion, wall, buffers = (
-        meter.sums,
-        scene.base,
-        regime.motion,
-        wall_of(scene),
-        buffers_of(scene),
-    )
-    first, second = before
-    one, two = after
-    u = motion.writer
-    s = motion.share
-    a, b, c, d = motion.rates[0], motion.rates[1], motion.rates[2], motion.rates[3]
-    q11 = one * one - first * first
-    q12 = one * two - first * second
-    q22 = two * two - second * second
-    # J of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]]
-    trace = a + d
-    determinant = a * d - b * c
-    bottom = 2.0 * trace * determinant
-    j11 = ((determinant + d * d) * q11 - 2.0 * b * d * q12 + b * b * q22) / bottom
-    j12 = (-c * d * q11 + 2.0 * a * d * q12 - a * b * q22) / bottom
-    j22 = (c * c * q11 - 2.0 * a * c * q12 + (determinant + a * a) * q22) / bottom
-    x1, x2 = u[0] + s * u[8], u[1] + s * u[9]
-    w1, w2 = u[2] + s * u[10], u[3] + s * u[11]
-    y1, y2 = u[10], u[11]
+    sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
+    rate = buffers.rate
+    squares = _squares(before, after, motion.rates)
+    x, w, depth_rate = form_of_x(motion), form_of_w(motion), form_of(DEPTH_RATE, motion)
+    transmitted = LinearForm(-(base.two_zeta * w.first + x.first), -(base.two_zeta * w.second + x.second))
     if regime.sticks:
-        x1 = x2 = w1 = w2 = 0.0
-    rate, scratch = buffers.rate, buffers.scratch
+        w = LinearForm(0.0, 0.0)
+        transmitted = form_of_wall_force(motion, wall_of(scene))
     if isinstance(base, SineForce):  # the force does work as the mass moves
         for i in range(TERMS):
-            rate[i] = buffers.shaken[i]
+            rate[i] = buffers.excitation[i]
+        sums[WORK_IN] += _by_parts(rate, w, t, before, after, regime, scene)
     else:
-        rate_into(buffers.shaken, 0, rate)
-    if regime.sticks:
-        n1 = wall.stiffness * u[8] + wall.damping * u[10]
-        n2 = wall.stiffness * u[9] + wall.damping * u[11]
-    else:
-        n1 = -(base.two_zeta * w1 + x1)
-        n2 = -(base.two_zeta * w2 + x2)
-    if isinstance(base, SineForce):
-        sums[WORK_IN] += _by_parts(rate, w1, w2, t, before, after, motion.inverse, scratch)
-    else:
-        sums[WORK_IN] += _by_parts(rate, n1, n2, t, before, after, motion.inverse, scratch)
+        rate_into(buffers.excitation, 0, rate)
+        sums[WORK_IN] += _by_parts(rate, transmitted, t, before, after, regime, scene)
     rate_into(buffers.depth, 0, rate)
-    cross = _by_parts(rate, y1, y2, t, before, after, motion.inverse, scratch)
-    own = y1 * y1 * j11 + 2.0 * y1 * y2 * j12 + y2 * y2 * j22
-    sums[IMPACT_LOSS] += wall.damping * (2.0 * cross + own)
+    cross = _by_parts(rate, depth_rate, t, before, after, regime, scene)
+    sums[IMPACT_LOSS] += wall_of(scene).damping * (2.0 * cross + _own(depth_rate, squares))
     if regime.sticks:
         return
     rate_into(buffers.relative, 0, rate)
-    cross = _by_parts(rate, w1, w2, t, before, after, motion.inverse, scratch)
-    own = w1 * w1 * j11 + 2.0 * w1 * w2 * j12 + w2 * w2 * j22
-    sums[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + own)
+    cross = _by_parts(rate, w, t, before, after, regime, scene)
+    sums[VISCOUS_LOSS] += base.two_zeta * (2.0 * cross + _own(w, squares))
     for i in range(TERMS):
         rate[i] = buffers.absolute[i]
     rate[0] -= regime.offset
-    cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
-    own = x1 * x1 * j11 + 2.0 * x1 * x2 * j12 + x2 * x2 * j22
-    sums[SQUARE] += 2.0 * cross + own
+    cross = _by_parts(rate, x, t, before, after, regime, scene)
+    sums[SQUARE] += 2.0 * cross + _own(x, squares)
     if isinstance(base, RecordBase):
         for i in range(TERMS):
             rate[i] = buffers.relative[i]
         rate[0] -= regime.offset
-        cross = _by_parts(rate, x1, x2, t, before, after, motion.inverse, scratch)
-        sums[RELATIVE_SQUARE] += 2.0 * cross + own
+        cross = _by_parts(rate, x, t, before, after, regime, scene)
+        sums[RELATIVE_SQUARE] += 2.0 * cross + _own(x, squares)
     if meter.acceleration is not None:
-        a1, a2 = acceleration_of_vibration(regime, scene)
+        acceleration = form_of_acceleration(regime, scene)
         acceleration_into(base, buffers, rate)
-        cross = _by_parts(rate, a1, a2, t, before, after, motion.inverse, scratch)
-        own = a1 * a1 * j11 + 2.0 * a1 * a2 * j12 + a2 * a2 * j22
-        sums[ACCELERATION_SQUARE] += 2.0 * cross + own
+        cross = _by_parts(rate, acceleration, t, before, after, regime, scene)
+        sums[ACCELERATION_SQUARE] += 2.0 * cross + _own(acceleration, squares)
+
+
+class _Squares(NamedTuple):
+    """J, symmetric."""
+
+    first: float
+    both: float
+    second: float
+
+
+@kernel
+def _squares(before: Vibration, after: Vibration, rates: Floats) -> _Squares:
+    """J = ∫ f fᵀ dt, of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] J = [f fᵀ] with the elements of F."""
+    first, second = before
+    one, two = after
+    a, b, c, d = rates[0], rates[1], rates[2], rates[3]
+    q11 = one * one - first * first
+    q12 = one * two - first * second
+    q22 = two * two - second * second
+    trace = a + d
+    determinant = a * d - b * c
+    bottom = 2.0 * trace * determinant
+    return _Squares(
+        ((determinant + d * d) * q11 - 2.0 * b * d * q12 + b * b * q22) / bottom,
+        (-c * d * q11 + 2.0 * a * d * q12 - a * b * q22) / bottom,
+        (c * c * q11 - 2.0 * a * c * q12 + (determinant + a * a) * q22) / bottom,
+    )
+
+
+@inlined
+def _own(form: LinearForm, squares: _Squares) -> float:
+    """∫ (l·f)² dt."""
+    return (
+        form.first * form.first * squares.first
+        + 2.0 * form.first * form.second * squares.both
+        + form.second * form.second * squares.second
+    )
 
 
 @kernel
 def _by_parts(
     polynomial: Floats,
-    l1: float,
-    l2: float,
+    form: LinearForm,
     t: float,
     before: Vibration,
     after: Vibration,
-    inverse: Floats,
-    scratch: Floats,
+    regime: ContactRegime,
+    scene: Scene,
 ) -> float:
     """∫ p l·f dt over [0, t]."""
+    inverse, scratch = regime.motion.inverse, buffers_of(scene).scratch
+    l1, l2 = form
     first, second = before
     one, two = after
     for i in range(TERMS):

@@ -34,8 +34,8 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         regime.medium,
         segment.bounds.u2,
     )
-    relative, absolute, shaken, scratch = curves
-    expand_base(base, phase, shaken)
+    relative, absolute, of_base, scratch = curves
+    expand_base(base, phase, of_base)
     work = 0.0
     loss = 0.0
     square = 0.0
@@ -51,8 +51,8 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
             w = slope(relative, at)
             acceleration = -medium.compliance * (base.two_zeta * w + x)
         v = x - offset
-        u = v + value(shaken, at)
-        work += GAUSS_WEIGHTS[i] * acceleration * slope(shaken, at)
+        u = v + value(of_base, at)
+        work += GAUSS_WEIGHTS[i] * acceleration * slope(of_base, at)
         loss += GAUSS_WEIGHTS[i] * w * w
         square += GAUSS_WEIGHTS[i] * u * u
         relative_square += GAUSS_WEIGHTS[i] * v * v
@@ -68,7 +68,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         else:
             sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)  # w keeps its sign on a segment
     bulge = 0.125 * t * t
-    ends = max(abs(start.v + phase.position), abs(end.v + value(shaken, t)))
+    ends = max(abs(start.v + phase.position), abs(end.v + value(of_base, t)))
     peak = max(sums[PEAK], ends)
     if ends + bulge * u2 > peak and abs(absolute[1]) <= t * u2:
         rate_into(absolute, 0, scratch)
@@ -95,10 +95,11 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         most = u_derivative_bound(4, segment, base)
         if ends + bulge * most > peak:
             # −κ(2ζ w + x) as a polynomial of the relative motion, which is zero where the base would dominate
+            polynomial = of_base  # which is read no more
             for n in range(ORDER):
-                shaken[n] = -medium.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
-            shaken[ORDER] = 0.0
-            rate_into(shaken, 0, scratch)
+                polynomial[n] = -medium.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
+            polynomial[ORDER] = 0.0
+            rate_into(polynomial, 0, scratch)
             most = u_derivative_bound(5, segment, base)
-            peak = raised(peak, shaken, 0.0, scratch, t, most)
+            peak = raised(peak, polynomial, 0.0, scratch, t, most)
     sums[ACCELERATION_PEAK] = peak

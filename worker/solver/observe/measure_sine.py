@@ -144,13 +144,13 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
             outer * (w0 * w0 + w1 * w1) + middle * (wa * wa + wd * wd) + inner * (wb * wb + wc * wc)
         )
         if isinstance(base, SineForce):
-            fa, fb, fc, fd = values(curves.shaken, a, b, c, d)
+            fa, fb, fc, fd = values(curves.excitation, a, b, c, d)
             ends = segment.phase.first * w0 + segment.phase_end.first * w1
             sums[WORK_IN] += outer * ends + middle * (fa * wa + fd * wd) + inner * (fb * wb + fc * wc)
             if scene.friction is not None:
                 sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)
             return
-        sa, sb, sc, sd = slopes(curves.shaken, a, b, c, d)
+        sa, sb, sc, sd = slopes(curves.excitation, a, b, c, d)
         ends = (two_zeta * w0 + start.v + offset) * rate + (two_zeta * w1 + end.v + offset) * rate_end
         middles = (two_zeta * wa + xa) * sa + (two_zeta * wd + xd) * sd
         inners = (two_zeta * wb + xb) * sb + (two_zeta * wc + xc) * sc

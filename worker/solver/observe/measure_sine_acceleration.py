@@ -18,7 +18,7 @@ def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: C
     end there, and what an impulse does between them is in neither.
     """
     sums, base, t = meter.sums, scene.base, segment.time
-    acceleration, scratch = curves.shaken, curves.scratch
+    acceleration, scratch = curves.excitation, curves.scratch
     acceleration_into(curves.absolute, acceleration)
     square = 0.0
     for i in range(GAUSS):

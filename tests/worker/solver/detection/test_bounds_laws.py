@@ -39,10 +39,10 @@ def test_no_motion_leaves_its_bounds(
     state = at_rest(r, None, None)
     slips = Segment(state, state, phase, phase, Regime(False, 0.0, medium), span, bounds)
     sticks = slips._replace(regime=Regime(True, 0.0, medium), bounds=MotionBounds(0.0, 0.0))
-    relative, absolute, shaken = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
+    relative, absolute, base_polynomial = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
     combine(x, w, phase.first, phase.second, medium.relative_rows, relative)
     combine(x, w, phase.first, phase.second, medium.absolute_rows, absolute)
-    expand_base(base, phase, shaken)
+    expand_base(base, phase, base_polynomial)
     at = PLACES * span
     derive = np.polynomial.polynomial
 
@@ -56,6 +56,6 @@ def test_no_motion_leaves_its_bounds(
     for order in (2, 3, 4, 5):
         assert most(absolute, order) <= in_form(u_derivative_bound, form)(order, slips, base)
         of_base = base_derivative_bound(base, phase, order)
-        assert most(shaken, order) <= of_base
+        assert most(base_polynomial, order) <= of_base
         assert in_form(u_derivative_bound, form)(order, sticks, base) == of_base
     assert most(relative, 3) <= in_form(w_curvature_bound, form)(0, slips, base)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, fast_later, split
+from damperlab.worker.solver.motion.slow_subspace import DIM, contact_rates, split
+from damperlab.worker.solver.motion.vibration import Vibration, vibration_after
 
 
 @both
@@ -32,7 +33,7 @@ def test_contact_rates_are_the_moduli_of_the_roots(form: str, square: float, dam
 def test_the_fast_motion_later_is_the_matrix_exponential(
     form: str, a: float, b: float, c: float, d: float, t: float
 ) -> None:
-    one, two = in_form(fast_later, form)(np.array([a, b, c, d]), 0.7, -0.4, t)
+    one, two = in_form(vibration_after, form)(Vibration(0.7, -0.4), np.array([a, b, c, d]), t)
     with mpmath.workdps(40):
         after = mpmath.expm(mpmath.matrix([[a, b], [c, d]]) * t) * mpmath.matrix([0.7, -0.4])
         size = float(mpmath.norm(mpmath.expm(mpmath.matrix([[a, abs(b)], [abs(c), d]]) * t), mpmath.inf))

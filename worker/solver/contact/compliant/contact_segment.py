@@ -14,11 +14,17 @@ from damperlab.worker.solver.events import NOTHING, RELEASE, SLIP_ONSET, TURN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     add_start_of_base,
-    expand_push,
-    largest_push,
+    expand_forcing,
+    largest_forcing,
 )
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import ABSOLUTE, DEPTH, RELATIVE, WALL_FORCE, combine_rows
+from damperlab.worker.solver.motion.contact_rows import (
+    OF_ABSOLUTE,
+    OF_DEPTH,
+    OF_RELATIVE,
+    OF_WALL_FORCE,
+    combine_rows,
+)
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -36,13 +42,13 @@ from damperlab.worker.solver.state import Dwell, State, advanced
 
 @kernel
 def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) -> None:
-    """Polynomials of x, x + s, y and the push into the buffers, from the first `units` coordinates."""
+    """Polynomials of x, x + s, y and the wall's force into the buffers, from the first `units` coordinates."""
     buffers = buffers_of(scene)
-    combine_rows(RELATIVE, start, units, rows, buffers.relative)
-    combine_rows(ABSOLUTE, start, units, rows, buffers.absolute)
+    combine_rows(OF_RELATIVE, start, units, rows, buffers.relative)
+    combine_rows(OF_ABSOLUTE, start, units, rows, buffers.absolute)
     add_start_of_base(scene.base, phase, buffers.absolute)
-    combine_rows(DEPTH, start, units, rows, buffers.depth)
-    combine_rows(WALL_FORCE, start, units, rows, buffers.push)
+    combine_rows(OF_DEPTH, start, units, rows, buffers.depth)
+    combine_rows(OF_WALL_FORCE, start, units, rows, buffers.wall_force)
 
 
 @kernel
@@ -55,7 +61,7 @@ def to_event(
     t, kind = friction_event(state, phase, span, regime, scene)
     order = state.gap_order
     for i in range(TERMS - order):
-        scratch[i] = buffers.push[i + order]
+        scratch[i] = buffers.wall_force[i + order]
     for i in range(TERMS - order, TERMS):
         scratch[i] = 0.0
     found = first_crossing(scratch, state.wall, 0.0, t, curvature_bound(scratch, t))
@@ -84,17 +90,17 @@ def to_event(
 def friction_event(
     state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
 ) -> tuple[float, int]:
-    """When the mass stops, or is torn loose, against the structure and the force of the wall in `buffers.push`."""
+    """When the mass stops, or is torn loose, against the structure and the force of the wall in `buffers.wall_force`."""
     t = span
     kind = NOTHING
     if scene.friction is not None:
         buffers = buffers_of(scene)
         scratch = buffers.scratch
         if regime.sticks:
-            expand_push(scene.base, phase, -1.0, 1.0, scratch)
+            expand_forcing(scene.base, phase, -1.0, 1.0, scratch)
             for i in range(TERMS):
-                scratch[i] += buffers.push[i]
-            limit = breakaway(scene.friction, largest_push(scene.base) + abs(buffers.push[0]), 1.0)
+                scratch[i] += buffers.wall_force[i]
+            limit = breakaway(scene.friction, largest_forcing(scene.base) + abs(buffers.wall_force[0]), 1.0)
             scratch[0] += state.v + limit
             most = curvature_bound(scratch, t)
             found = first_crossing(scratch, 1.0, 0.0, t, most)

@@ -19,7 +19,6 @@ from damperlab.worker.solver.contact.compliant.long_step import (
     after_long_step,
     coordinates_into,
     longest_step,
-    vibration_of,
 )
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
@@ -41,11 +40,12 @@ from damperlab.worker.solver.excitation.excitation import (
     Phase,
     expand_excitation,
     force_to_hold,
-    largest_push,
+    largest_forcing,
     phase_after,
     phase_at,
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM
+from damperlab.worker.solver.motion.vibration import take_out, vibration_of
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
@@ -58,7 +58,7 @@ _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
 
 @kernel
 def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The particle meets a compliant wall: nothing jumps, but the dashpot pushes at once."""
+    """The particle meets a compliant wall: nothing jumps, but the dashpot resists at once."""
     wall = wall_of(scene)
     u_rate = state.w + phase.rate
     approach = max(side * (u_rate - state.p_rate), 0.0)
@@ -88,10 +88,10 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 
 
 @kernel
-def _slip_from_rest(v: float, push: float, phase: Phase, scene: Scene, friction: float) -> float:
+def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, friction: float) -> float:
     """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
-    limit = breakaway(friction, largest_push(scene.base) + abs(push), 1.0)
-    return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - push, limit)
+    limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force), 1.0)
+    return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - wall_force, limit)
 
 
 @kernel
@@ -115,9 +115,9 @@ def while_in_wall(
     outcome : int
         Of `events.Outcome`.
     """
-    base, counts, shaken = scene.base, scene.counts, curves_of(scene).shaken
+    base, counts, excitation = scene.base, scene.counts, curves_of(scene).excitation
     opening = phase_at(base, k)
-    expand_excitation(base, opening, shaken)
+    expand_excitation(base, opening, excitation)
     phase, remaining = span.phase, span.remaining
     while remaining > 0.0 and (state.riding > 0.0 or state.gap < 0.0):
         before = state
@@ -134,7 +134,7 @@ def while_in_wall(
         remaining = max(remaining - t, 0.0)
         phase = span.end
         if remaining > 0.0:
-            phase = phase_after(base, opening, shaken, base.window - remaining)
+            phase = phase_after(base, opening, excitation, base.window - remaining)
         reached = state
         if kind != NOTHING:
             state = _after_event(state, kind, phase, scene, meter)
@@ -152,7 +152,7 @@ def _in_contact(
     motion = regime.motion
     start = buffers.start
     coordinates_into(state, regime, phase, start)
-    expand_excitation(scene.base, phase, buffers.shaken)
+    expand_excitation(scene.base, phase, buffers.excitation)
     if motion.fast > 0:
         vibration, settled = vibration_of(start, motion)
         if not settled and regime.between.fast > 0:
@@ -165,9 +165,7 @@ def _in_contact(
         if settled or remaining > FEWEST_STEPS * motion.step:
             t = min(remaining, motion.slow_step)
             if not settled:
-                first, second = vibration
-                for i in range(DIM):
-                    start[i] -= motion.writer[2 * i] * first + motion.writer[2 * i + 1] * second
+                take_out(start, vibration, motion)
             expand(start, DIM - motion.fast, motion.slow_rows, phase, scene)
             if settled:
                 return to_event(state, phase, t, regime, scene, meter)
@@ -196,14 +194,14 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     leaving = state.wall * (state.p_rate - u_rate)
     if scene.friction is not None:
         if kind in (TURN, SLIP_ONSET):
-            push = 0.0
+            wall_force = 0.0
             if riding > 0.0:
-                push = state.wall * (wall.damping * speed - wall.stiffness * gap)
+                wall_force = state.wall * (wall.damping * speed - wall.stiffness * gap)
             if kind == TURN:
                 scene.counts[TURNS] += 1
-                slip = _slip_from_rest(state.v, push, phase, scene, scene.friction)
+                slip = _slip_from_rest(state.v, wall_force, phase, scene, scene.friction)
             else:
-                force = force_to_hold(scene.base, phase, state.v, 1.0) - push
+                force = force_to_hold(scene.base, phase, state.v, 1.0) - wall_force
                 slip = 1.0 if force > 0.0 else -1.0
             w = 0.0
             slip_order = 1 if slip != 0.0 else 0

@@ -1,21 +1,24 @@
 """A long step over the decaying vibration of a contact: as far as its envelope proves that it causes no event."""
 
-from math import sqrt
-
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.contact_regime import (
     ContactRegime,
-    Vibration,
     buffers_of,
     wall_of,
 )
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import NOTHING
-from damperlab.worker.solver.excitation.excitation import Phase, expand_push
+from damperlab.worker.solver.excitation.excitation import Phase, expand_forcing
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Pressed
-from damperlab.worker.solver.motion.slow_subspace import DIM, fast_later
+from damperlab.worker.solver.motion.slow_subspace import (
+    BASE_FIRST,
+    BASE_SECOND,
+    CENTRE,
+    CENTRE_RATE,
+    DEPTH,
+    DEPTH_RATE,
+)
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
     change,
@@ -24,13 +27,23 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.motion.vibration import (
+    Vibration,
+    form_of,
+    form_of_w,
+    form_of_wall_force,
+    form_of_x,
+    gain_of,
+    share_of,
+    size_of,
+    vibration_after,
+)
 from damperlab.worker.solver.observe.measure_acceleration_in_wall import raise_over_long_step
 from damperlab.worker.solver.observe.measure_in_wall import TAME, measure_contact, measure_vibration
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, STUCK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NOISE = 2e-15  # of f, relative to the terms that it is the difference of
 FEWEST_STEPS = 8.0  # a long step of fewer than this many steps is not worth its proof
 _SHORTER = 0.125
 _SAFETY = 2.0  # the envelope of f falls exactly only without the coupling to the slow motion
@@ -41,31 +54,12 @@ def coordinates_into(state: State, regime: ContactRegime, phase: Phase, start: F
     """The six coordinates of a state in contact."""
     y = -state.wall * state.gap
     y_rate = state.wall * approach_speed(state.dwell)
-    start[0] = (state.v + regime.offset) - regime.motion.share * y
-    start[1] = 0.0 if regime.sticks else state.w - regime.motion.share * y_rate
-    start[2] = phase.first
-    start[3] = phase.second
-    start[4] = y
-    start[5] = y_rate
-
-
-@kernel
-def vibration_of(start: Floats, motion: Pressed) -> tuple[Vibration, bool]:
-    """The fast part f of the motion, and whether it has died down to the rounding of what it is a difference of."""
-    first = 0.0
-    second = 0.0
-    first_terms = 0.0
-    second_terms = 0.0
-    for i in range(DIM):
-        one = motion.reader[i] * start[i]
-        other = motion.reader[DIM + i] * start[i]
-        first += one
-        second += other
-        first_terms += abs(one)
-        second_terms += abs(other)
-    noise = _NOISE * (motion.weight * first_terms + second_terms)
-    settled = sqrt(second * second + (motion.weight * first) ** 2) <= noise
-    return Vibration(first, second), settled
+    start[CENTRE] = (state.v + regime.offset) - regime.motion.share * y
+    start[CENTRE_RATE] = 0.0 if regime.sticks else state.w - regime.motion.share * y_rate
+    start[BASE_FIRST] = phase.first
+    start[BASE_SECOND] = phase.second
+    start[DEPTH] = y
+    start[DEPTH_RATE] = y_rate
 
 
 @kernel
@@ -88,32 +82,28 @@ def longest_step(
     """How far the vibration can be proved to cause no event, 0 where that is not worth it; the slow motion is expanded."""
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
-    first, second = vibration
-    size = _SAFETY * sqrt(second * second + (motion.weight * first) ** 2)
-    u = motion.writer
-    s = motion.share
-    k, c = wall.stiffness, wall.damping
-    push_most = size * _gain(k * u[8] + c * u[10], k * u[9] + c * u[11], motion.weight)
-    if state.wall * buffers.push[0] <= push_most:
+    size = _SAFETY * size_of(vibration, motion.weight)
+    wall_force_most = size * gain_of(form_of_wall_force(motion, wall), motion.weight)
+    if state.wall * buffers.wall_force[0] <= wall_force_most:
         return 0.0
-    x_most = size * _gain(u[0] + s * u[8], u[1] + s * u[9], motion.weight)
-    w_most = size * _gain(u[2] + s * u[10], u[3] + s * u[11], motion.weight)
+    x_most = size * gain_of(form_of_x(motion), motion.weight)
+    w_most = size * gain_of(form_of_w(motion), motion.weight)
     scratch, rate = buffers.scratch, buffers.rate
     limit = 0.0
     if friction is not None:
         if regime.sticks:
-            expand_push(base, phase, 1.0, 1.0, scratch)
+            expand_forcing(base, phase, 1.0, 1.0, scratch)
             for i in range(TERMS):
-                scratch[i] -= buffers.push[i]
+                scratch[i] -= buffers.wall_force[i]
             scratch[0] -= state.v
-            limit = friction - push_most
+            limit = friction - wall_force_most
         else:
             rate_into(buffers.relative, 0, scratch)
     if meter is not None:
         rate_into(buffers.absolute, 0, rate)
     t = span
     while t > FEWEST_STEPS * motion.step:
-        clear = _least(buffers.push, state.wall, t) > push_most
+        clear = _least(buffers.wall_force, state.wall, t) > wall_force_most
         if friction is not None:
             if regime.sticks:
                 force = max(-_least(scratch, 1.0, t), -_least(scratch, -1.0, t))
@@ -126,7 +116,7 @@ def longest_step(
             if isinstance(base, RecordBase):
                 if not regime.sticks:
                     most = curvature_bound(buffers.absolute, t) + (
-                        base.two_zeta * w_most + x_most + push_most
+                        base.two_zeta * w_most + x_most + wall_force_most
                     )
                     clear = clear and most <= meter.sums[ACCELERATION_PEAK]
             sign = 1.0 if rate[0] > 0.0 else -1.0
@@ -148,12 +138,6 @@ def longest_step(
 
 
 @kernel
-def _gain(first: float, second: float, weight: float) -> float:
-    """Largest value of a linear form of f over its size √(f₂² + Ω²f₁²)."""
-    return sqrt((first / weight) ** 2 + second * second)
-
-
-@kernel
 def after_long_step(
     state: State,
     t: float,
@@ -165,27 +149,26 @@ def after_long_step(
     """The state after a long step, its length, and that it ends without an event."""
     motion = regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
-    first, second = vibration
-    one, two = fast_later(motion.rates, first, second, t)
-    u = motion.writer
-    s = motion.share
+    after = vibration_after(vibration, motion.rates, t)
     v = state.v
     w = 0.0
     if not regime.sticks:
-        shaken = (u[0] + s * u[8]) * (one - first) + (u[1] + s * u[9]) * (two - second)
-        v = state.v + (change(buffers.relative, t) + shaken)
-        w = slope(buffers.relative, t) + ((u[2] + s * u[10]) * one + (u[3] + s * u[11]) * two)
-    y = value(buffers.depth, t) + (u[8] * one + u[9] * two)
-    y_rate = slope(buffers.depth, t) + (u[10] * one + u[11] * two)
-    u_rate = w + slope(buffers.shaken, t)
+        changed = Vibration(after.first - vibration.first, after.second - vibration.second)
+        v = state.v + (change(buffers.relative, t) + share_of(changed, form_of_x(motion)))
+        w = slope(buffers.relative, t) + share_of(after, form_of_w(motion))
+    y = value(buffers.depth, t) + share_of(after, form_of(DEPTH, motion))
+    y_rate = slope(buffers.depth, t) + share_of(after, form_of(DEPTH_RATE, motion))
+    u_rate = w + slope(buffers.excitation, t)
     if meter is not None:
         sums = meter.sums
         if meter.energies is not None:
             measure_contact(meter, v - state.v, t, wall.damping, regime, scene)
-            measure_vibration(meter, t, vibration, Vibration(one, two), regime, scene)
+            measure_vibration(meter, t, vibration, after, regime, scene)
         elif regime.sticks:
             sums[STUCK] += t
-        sums[PEAK] = max(sums[PEAK], max(abs(state.v + buffers.shaken[0]), abs(v + value(buffers.shaken, t))))
+        sums[PEAK] = max(
+            sums[PEAK], max(abs(state.v + buffers.excitation[0]), abs(v + value(buffers.excitation, t)))
+        )
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(state.v), abs(v)))
         if meter.acceleration is not None and not isinstance(scene.base, RecordBase):
             raise_over_long_step(meter, t, vibration, regime, scene)

@@ -42,7 +42,7 @@ def separate(
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, depth, scratch = buffers.relative, buffers.absolute, buffers.depth, buffers.scratch
     regime = regime_of(state, scene)
-    expand_excitation(base, phase, buffers.shaken)
+    expand_excitation(base, phase, buffers.excitation)
     if regime.sticks:
         expand_base(base, phase, absolute)
         stick(state.v, relative, absolute)
@@ -52,7 +52,7 @@ def separate(
         combine(x, state.w, phase.first, phase.second, scene.free.absolute_rows, absolute)
         add_start_of_base(base, phase, absolute)
     for i in range(TERMS):
-        buffers.push[i] = 0.0
+        buffers.wall_force[i] = 0.0
         depth[i] = state.wall * absolute[i]
     depth[0] = -state.gap
     depth[1] = state.wall * (absolute[1] - state.p_rate)

@@ -1,0 +1,106 @@
+"""Taylor coefficients of the motion in contact with a compliant wall, for each unit start of its coordinates."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.arrays import filled
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.contact_motion import ContactForcing
+from damperlab.worker.solver.motion.slow_subspace import (
+    BASE_FIRST,
+    BASE_SECOND,
+    CENTRE,
+    CENTRE_RATE,
+    DEPTH,
+    DEPTH_RATE,
+    DIM,
+)
+from damperlab.worker.solver.motion.taylor import TERMS
+from damperlab.worker.solver.particle import Wall
+
+Array = NDArray[np.float64]
+
+OF_RELATIVE, OF_ABSOLUTE, OF_DEPTH, OF_WALL_FORCE = range(4)
+"""Sets of rows: x, x + s, y, F."""
+
+
+@kernel
+def fill_rows(
+    rows: Array,
+    generator: Array,
+    lift: Array,
+    units: int,
+    forcing: ContactForcing,
+    wall: Wall,
+    share: float,
+    held: bool,
+) -> None:
+    """Fill the sets of rows.
+
+    Those of x + s lack the position and the velocity at which a record has the base, like its rows.
+
+    Parameters
+    ----------
+    rows : array, shape (4 · DIM · TERMS,)
+        Of x, x + s, y and F.
+    generator : array, shape (DIM, DIM)
+        Rates of the first `units` coordinates over them.
+    lift : array, shape (DIM, DIM)
+        The six coordinates of those.
+    share : float
+        x = X + share · y.
+    held : bool
+        Whether friction holds the mass: x stays.
+    """
+    here = filled(DIM, 0.0)
+    following = filled(DIM, 0.0)
+    c = filled(DIM, 0.0)
+    for unit in range(units):
+        at = unit * TERMS
+        here[:] = 0.0
+        here[unit] = 1.0
+        for n in range(TERMS):
+            for i in range(DIM):
+                c[i] = 0.0
+                for j in range(units):
+                    c[i] += lift[i, j] * here[j]
+            x = c[CENTRE] + share * c[DEPTH]
+            w = c[CENTRE_RATE] + share * c[DEPTH_RATE]
+            wall_force = wall.stiffness * c[DEPTH] + wall.damping * c[DEPTH_RATE]
+            rows[OF_DEPTH * DIM * TERMS + at + n] = c[DEPTH]
+            rows[OF_WALL_FORCE * DIM * TERMS + at + n] = wall_force
+            absolute = OF_ABSOLUTE * DIM * TERMS + at
+            if held:
+                if n == 0:
+                    rows[at] = x
+                    rows[absolute] = x
+                rows[absolute + n] += forcing.position * c[BASE_FIRST]
+                if forcing.position == 0.0 and n + 2 < TERMS:
+                    rows[absolute + n + 2] = -forcing.inertia_force * c[BASE_FIRST] / ((n + 1) * (n + 2))
+            else:
+                rows[at + n] = x
+                if n == 0:
+                    rows[absolute] = x + forcing.position * c[BASE_FIRST]
+                    rows[absolute + 1] = w + forcing.velocity * c[BASE_SECOND]
+                if n + 2 < TERMS:
+                    u_acceleration = (forcing.force * c[BASE_FIRST] - (forcing.two_zeta * w + x)) - wall_force
+                    rows[absolute + n + 2] = u_acceleration / ((n + 1) * (n + 2))
+            for i in range(units):
+                following[i] = 0.0
+                for j in range(units):
+                    following[i] += generator[i, j] * here[j]
+            for i in range(units):
+                here[i] = following[i] / (n + 1)
+
+
+@kernel
+def combine_rows(which: int, coordinates: Floats, units: int, rows: Floats, out: Floats) -> None:
+    """Coefficients of one set of rows from the coordinates at the start."""
+    at = which * DIM * TERMS
+    for n in range(TERMS):
+        out[n] = 0.0
+    for unit in range(units):
+        factor = coordinates[unit]
+        for n in range(TERMS):
+            out[n] += factor * rows[at + unit * TERMS + n]
