@@ -9,6 +9,7 @@ the kernels says that all of a scene are there.
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -32,6 +33,8 @@ except ImportError:  # not a POSIX system: every process compiles for itself, an
 
 SHARE = 1 / 3
 """Of the machine's memory for each of its cores, what a process that compiles may hold and still go on with other parts."""
+LOOK_SECONDS = 1.0
+"""Between two looks at whether the process is there that started one that compiles."""
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 
@@ -181,8 +184,11 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache folder."""
-    command = [sys.executable, "-m", __name__, *(scene.name for scene in wanted)]
+    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache folder.
+
+    It ends with this one.
+    """
+    command = [sys.executable, "-m", __name__, str(os.getpid()), *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(
         command,
@@ -313,6 +319,14 @@ def _record(scene: Scene) -> None:
         ground_response(Structure(), damper, still)
 
 
+def _end_with(parent: int) -> None:
+    """End once the process that started this one is gone: nobody waits for what it compiles, and the cores are wanted."""
+    while os.getppid() == parent:
+        time.sleep(LOOK_SECONDS)
+    os._exit(1)
+
+
 if __name__ == "__main__":
     stand_back()
-    warm_alike([scene_named(name) for name in sys.argv[1:]])
+    threading.Thread(target=_end_with, args=(int(sys.argv[1]),), daemon=True).start()
+    warm_alike([scene_named(name) for name in sys.argv[2:]])

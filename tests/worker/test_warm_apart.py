@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from damperlab.worker.jit import CACHE_FOLDER
@@ -33,6 +34,26 @@ def test_a_scene_that_another_process_compiles_is_left_to_it_and_waited_for_wher
         (folder / marker(first)).touch()  # as the other process does once it is done
     require_done(process)
     assert (folder / marker(first)).read_text() == "", "compiled twice"
+
+
+def test_a_process_that_compiles_ends_with_whoever_started_it(tmp_path: Path) -> None:
+    """A command that is killed cannot end it: it would keep a core busy for minutes, for nobody."""
+    folder = tmp_path / CACHE_FOLDER.name
+    folder.mkdir(mode=0o700)
+    code = (
+        "import time; from damperlab.worker.scenes import scene_named as named; from damperlab.worker.warm import start_apart; "
+        f"print(start_apart([named({SCENES[0].name!r})]).pid, flush=True); time.sleep(600)"
+    )
+    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(tmp_path)}
+    with (folder / f"{SCENES[0].name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # so that it is not done first
+        command = [sys.executable, "-c", code]
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as starter:
+            assert starter.stdout is not None
+            compiles = psutil.Process(int(starter.stdout.readline()))
+            starter.kill()
+        compiles.wait(60.0)
+    assert not (folder / marker(SCENES[0])).exists()
 
 
 @pytest.mark.parametrize(("share", "others"), [(0.0, False), (1e3, True)])
