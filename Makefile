@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev bytecode install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -92,6 +92,10 @@ faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many
 	$(BIN)/python -m tests.faults.damage --flips 1000
 	$(BIN)/python -m tests.faults.doors --commands 200 --http 100
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
+
+# one run is what `make test` does, so that all of it takes a night: RUNS, BUSY and TESTS make it shorter
+chance: install-dev warm ## every test RUNS times (20) beside BUSY busy processes (8), or those that TESTS names: what fails by chance
+	$(BIN)/python -m tests.chance --runs $(or $(RUNS),20) --busy $(or $(BUSY),8) -n 4 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 kernels: install ## the kernels of every scene, compiled into the package, so that a wheel answers at once
 	$(BIN)/python -m damperlab.worker.shipping

@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import sys
+import weakref
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache, cached_property
@@ -191,6 +192,7 @@ class Started:
         self.pid = int(told.recv(_SIZE))
         self.returncode: int | None = None
         self.told = told
+        weakref.finalize(self, told.close)  # nobody need ask how it ended
 
     def poll(self) -> int | None:
         """Exit status; None while it runs."""
