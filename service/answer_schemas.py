@@ -386,6 +386,7 @@ _DESIGN_ANSWER = _object(
             worst=_WORST,
             detuned=_WORST,
             detuned_by=NUMBER,
+            stroke=_WORST,
             feasible=FLAG,
             exceeded=TEXTS,
             ratio=NUMBER,

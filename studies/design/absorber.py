@@ -27,7 +27,7 @@ from damperlab.studies.specification.measure import LIMITS
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
-from damperlab.studies.tmd.under_record import measures_under
+from damperlab.studies.tmd.under_record import STROKE, measures_under
 
 LIMITED = {
     "displacement_m": Judged(),
@@ -58,6 +58,8 @@ class Beside:
     detuned : float
         The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that,
         on the nominal structure and on the one that moves most.
+    stroke : float
+        The largest displacement of its mass against the structure within the tolerances, over band, amplitudes and records.
     exceeded : tuple of str
         Limits on results that it does not keep within the tolerances.
     """
@@ -67,6 +69,7 @@ class Beside:
     value: float
     nominal: float
     detuned: float
+    stroke: float
     exceeded: tuple[str, ...]
 
 
@@ -100,10 +103,12 @@ def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside
     if asked.records:
         off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
         detuned += [_under(_shaken(asked, one, shares)) for one in off for shares in (tried[0], most)]
+    strokes = [results[STROKE] for on in every for _, results in on.measured]
+    stroke = max(hardest(asked, absorber, Judged(stroke=True))[0], *strokes, 0.0)
     exceeded = tuple(
         name for name, limit in asked.limits.items() if max(_limited(asked, absorber, every, name)) > limit
     )
-    return Beside(absorber, for_bands, value, values[0], max(value, *detuned), exceeded)
+    return Beside(absorber, for_bands, value, values[0], max(value, *detuned), stroke, exceeded)
 
 
 def _detuned(asked: Specification, absorber: Absorber, shares: dict[str, float]) -> float:

@@ -33,12 +33,15 @@ class Judged(NamedTuple):
         Whether the displacement is that against the base.
     mean : bool
         Whether the rms over the band counts, and not the largest.
+    stroke : bool
+        Whether the displacement is that of the absorber against the structure.
     """
 
     factor: float = 1.0
     order: int = 0
     against_base: bool = False
     mean: bool = False
+    stroke: bool = False
 
 
 class Absorbers(NamedTuple):
@@ -99,7 +102,12 @@ def _is_closed(excitation: Excitation, judged: Judged) -> bool:
     An acceleration under a base of one acceleration is: the powers of the frequency cancel.
     """
     motion = excitation.motion
-    return not judged.mean and judged.order == motion.order and (motion.force or not judged.against_base)
+    return (
+        not judged.mean
+        and not judged.stroke
+        and judged.order == motion.order
+        and (motion.force or not judged.against_base)
+    )
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -148,14 +156,19 @@ def response(
     damping_ratio: float,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Amplitude ratio, absolute or against the base; see `damperlab.studies.tmd.transfer.amplitude_ratio`."""
-    if excitation.motion.force:
+    """Amplitude ratio, absolute, against the base, or of the stroke.
+
+    See `damperlab.studies.tmd.transfer.amplitude_ratio`, whose a is what the excitation brings; the absorber moves by
+    λ²/(γ² − λ² + 2iζγλ) times the structure's displacement against it.
+    """
+    if excitation.motion.force and not judged.stroke:
         return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # of one or of many
     square = r * r
     link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
     structure = 1 + 2j * damping_ratio * r
     bottom = (structure - square) * (link - square) - absorber.mass_ratio * square * link
-    top = structure * (link - square)
+    brought = 1.0 if excitation.motion.force else structure
+    top = brought * square if judged.stroke else brought * (link - square)
     if judged.against_base:
         top = top - bottom
     with np.errstate(divide="ignore", invalid="ignore"):

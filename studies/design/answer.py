@@ -227,6 +227,7 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
         "detuned": {"value": beside.detuned, "units": found.asked.unit},
         "detuned_by": DETUNED,
+        "stroke": {"value": beside.stroke, "units": "m" if found.asked.in_units else "1"},
         "feasible": not beside.exceeded,
         "exceeded": [found.asked.limit_key(name) for name in beside.exceeded],
         "ratio": _times(beside.value, found),

@@ -1,7 +1,7 @@
 """A design in words: what to build, what it does, what decides it, and what is not known."""
 
 from collections.abc import Iterator
-from math import isinf
+from math import isfinite, isinf
 
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
@@ -18,6 +18,7 @@ from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     comes_to,
     frequency,
+    length,
     quantity,
     response,
     rounded_up,
@@ -277,6 +278,8 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
     )
     out = f"Out of tune by up to {100 * DETUNED:.0f} %, either way, it {comes_to(asked)}"
     yield f"{out} {response(asked, beside.detuned)}{_times(beside.detuned, ours.value)}."
+    if absorber.mass_ratio > 0.0 and isfinite(beside.stroke):
+        yield f"In tune its mass moves by up to {length(asked, beside.stroke)} against the structure, either way."
     if ours.violation > 0.0 and not beside.exceeded:
         yield "It keeps every limit on results, which this damper does not."
     if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):

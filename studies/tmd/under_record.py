@@ -10,6 +10,8 @@ from damperlab.studies.tmd.absorber import Absorber
 
 STEPS = 40
 """Least steps a period of the structure: an extremum between two is at most (π/40)²/2 = 0.3 % above them."""
+STROKE = "peak_stroke_m"
+"""What the absorber moves against the structure at most; no variable of a suite, whose dampers have a clearance instead."""
 _SERIES = 18
 """Terms of the exponential of a matrix of norm 1/2: the rest is below 1e-21."""
 
@@ -38,7 +40,7 @@ def measures_under(
     Returns
     -------
     dict of float
-        By the names of a ground-motion suite's variables, in SI units.
+        By the names of a ground-motion suite's variables, and `STROKE`, in SI units.
     """
     ground = scale * motion.acceleration_m_s2
     parts = max(1, math.ceil(motion.step_s * angular_frequency * STEPS / (2.0 * math.pi)))
@@ -64,10 +66,15 @@ def measures_under(
     }
     weights = np.full(base.size, 1.0)
     weights[[0, -1]] = 0.5
-    return {f"peak_{name}": float(np.abs(each).max()) for name, each in results.items()} | {
-        f"rms_{name}": math.sqrt(float(np.average(each**2, weights=weights)))
-        for name, each in results.items()
-    }
+    stroke = {STROKE: float(np.abs(states[:, 2]).max())}
+    return (
+        stroke
+        | {f"peak_{name}": float(np.abs(each).max()) for name, each in results.items()}
+        | {
+            f"rms_{name}": math.sqrt(float(np.average(each**2, weights=weights)))
+            for name, each in results.items()
+        }
+    )
 
 
 def _system(

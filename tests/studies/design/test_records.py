@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.signal import lsim
 from tests.studies.design.test_design import pursued as pursued_with
 
 from damperlab.service.design_report import design_report
@@ -18,8 +19,8 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.absorber import Absorber
-from damperlab.studies.tmd.under_record import measures_under
-from damperlab.worker.ground.absorber import absorber_response
+from damperlab.studies.tmd.under_record import STROKE, measures_under
+from damperlab.worker.ground.absorber import absorber_history, absorber_response
 from damperlab.worker.ground.block import solve_suite_block
 from damperlab.worker.ground.design import Structure
 
@@ -147,8 +148,21 @@ def test_the_tuned_mass_damper_is_that_of_a_comparison(absorber) -> None:
     exact = absorber_response(Structure(40.0, 2.5, 0.02), absorber, motion, 0.7, 3.0).values()
     found = measures_under(absorber, 0.02, 5.0 * np.pi, motion, 0.7, 3.0)
     for name, value in found.items():
-        # between steps a peak may be a little higher than at them
-        assert value == pytest.approx(exact[name], rel=4e-3)
+        if name != STROKE:
+            # between steps a peak may be a little higher than at them
+            assert value == pytest.approx(exact[name], rel=4e-3)
+
+
+def test_the_stroke_of_the_tuned_mass_damper_is_that_of_a_mass_on_the_structure_that_moves_so() -> None:
+    """Shaken by the structure's acceleration, known at fortieths of a period: between them it is a line, within 0.4 %."""
+    motion, absorber, omega = builtin_record("el-centro-180"), Absorber(0.1, 0.9, 0.15), 5.0 * np.pi
+    history = absorber_history(Structure(40.0, 2.5, 0.02), absorber, motion, 0.7, 3.0)
+    assert 2.5 * (history["time_s"][1] - history["time_s"][0]) <= 1.0 / 40.0
+    own = absorber.tuning * omega
+    against = ([-1.0], [1.0, 2.0 * absorber.damping_ratio * own, own**2])
+    _, moved, _ = lsim(against, history["absolute_acceleration_m_s2"], history["time_s"])
+    found = measures_under(absorber, 0.02, omega, motion, 0.7, 3.0)
+    assert found[STROKE] == pytest.approx(float(np.abs(moved).max()), rel=8e-3)
 
 
 def test_the_tuned_mass_damper_is_judged_with_the_tolerances(shaken) -> None:
