@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass
+from itertools import product
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -21,6 +22,7 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import LEAST_COMPLIANT
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
+from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
@@ -53,7 +55,8 @@ def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
     Returns
     -------
     dict of ndarray, shape (count,)
-        The six dimensions; `particle`: 1 with one, 0 without; `contact`: index into `CONTACTS`; and `contact_time`.
+        The six dimensions; `particle`: 1 with one, 0 without; `contact`: index into `CONTACTS`; `contact_time`; and
+        `forced`: 1 under a force on the structure, 0 on a shaken base.
     """
     random = np.random.default_rng(seed)
 
@@ -83,6 +86,7 @@ def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
         "particle": (random.random(count) < 0.85).astype(float),
         "contact": random.choice(len(CONTACTS), count, p=(0.6, 0.2, 0.2)).astype(float),
         "contact_time": spread(1e-6, 10.0),
+        "forced": (random.random(count) < 0.3).astype(float),
     }
 
 
@@ -110,15 +114,16 @@ def solve(point: dict[str, float]) -> dict[str, Any]:
     """Every variable of one point, by the kernel of its scene, as a block would compute it."""
     friction = point["friction_ratio"] if point["friction_ratio"] > 0.0 else None
     particle = particle_of(point)
-    if friction is None and particle is None:
-        closed = linear_response(np.array([point["damping_ratio"]]), np.array([point["frequency_ratio"]]))
-        return {name: column[0] for name, column in closed.items()}
     r = point["frequency_ratio"]
+    if friction is None and particle is None:
+        closed = linear_response(np.array([point["damping_ratio"]]), np.array([r]), bool(point["forced"]))
+        return {name: column[0] for name, column in closed.items()}
+    r = Forced(r) if point["forced"] else r
     found, _ = settle(point["damping_ratio"], r, friction, particle, SETTINGS, at_rest(r, friction, particle))
     return dict(found._asdict())
 
 
-def fault_of(values: dict[str, Any]) -> str | None:
+def fault_of(values: dict[str, Any], forced: bool = False) -> str | None:
     """What is wrong with the values of one point, None if nothing is."""
     if values["status"] not in {int(one) for one in Status} or values["status"] == Status.NOT_COMPUTED:
         return f"status {values['status']}"
@@ -133,6 +138,10 @@ def fault_of(values: dict[str, Any]) -> str | None:
             and not np.isfinite(value)
         ):
             return f"{name} = {value} with status {values['status']}"
+    apart = abs(values["amplitude_ratio"] - values["relative_amplitude_ratio"])
+    # of a mass that hardly moves the place where friction holds it, about 1, has the digits
+    if forced and apart > 1e-9 * values["amplitude_ratio"] + 1e-14:
+        return f"amplitude_ratio = {values['amplitude_ratio']}, but the base rests"
     if values["energy_residual"] > RESIDUAL:
         return f"energy residual {values['energy_residual']:.1e}"
     shares = ("stick_fraction", "dissipation_viscous", "dissipation_friction", "dissipation_impact")
@@ -157,7 +166,7 @@ def _work(points: dict[str, NDArray[np.float64]], first: int, current: Any, pipe
         values = solve(point)
         seconds[i] = time.perf_counter() - began
         states[int(values["status"])] += 1
-        wrong = fault_of(values)
+        wrong = fault_of(values, forced=bool(point["forced"]))
         if wrong is not None:
             findings.append((wrong, i))
     pipe.send((seconds[first:], states, findings))
@@ -243,10 +252,9 @@ def _warm() -> None:
         Particle(1.0, 0.5, 0.1, 0.1),
         Particle(1.0, 0.5, 0.1, None, Wall(1.0, 0.1)),
     )
-    for friction in (None, 0.5):
-        for particle in (None, *particles):
-            if friction is not None or particle is not None:
-                settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2), at_rest(1.0, friction, particle))
+    for r, friction, particle in product((1.0, Forced(1.0)), (None, 0.5), (None, *particles)):
+        if friction is not None or particle is not None:
+            settle(0.1, r, friction, particle, Settings(1, 0.5, 1e-2), at_rest(r, friction, particle))
 
 
 def run() -> dict[str, Any]:

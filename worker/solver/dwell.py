@@ -49,7 +49,7 @@ def time_left(dwell: Dwell | None) -> float:
 
 @inlined
 def approach_speed(dwell: Dwell | None) -> float:
-    """Speed at which the particle met the wall that holds it [Z ω_n]."""
+    """Speed at which the particle met the wall that holds it; in a compliant wall the rate of its depth at present [Z ω_n]."""
     if dwell is None:
         return 0.0
     return dwell.speed

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.solver.motion.contact_motion import ContactMotion
-from damperlab.worker.solver.motion.contact_rows import OF_DEPTH, OF_RELATIVE, combine_rows
-from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DEPTH, DEPTH_RATE, DIM
+from damperlab.worker.solver.motion.contact_rows import OF_RELATIVE, OF_Y, combine_rows
+from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.motion.vibration import Vibration, vibration_after
 from damperlab.worker.solver.segment_log import APPROACH, DURATION, GAP, WALL, V, W
@@ -29,24 +29,24 @@ def motion_in_wall(
     )
     units, rows = DIM, motion.rows
     f = np.zeros(2)
-    of_fast = motion.of_fast.reshape(DIM, 2)
+    from_fast = motion.from_fast.reshape(DIM, 2)
     if row[DURATION] > motion.step * (1.0 + 1e-12) and motion.fast > 0:
         units, rows = DIM - motion.fast, motion.slow_rows
-        f = motion.fast_of.reshape(2, DIM) @ start
-        start = start - of_fast @ f
+        f = motion.to_fast.reshape(2, DIM) @ start
+        start = start - from_fast @ f
     x, y_row = np.empty(TERMS), np.empty(TERMS)
     combine_rows(OF_RELATIVE, start, units, rows, x)
-    combine_rows(OF_DEPTH, start, units, rows, y_row)
+    combine_rows(OF_Y, start, units, rows, y_row)
 
     vibration = Vibration(f[0], f[1])
 
     def at(t: float) -> tuple[float, float, float, float]:
-        added = of_fast @ np.array(vibration_after(vibration, motion.rates, t))
+        added = from_fast @ np.array(vibration_after(vibration, motion.rates, t))
         return (
-            value(x, t) + added[CENTRE] + motion.share * added[DEPTH],
-            slope(x, t) + added[CENTRE_RATE] + motion.share * added[DEPTH_RATE],
-            value(y_row, t) + added[DEPTH],
-            slope(y_row, t) + added[DEPTH_RATE],
+            value(x, t) + added[CENTRE] + motion.share * added[Y],
+            slope(x, t) + added[CENTRE_RATE] + motion.share * added[Y_RATE],
+            value(y_row, t) + added[Y],
+            slope(y_row, t) + added[Y_RATE],
         )
 
     return at

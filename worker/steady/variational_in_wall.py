@@ -5,26 +5,26 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.motion.contact_motion import Contact, contact_on_addresses
-from damperlab.worker.solver.motion.contact_rows import OF_DEPTH, OF_RELATIVE, combine_rows
+from damperlab.worker.solver.motion.contact_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
     BASE_SECOND,
     CENTRE,
     CENTRE_RATE,
-    DEPTH,
-    DEPTH_RATE,
     DIM,
+    Y_RATE,
+    Y,
 )
 from damperlab.worker.solver.motion.taylor import slope, value
 from damperlab.worker.solver.motion.vibration import (
     Vibration,
-    fast_part,
     form_of,
     form_of_w,
     form_of_x,
-    share_of,
-    take_out,
+    subtract_vibration,
+    value_of_form,
     vibration_after,
+    vibration_at,
 )
 from damperlab.worker.solver.particle import Wall
 
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 def flow_in_wall(
     span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
 ) -> None:
-    """A span in contact; over a long one the fast part goes by its exponential, as in `contact_segment`.
+    """A span in contact; one longer than `motion.step` as slow motion by polynomials and vibration by its exponential.
 
     Parameters
     ----------
@@ -55,29 +55,29 @@ def flow_in_wall(
     contact = contact_on_addresses(arrays)
     motion = contact.held if held else contact.slipping
     buffers = contact.buffers
-    start, relative, depth = buffers.start, buffers.relative, buffers.depth
+    start, relative, depth = buffers.start, buffers.relative, buffers.y
     share = motion.share
     for j in range(n):
         start[CENTRE] = tangents[j] - share * tangents[2 * n + j]
         start[CENTRE_RATE] = 0.0 if held else tangents[n + j] - share * tangents[3 * n + j]
         start[BASE_FIRST] = 0.0
         start[BASE_SECOND] = 0.0
-        start[DEPTH] = tangents[2 * n + j]
-        start[DEPTH_RATE] = tangents[3 * n + j]
+        start[Y] = tangents[2 * n + j]
+        start[Y_RATE] = tangents[3 * n + j]
         vibration = Vibration(0.0, 0.0)
         if motion.fast > 0 and span > motion.step:
-            before = fast_part(start, motion)
-            take_out(start, before, motion)
+            before = vibration_at(start, motion)
+            subtract_vibration(start, before, motion)
             vibration = vibration_after(before, motion.rates, span)
             combine_rows(OF_RELATIVE, start, DIM - motion.fast, motion.slow_rows, relative)
-            combine_rows(OF_DEPTH, start, DIM - motion.fast, motion.slow_rows, depth)
+            combine_rows(OF_Y, start, DIM - motion.fast, motion.slow_rows, depth)
         else:
             combine_rows(OF_RELATIVE, start, DIM, motion.rows, relative)
-            combine_rows(OF_DEPTH, start, DIM, motion.rows, depth)
+            combine_rows(OF_Y, start, DIM, motion.rows, depth)
         if held:
             tangents[n + j] = 0.0
         else:
-            tangents[j] = value(relative, span) + share_of(vibration, form_of_x(motion))
-            tangents[n + j] = slope(relative, span) + share_of(vibration, form_of_w(motion))
-        tangents[2 * n + j] = value(depth, span) + share_of(vibration, form_of(DEPTH, motion))
-        tangents[3 * n + j] = slope(depth, span) + share_of(vibration, form_of(DEPTH_RATE, motion))
+            tangents[j] = value(relative, span) + value_of_form(vibration, form_of_x(motion))
+            tangents[n + j] = slope(relative, span) + value_of_form(vibration, form_of_w(motion))
+        tangents[2 * n + j] = value(depth, span) + value_of_form(vibration, form_of(Y, motion))
+        tangents[3 * n + j] = slope(depth, span) + value_of_form(vibration, form_of(Y_RATE, motion))

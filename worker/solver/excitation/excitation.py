@@ -98,6 +98,22 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
 
 
 @inlined
+def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
+    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial is of."""
+    if isinstance(base, SineForce):
+        return 0.0
+    return value(excitation, t)
+
+
+@inlined
+def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
+    """Velocity s' likewise."""
+    if isinstance(base, SineForce):
+        return 0.0
+    return slope(excitation, t)
+
+
+@inlined
 def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
     """Coefficients of the base displacement s from a phase on."""
     if isinstance(base, SineForce):

@@ -15,9 +15,9 @@ from damperlab.worker.solver.motion.slow_subspace import (
     BASE_SECOND,
     CENTRE,
     CENTRE_RATE,
-    DEPTH,
-    DEPTH_RATE,
     DIM,
+    Y_RATE,
+    Y,
     contact_rates,
     split,
 )
@@ -26,7 +26,7 @@ from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 
-# Longest span of the whole motion, in units of the contact's own rate: 0.5^16/16! is below 1e-18.
+# Longest span of the whole motion times the contact's fastest rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates from which fast and slow are told apart
 
@@ -54,29 +54,29 @@ def make_contact(forcing: ContactForcing, particle: Particle, wall: Wall) -> Con
 
 @kernel
 def contact_equations(forcing: ContactForcing, mass_ratio: float, wall: Wall, held: bool) -> Array:
-    """The matrix, shape (DIM, DIM), of the rates of the coordinates over them."""
+    """A of z' = Az, shape (DIM, DIM), the coordinates z in the order of `slow_subspace`."""
     mu = reduced_mass(mass_ratio)
     kappa = 1.0 / (1.0 + mass_ratio)
     a = zero_matrix(DIM, DIM)
     a[BASE_FIRST, BASE_SECOND] = forcing.first_rate
     a[BASE_SECOND, BASE_FIRST] = forcing.second_rate
-    a[DEPTH, DEPTH_RATE] = 1.0
+    a[Y, Y_RATE] = 1.0
     if held:
-        a[DEPTH_RATE, BASE_FIRST] = -forcing.inertia_force
-        a[DEPTH_RATE, DEPTH] = -kappa * wall.stiffness / mu
-        a[DEPTH_RATE, DEPTH_RATE] = -kappa * wall.damping / mu
+        a[Y_RATE, BASE_FIRST] = -forcing.inertia_force
+        a[Y_RATE, Y] = -kappa * wall.stiffness / mu
+        a[Y_RATE, Y_RATE] = -kappa * wall.damping / mu
         return a
     a[CENTRE, CENTRE_RATE] = 1.0
     a[CENTRE_RATE, CENTRE] = -kappa
     a[CENTRE_RATE, CENTRE_RATE] = -kappa * forcing.two_zeta
     a[CENTRE_RATE, BASE_FIRST] = forcing.inertia_force + kappa * forcing.force
-    a[CENTRE_RATE, DEPTH] = -kappa * mu
-    a[CENTRE_RATE, DEPTH_RATE] = -kappa * mu * forcing.two_zeta
-    a[DEPTH_RATE, CENTRE] = -1.0
-    a[DEPTH_RATE, CENTRE_RATE] = -forcing.two_zeta
-    a[DEPTH_RATE, BASE_FIRST] = forcing.force
-    a[DEPTH_RATE, DEPTH] = -(wall.stiffness / mu + mu)
-    a[DEPTH_RATE, DEPTH_RATE] = -(wall.damping / mu + forcing.two_zeta * mu)
+    a[CENTRE_RATE, Y] = -kappa * mu
+    a[CENTRE_RATE, Y_RATE] = -kappa * mu * forcing.two_zeta
+    a[Y_RATE, CENTRE] = -1.0
+    a[Y_RATE, CENTRE_RATE] = -forcing.two_zeta
+    a[Y_RATE, BASE_FIRST] = forcing.force
+    a[Y_RATE, Y] = -(wall.stiffness / mu + mu)
+    a[Y_RATE, Y_RATE] = -(wall.damping / mu + forcing.two_zeta * mu)
     return a
 
 
@@ -86,34 +86,36 @@ def _contact_motion(
 ) -> ContactMotion:
     a = contact_equations(forcing, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
-    fastest, slowest = contact_rates(-a[DEPTH_RATE, DEPTH], -a[DEPTH_RATE, DEPTH_RATE])
-    fast = _fast_coordinates(fastest, slowest, (1.0 + 0.5 * forcing.two_zeta) * forcing.fastest, between)
-    step = min(forcing.window, _LONGEST / fastest)
+    contact_fast, contact_slow = contact_rates(-a[Y_RATE, Y], -a[Y_RATE, Y_RATE])
+    fast = _fast_coordinates(
+        contact_fast, contact_slow, (1.0 + 0.5 * forcing.two_zeta) * forcing.fastest, between
+    )
+    step = min(forcing.window, _LONGEST / contact_fast)
     slow_step = step if fast == 0 else forcing.window
     rows = filled(4 * DIM * TERMS, 0.0)
     slow_rows = filled(4 * DIM * TERMS, 0.0)
     if not between:
         fill_rows(rows, a, unit_matrix(DIM), DIM, forcing, wall, share, held)
-    fast_of = zero_matrix(2, DIM)
-    of_fast = zero_matrix(DIM, 2)
+    to_fast = zero_matrix(2, DIM)
+    from_fast = zero_matrix(DIM, 2)
     rates = zero_matrix(2, 2)
     inverse = zero_matrix(2, 2)
     weight = 1.0
     if fast > 0:
-        slow, back, fast_rates, fast_inverse, converged = split(a, fast)
+        p, b, fast_rates, fast_inverse, converged = split(a, fast)
         if not converged:  # the whole motion over short spans, which needs nothing told apart
             fast = 0
             slow_step = step
     if fast > 0:
         rates = fast_rates
         inverse = fast_inverse
-        _fill_vibration(fast_of, of_fast, slow, back, fast)
-        generator, lift = _slow_motion(a, slow, fast)
+        _fill_vibration(to_fast, from_fast, p, b, fast)
+        generator, lift = _slow_motion(a, p, fast)
         fill_rows(slow_rows, generator, lift, DIM - fast, forcing, wall, share, held)
         if fast == 2:
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
-        else:
-            slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * slowest))
+        else:  # y is slow too, at the contact's lesser rate: half of it to spare
+            slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * contact_slow))
     return ContactMotion(
         share,
         step,
@@ -122,46 +124,49 @@ def _contact_motion(
         weight,
         rows,
         slow_rows,
-        fast_of.reshape(-1),
-        of_fast.reshape(-1),
+        to_fast.reshape(-1),
+        from_fast.reshape(-1),
         rates.reshape(-1),
         inverse.reshape(-1),
     )
 
 
 @kernel
-def _fast_coordinates(fastest: float, slowest: float, others: float, between: bool) -> int:
-    """How many coordinates are told apart as fast, of a contact with two rates beside those of all else."""
+def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
+    """How many coordinates are fast, by the rates of the contact and the fastest of all else.
+
+    `between`: one where y and y' both are and y' alone is much faster than y, else none.
+    """
     fast = 0
-    if slowest >= _APART * others:
+    if contact_slow >= _APART * others:
         fast = 2
-    elif fastest >= _APART * max(others, slowest):
+    elif contact_fast >= _APART * max(others, contact_slow):
         fast = 1
     if between:
-        fast = 1 if fast == 2 and fastest >= _APART * slowest else 0
+        fast = 1 if fast == 2 and contact_fast >= _APART * contact_slow else 0
     return fast
 
 
 @kernel
-def _fill_vibration(fast_of: Array, of_fast: Array, slow: Array, back: Array, fast: int) -> None:
-    """f = φ − Pσ of the coordinates, and the coordinates (Bf, f + PBf) of f; one fast coordinate has the second place."""
+def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: int) -> None:
+    """f = q − Pr of the coordinates, and what f adds to them, (Bf, f + PBf); one fast coordinate takes the second place."""
     n = DIM - fast
-    column = 2 - fast
+    place = 2 - fast
     for i in range(fast):
-        fast_of[column + i, n + i] = 1.0
+        to_fast[place + i, n + i] = 1.0
         for j in range(n):
-            fast_of[column + i, j] = -slow[i, j]
-            of_fast[j, column + i] = back[j, i]
+            to_fast[place + i, j] = -p[i, j]
+            from_fast[j, place + i] = b[j, i]
         for k in range(fast):
             total = 1.0 if i == k else 0.0
             for j in range(n):
-                total += slow[i, j] * back[j, k]
-            of_fast[n + i, column + k] = total
+                total += p[i, j] * b[j, k]
+            from_fast[n + i, place + k] = total
 
 
 @kernel
-def _slow_motion(a: Array, slow: Array, fast: int) -> tuple[Array, Array]:
-    """The matrix G of the slow coordinates, and the coordinates (σ, Pσ) of the slow ones."""
+def _slow_motion(a: Array, p: Array, fast: int) -> tuple[Array, Array]:
+    """G, and the coordinates (ξ, Pξ) of the slow motion."""
     n = DIM - fast
     generator = zero_matrix(DIM, DIM)
     lift = zero_matrix(DIM, DIM)
@@ -170,8 +175,8 @@ def _slow_motion(a: Array, slow: Array, fast: int) -> tuple[Array, Array]:
         for j in range(n):
             generator[i, j] = a[i, j]
             for k in range(fast):
-                generator[i, j] += a[i, n + k] * slow[k, j]
+                generator[i, j] += a[i, n + k] * p[k, j]
     for i in range(fast):
         for j in range(n):
-            lift[n + i, j] = slow[i, j]
+            lift[n + i, j] = p[i, j]
     return generator, lift

@@ -1,22 +1,26 @@
 """The linear motion of mass and particle pressed against each other by a compliant wall.
 
-Written in X = x − μy and y = u − p ∓ d, with μ = β/(1 + β), K and C those of the wall over k, κ = 1/(1 + β): the contact
-force F = Ky + Cy' moves the common centre of mass only by what it changes in the spring and dashpot of the structure,
+Written in X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip) and y has the sign of the wall: wall · y
+is the depth of the particle in it. With μ = β/(1 + β), κ = 1/(1 + β), K of the wall over k, C over k/ω_n, and g the force on
+the structure (0 on a shaken base): the contact force F = Ky + Cy' moves the common centre of mass only by what it changes in
+the spring and dashpot of the structure,
 
-    X'' = −s'' − κ(2ζ(X' + μy') + X + μy),    y'' = −(2ζ(X' + μy') + X + μy) − F/μ,
+    X'' = −s'' + κ(g − (2ζ(X' + μy') + X + μy)),    y'' = g − (2ζ(X' + μy') + X + μy) − F/μ,
 
-so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = s'' − κF/μ. The base stands for two
-coordinates more: sin φ and cos φ, or s'' and the s''' that a record keeps from sample to sample.
+so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = s'' − κF/μ. The excitation adds two
+coordinates: sin φ and cos φ, or s'' and the s''' that a record keeps from sample to sample.
 
-Two sets of rows expand the motion: all of it, over spans that the fastest rate of the contact allows, and the part that is
-left when the contact has come to rest. The latter is the slow invariant subspace of the same equations, so it is exact:
-whole windows can be crossed in it however stiff the wall. With φ the one or two fast coordinates (y' where the wall is
-overdamped and yields slowly, else y and y') and σ the others, P and B solve two Riccati equations,
+Two expansions of the motion: the whole of it, over spans that the fastest rate of the contact allows, and the slow motion,
+what is left when the contact has come to rest. That is an invariant subspace of the same equations, so it is exact: a wall
+that is fast in both y and y' is crossed in whole windows however stiff it is. Of z' = Az let q be the one or two fast
+coordinates (y' where the wall is overdamped and yields slowly, else y and y') and r the others:
 
-    φ = Pσ + f,   σ = ξ + Bf,   ξ' = Gξ,   f' = Ff,
+    q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
+    A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
-by iteration, which converges as the ratio of the rates. A wall with much damping has two rates far apart, both fast beside
-the structure: between them, y is still moving when y' has long come to follow it, and a third set of rows takes y as slow.
+P (a Riccati equation) and B (a linear one) are iterated for, which converges as the ratio of the rates. A wall with much
+damping has two rates far apart, both fast beside the structure: y still moves when y' has long come to follow it. There, a
+third expansion takes y as slow (`Contact.slipping_between`).
 """
 
 from typing import NamedTuple
@@ -68,15 +72,15 @@ class ContactMotion(NamedTuple):
     fast : int
         Fast coordinates told apart: 0, 1 or 2.
     weight : float
-        Ω: |f₁| Ω and |f₂| stay below √(f₂² + Ω²f₁²) at the start.
+        Ω = √det Λ with two fast coordinates, else 1: weighs f₁ in the size of the vibration (`vibration.size_of`).
     rows, slow_rows : array, shape (4 · DIM · TERMS,)
         Taylor coefficients of x, x + s, y and F for each unit start (`contact_rows`).
-    fast_of : array, shape (2 · DIM,)
-        f of the coordinates.
-    of_fast : array, shape (DIM · 2,)
-        The coordinates of f.
+    to_fast : array, shape (2 · DIM,)
+        f of the coordinates, q − Pr; one fast coordinate takes the second place.
+    from_fast : array, shape (DIM · 2,)
+        What f adds to the coordinates, (Bf, f + PBf).
     rates, inverse : array, shape (4,)
-        F and its inverse.
+        Λ and its inverse.
     """
 
     share: float
@@ -86,18 +90,32 @@ class ContactMotion(NamedTuple):
     weight: float
     rows: NDArray[np.float64]
     slow_rows: NDArray[np.float64]
-    fast_of: NDArray[np.float64]
-    of_fast: NDArray[np.float64]
+    to_fast: NDArray[np.float64]
+    from_fast: NDArray[np.float64]
     rates: NDArray[np.float64]
     inverse: NDArray[np.float64]
 
 
 class Buffers(NamedTuple):
-    """Scratch of a march in contact, arrays of shape (TERMS,): polynomials of a segment, and its start."""
+    """Scratch of a march in contact, arrays of shape (TERMS,): coefficients on the segment under way.
+
+    Attributes
+    ----------
+    relative, absolute, wall_force : array
+        Of x, x + s and F; in a long step of the slow motion alone.
+    y : array
+        Of y; of wall · y where the wall has let go (`separation.py`).
+    excitation : array
+        Of s, or of the force where one acts: the base is at rest then.
+    rate, scratch : array
+        Overwritten by whatever is called.
+    start : array
+        Its first DIM entries: the coordinates at the start; overwritten by `raise_over_long_step`.
+    """
 
     relative: NDArray[np.float64]
     absolute: NDArray[np.float64]
-    depth: NDArray[np.float64]
+    y: NDArray[np.float64]
     wall_force: NDArray[np.float64]
     excitation: NDArray[np.float64]
     rate: NDArray[np.float64]
@@ -113,7 +131,8 @@ class Contact(NamedTuple):
     slipping, held : ContactMotion
         The motion in contact.
     slipping_between, held_between : ContactMotion
-        The same with y' alone as fast, where that differs; `fast` is 0 where it does not.
+        The same with y' alone as fast: `fast` is 1 only where y and y' are both fast and their rates far apart, else 0 and
+        nothing of it is used. `rows` is left at 0.
     buffers : Buffers
         Scratch.
     """
@@ -132,7 +151,7 @@ def contact_on_addresses(contact: Contact) -> Contact:
     buffers = Buffers(
         address(one.relative, 0),
         address(one.absolute, 0),
-        address(one.depth, 0),
+        address(one.y, 0),
         address(one.wall_force, 0),
         address(one.excitation, 0),
         address(one.rate, 0),
@@ -158,8 +177,8 @@ def _motion_on_addresses(motion: ContactMotion) -> ContactMotion:
         motion.weight,
         address(motion.rows, 0),
         address(motion.slow_rows, 0),
-        address(motion.fast_of, 0),
-        address(motion.of_fast, 0),
+        address(motion.to_fast, 0),
+        address(motion.from_fast, 0),
         address(motion.rates, 0),
         address(motion.inverse, 0),
     )

@@ -12,16 +12,16 @@ from damperlab.worker.solver.motion.slow_subspace import (
     BASE_SECOND,
     CENTRE,
     CENTRE_RATE,
-    DEPTH,
-    DEPTH_RATE,
     DIM,
+    Y_RATE,
+    Y,
 )
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.particle import Wall
 
 Array = NDArray[np.float64]
 
-OF_RELATIVE, OF_ABSOLUTE, OF_DEPTH, OF_WALL_FORCE = range(4)
+OF_RELATIVE, OF_ABSOLUTE, OF_Y, OF_WALL_FORCE = range(4)
 """Sets of rows: x, x + s, y, F."""
 
 
@@ -65,10 +65,10 @@ def fill_rows(
                 c[i] = 0.0
                 for j in range(units):
                     c[i] += lift[i, j] * here[j]
-            x = c[CENTRE] + share * c[DEPTH]
-            w = c[CENTRE_RATE] + share * c[DEPTH_RATE]
-            wall_force = wall.stiffness * c[DEPTH] + wall.damping * c[DEPTH_RATE]
-            rows[OF_DEPTH * DIM * TERMS + at + n] = c[DEPTH]
+            x = c[CENTRE] + share * c[Y]
+            w = c[CENTRE_RATE] + share * c[Y_RATE]
+            wall_force = wall.stiffness * c[Y] + wall.damping * c[Y_RATE]
+            rows[OF_Y * DIM * TERMS + at + n] = c[Y]
             rows[OF_WALL_FORCE * DIM * TERMS + at + n] = wall_force
             absolute = OF_ABSOLUTE * DIM * TERMS + at
             if held:

@@ -10,7 +10,7 @@ from damperlab.worker.solver.arrays import copy_matrix, largest_element, zero_ma
 
 Array = NDArray[np.float64]
 
-CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, DEPTH, DEPTH_RATE = range(6)
+CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
 """Coordinates X, X', two of the base, y, y' of a contact (`contact_motion.py`)."""
 DIM = 6
 """How many they are."""
@@ -20,7 +20,7 @@ _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go
 
 @kernel
 def contact_rates(square: float, damping: float) -> tuple[float, float]:
-    """Moduli of the two roots of λ² − damping λ + square, the larger first."""
+    """Moduli of the two roots of λ² + damping λ + square, the larger first."""
     discriminant = 0.25 * damping * damping - square
     if discriminant <= 0.0:
         return sqrt(square), sqrt(square)
@@ -30,7 +30,7 @@ def contact_rates(square: float, damping: float) -> tuple[float, float]:
 
 @kernel
 def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
-    """P, B, F and its inverse, of the last `fast` coordinates; and whether the iterations for them converged."""
+    """P, B, Λ and its inverse, of the last `fast` coordinates; and whether the iterations for P and B converged."""
     n = DIM - fast
     p = zero_matrix(fast, n)
     change = 0.0

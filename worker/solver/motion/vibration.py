@@ -6,10 +6,12 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import ContactMotion
-from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DEPTH, DEPTH_RATE, DIM
+from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.particle import Wall
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of
+ENVELOPE_SAFETY = 2.0
+"""Times the size of a vibration at its start, it never passes later: its coupling to the slow motion is weak."""
 
 
 class Vibration(NamedTuple):
@@ -20,7 +22,7 @@ class Vibration(NamedTuple):
 
 
 class LinearForm(NamedTuple):
-    """What a quantity has of the vibration: first · f₁ + second · f₂."""
+    """Coefficients l of what the vibration adds to a quantity: l·f = first · f₁ + second · f₂."""
 
     first: float
     second: float
@@ -34,8 +36,8 @@ def vibration_of(coordinates: Floats, motion: ContactMotion) -> tuple[Vibration,
     first_terms = 0.0
     second_terms = 0.0
     for i in range(DIM):
-        one = motion.fast_of[i] * coordinates[i]
-        other = motion.fast_of[DIM + i] * coordinates[i]
+        one = motion.to_fast[i] * coordinates[i]
+        other = motion.to_fast[DIM + i] * coordinates[i]
         first += one
         second += other
         first_terms += abs(one)
@@ -46,53 +48,53 @@ def vibration_of(coordinates: Floats, motion: ContactMotion) -> tuple[Vibration,
 
 
 @inlined
-def fast_part(coordinates: Floats, motion: ContactMotion) -> Vibration:
+def vibration_at(coordinates: Floats, motion: ContactMotion) -> Vibration:
     """The vibration at six coordinates, whatever its size."""
     first = 0.0
     second = 0.0
     for i in range(DIM):
-        first += motion.fast_of[i] * coordinates[i]
-        second += motion.fast_of[DIM + i] * coordinates[i]
+        first += motion.to_fast[i] * coordinates[i]
+        second += motion.to_fast[DIM + i] * coordinates[i]
     return Vibration(first, second)
 
 
 @inlined
-def take_out(coordinates: Floats, vibration: Vibration, motion: ContactMotion) -> None:
-    """Leave the slow motion alone in the coordinates."""
+def subtract_vibration(coordinates: Floats, vibration: Vibration, motion: ContactMotion) -> None:
+    """Subtract the vibration from the six coordinates, in place: what stays is the slow motion, (ξ, Pξ)."""
     for i in range(DIM):
-        coordinates[i] -= share_of(vibration, form_of(i, motion))
+        coordinates[i] -= value_of_form(vibration, form_of(i, motion))
 
 
 @inlined
-def share_of(vibration: Vibration, form: LinearForm) -> float:
-    """What a quantity has of a vibration."""
+def value_of_form(vibration: Vibration, form: LinearForm) -> float:
+    """first · f₁ + second · f₂: what the vibration adds to a quantity of this form."""
     return form.first * vibration.first + form.second * vibration.second
 
 
 @inlined
 def form_of(coordinate: int, motion: ContactMotion) -> LinearForm:
-    """What a coordinate has of the vibration."""
-    return LinearForm(motion.of_fast[2 * coordinate], motion.of_fast[2 * coordinate + 1])
+    """The linear form of the vibration that it adds to one of the six coordinates: a row of `from_fast`."""
+    return LinearForm(motion.from_fast[2 * coordinate], motion.from_fast[2 * coordinate + 1])
 
 
 @inlined
 def form_of_x(motion: ContactMotion) -> LinearForm:
-    """What x = X + share · y has of it."""
-    centre, depth = form_of(CENTRE, motion), form_of(DEPTH, motion)
+    """That of x = X + share · y."""
+    centre, depth = form_of(CENTRE, motion), form_of(Y, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_w(motion: ContactMotion) -> LinearForm:
-    """What w = X' + share · y' has of it."""
-    centre, depth = form_of(CENTRE_RATE, motion), form_of(DEPTH_RATE, motion)
+    """That of w = X' + share · y'."""
+    centre, depth = form_of(CENTRE_RATE, motion), form_of(Y_RATE, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_wall_force(motion: ContactMotion, wall: Wall) -> LinearForm:
-    """What Ky + Cy' has of it."""
-    depth, rate = form_of(DEPTH, motion), form_of(DEPTH_RATE, motion)
+    """That of the wall's force Ky + Cy'."""
+    depth, rate = form_of(Y, motion), form_of(Y_RATE, motion)
     return LinearForm(
         wall.stiffness * depth.first + wall.damping * rate.first,
         wall.stiffness * depth.second + wall.damping * rate.second,
@@ -101,7 +103,7 @@ def form_of_wall_force(motion: ContactMotion, wall: Wall) -> LinearForm:
 
 @inlined
 def size_of(vibration: Vibration, weight: float) -> float:
-    """√(f₂² + Ω²f₁²), which falls while the vibration dies away."""
+    """√(f₂² + Ω²f₁²): never grows while the vibration dies away, but for its weak coupling to the slow motion."""
     return sqrt(vibration.second * vibration.second + (weight * vibration.first) ** 2)
 
 
@@ -113,11 +115,13 @@ def gain_of(form: LinearForm, weight: float) -> float:
 
 @kernel
 def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
-    """f a time t later: exp(Ft) f, with the four elements of F.
+    """f a time t later: exp(Λt) f, with the four elements of Λ.
 
     Notes
     -----
-    With m half the trace of F and δ = ((a − d)/2)² + bc, exp(Ft) is exp(mt) (cosh(√δ t) + (F − m) sinh(√δ t)/√δ).
+    With Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc, exp(Λt) is e^(mt) (cosh(√δ t) +
+    (Λ − m) sinh(√δ t)/√δ), for δ < 0 with cos and sin of √−δ t. The smaller rate is det Λ over the larger one: m + √δ
+    would cancel.
     """
     first, second = vibration
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]
@@ -126,23 +130,23 @@ def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
     if discriminant < 0.0:
         frequency = sqrt(-discriminant)
         decay = exp(middle * t)
-        even = decay * cos(frequency * t)
-        odd = decay * sin(frequency * t) / frequency
+        cosh_part = decay * cos(frequency * t)
+        sinh_part = decay * sin(frequency * t) / frequency
     else:
         spread = sqrt(discriminant)
         if spread * t < 1e-4:
             decay = exp(middle * t)
-            even = decay * (1.0 + 0.5 * (spread * t) ** 2)
-            odd = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
+            cosh_part = decay * (1.0 + 0.5 * (spread * t) ** 2)
+            sinh_part = decay * t * (1.0 + (spread * t) ** 2 / 6.0)
         else:
-            quick = middle - spread
-            slow = (a * d - b * c) / quick
-            one = exp(quick * t)
-            other = exp(slow * t)
-            even = 0.5 * (other + one)
-            odd = 0.5 * (other - one) / spread
+            larger_rate = middle - spread
+            smaller_rate = (a * d - b * c) / larger_rate
+            larger_decayed = exp(larger_rate * t)
+            smaller_decayed = exp(smaller_rate * t)
+            cosh_part = 0.5 * (smaller_decayed + larger_decayed)
+            sinh_part = 0.5 * (smaller_decayed - larger_decayed) / spread
     half_difference = 0.5 * (a - d)
     return Vibration(
-        even * first + odd * (half_difference * first + b * second),
-        even * second + odd * (c * first - half_difference * second),
+        cosh_part * first + sinh_part * (half_difference * first + b * second),
+        cosh_part * second + sinh_part * (c * first - half_difference * second),
     )

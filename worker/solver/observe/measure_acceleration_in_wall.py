@@ -15,6 +15,7 @@ from damperlab.worker.solver.motion.contact_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, value
 from damperlab.worker.solver.motion.vibration import (
+    ENVELOPE_SAFETY,
     LinearForm,
     Vibration,
     form_of_w,
@@ -27,7 +28,6 @@ from damperlab.worker.solver.motion.vibration import (
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 
-_SAFETY = 2.0  # the envelope of f falls exactly only without the coupling to the slow motion
 _DROWNED = 1e-16  # of the peak: a vibration below it changes none of its digits
 
 
@@ -51,7 +51,7 @@ def acceleration_at(
 
 
 @kernel
-def acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
+def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
     """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x), less the wall's, and what excites it."""
     for n in range(ORDER):
         out[n] = (
@@ -78,7 +78,7 @@ def raise_acceleration_in_wall(meter: Meter, t: float, regime: AnyRegime, scene:
             peak = sums[ACCELERATION_PEAK]
             sums[ACCELERATION_PEAK] = largest(buffers.rate, 0.0, t, peak, buffers.scratch)
     else:
-        acceleration_into(base, buffers, buffers.rate)
+        slip_acceleration_into(base, buffers, buffers.rate)
         peak = sums[ACCELERATION_PEAK]
         sums[ACCELERATION_PEAK] = largest(buffers.rate, 0.0, t, peak, buffers.scratch)
 
@@ -122,9 +122,9 @@ def raise_over_long_step(
         return
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch
-    acceleration_into(scene.base, buffers, slow)
+    slip_acceleration_into(scene.base, buffers, slow)
     form = form_of_acceleration(regime, scene)
-    gain = _SAFETY * gain_of(form, motion.weight)
+    gain = ENVELOPE_SAFETY * gain_of(form, motion.weight)
     peak = sums[ACCELERATION_PEAK]
     time_left = t
     while time_left > 0.0:
@@ -146,7 +146,7 @@ def raise_over_long_step(
 
 @kernel
 def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: Floats, out: Floats) -> None:
-    """Coefficients of a polynomial and the linear form of exp(Ft) f together."""
+    """Coefficients of a polynomial and the linear form of exp(Λt) f together."""
     first, second = vibration
     for n in range(TERMS):
         out[n] = slow[n] + (form.first * first + form.second * second)

@@ -1,7 +1,7 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
-A record's meter is asked for more: the squares of v and u'', and the largest |u''|, which is finite in contact too. That of
-a harmonic excitation has the latter two where they are asked for (`measure_acceleration_in_wall.py`).
+A record's meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact; that of a harmonic excitation has the
+two of u'' where they are asked for (`measure_acceleration_in_wall.py`).
 """
 
 from typing import NamedTuple
@@ -13,12 +13,12 @@ from damperlab.worker.solver.contact_regime import (
     buffers_of,
     wall_of,
 )
-from damperlab.worker.solver.excitation.excitation import Excitation
+from damperlab.worker.solver.excitation.excitation import Excitation, base_displacement
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_motion import Buffers
-from damperlab.worker.solver.motion.slow_subspace import DEPTH_RATE
+from damperlab.worker.solver.motion.slow_subspace import Y_RATE
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
 from damperlab.worker.solver.motion.vibration import (
     LinearForm,
@@ -30,11 +30,12 @@ from damperlab.worker.solver.motion.vibration import (
 )
 from damperlab.worker.solver.observe.measure_acceleration_in_wall import (
     acceleration_at,
-    acceleration_into,
     form_of_acceleration,
     largest,
     raise_acceleration_in_wall,
+    raise_over_long_step,
     record_acceleration,
+    slip_acceleration_into,
 )
 from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
@@ -52,15 +53,18 @@ from damperlab.worker.solver.observe.meter import (
 from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.scene import Scene
 
-TAME = 1e-9
-"""Decay of a vibration over a long step below which its energy is not told from two ends."""
+LEAST_DECAY = 1e-9
+"""Least |tr Λ| t of a long step: below it J, a difference of two ends over tr Λ, has lost its digits."""
 
 
 @kernel
 def measure_contact(
     meter: Meter, moved: float, t: float, damping: float, regime: AnyRegime, scene: Scene
 ) -> None:
-    """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals."""
+    """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals.
+
+    `damping` is C while the wall pushes, and 0 where it has let the particle go.
+    """
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     work = 0.0
     loss = 0.0
@@ -77,14 +81,14 @@ def measure_contact(
             w = slope(buffers.relative, at)
             transmitted = -(base.two_zeta * w + value(buffers.relative, at))
         u = value(buffers.absolute, at) - regime.offset
-        depth_rate = slope(buffers.depth, at)
+        y_rate = slope(buffers.y, at)
         if isinstance(base, SineForce):
             work += GAUSS_WEIGHTS[i] * value(buffers.excitation, at) * w
         else:
             work += GAUSS_WEIGHTS[i] * transmitted * slope(buffers.excitation, at)
         loss += GAUSS_WEIGHTS[i] * w * w
         mean_square += GAUSS_WEIGHTS[i] * u * u
-        struck += GAUSS_WEIGHTS[i] * depth_rate * depth_rate
+        struck += GAUSS_WEIGHTS[i] * y_rate * y_rate
         if isinstance(base, RecordBase):
             v = value(buffers.relative, at) - regime.offset
             relative_square += GAUSS_WEIGHTS[i] * v * v
@@ -108,11 +112,11 @@ def measure_contact(
 
 @inlined
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
-    """Force of the base on a mass that it holds against the wall, from the polynomials."""
+    """Force of the base on a mass that it holds against the wall; 0 under a force, where neither work nor u'' needs it."""
     if isinstance(base, RecordBase):
         return value(buffers.wall_force, t) + record_acceleration(buffers, t)
     if isinstance(base, SineForce):
-        return 0.0  # at rest: no work is done
+        return 0.0
     square = base.frequency_ratio * base.frequency_ratio
     return value(buffers.wall_force, t) - square * value(buffers.excitation, t)
 
@@ -132,6 +136,32 @@ def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None
 
 
 @kernel
+def measure_long_step(
+    meter: Meter,
+    v_start: float,
+    v_end: float,
+    t: float,
+    before: Vibration,
+    after: Vibration,
+    regime: ContactRegime,
+    scene: Scene,
+) -> None:
+    """Add a long step of length t, between whose ends no displacement has a peak that counts, to all that is asked for."""
+    sums, base, excitation = meter.sums, scene.base, buffers_of(scene).excitation
+    if meter.energies is not None:
+        measure_contact(meter, v_end - v_start, t, wall_of(scene).damping, regime, scene)
+        measure_vibration(meter, t, before, after, regime, scene)
+    elif regime.sticks:
+        sums[STUCK] += t
+    u_start = v_start + base_displacement(base, excitation, 0.0)
+    u_end = v_end + base_displacement(base, excitation, t)
+    sums[PEAK] = max(sums[PEAK], max(abs(u_start), abs(u_end)))
+    sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], max(abs(v_start), abs(v_end)))
+    if meter.acceleration is not None and not isinstance(base, RecordBase):
+        raise_over_long_step(meter, t, before, regime, scene)
+
+
+@kernel
 def measure_vibration(
     meter: Meter, t: float, before: Vibration, after: Vibration, regime: ContactRegime, scene: Scene
 ) -> None:
@@ -139,13 +169,13 @@ def measure_vibration(
 
     Notes
     -----
-    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·F⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
-    J = ∫ f fᵀ dt solves FJ + JFᵀ = [f fᵀ].
+    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
+    J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
     rate = buffers.rate
     squares = _squares(before, after, motion.rates)
-    x, w, depth_rate = form_of_x(motion), form_of_w(motion), form_of(DEPTH_RATE, motion)
+    x, w, y_rate = form_of_x(motion), form_of_w(motion), form_of(Y_RATE, motion)
     transmitted = LinearForm(-(base.two_zeta * w.first + x.first), -(base.two_zeta * w.second + x.second))
     if regime.sticks:
         w = LinearForm(0.0, 0.0)
@@ -157,9 +187,9 @@ def measure_vibration(
     else:
         rate_into(buffers.excitation, 0, rate)
         sums[WORK_IN] += _by_parts(rate, transmitted, t, before, after, regime, scene)
-    rate_into(buffers.depth, 0, rate)
-    cross = _by_parts(rate, depth_rate, t, before, after, regime, scene)
-    sums[IMPACT_LOSS] += wall_of(scene).damping * (2.0 * cross + _own(depth_rate, squares))
+    rate_into(buffers.y, 0, rate)
+    cross = _by_parts(rate, y_rate, t, before, after, regime, scene)
+    sums[IMPACT_LOSS] += wall_of(scene).damping * (2.0 * cross + _own(y_rate, squares))
     if regime.sticks:
         return
     rate_into(buffers.relative, 0, rate)
@@ -178,7 +208,7 @@ def measure_vibration(
         sums[RELATIVE_SQUARE] += 2.0 * cross + _own(x, squares)
     if meter.acceleration is not None:
         acceleration = form_of_acceleration(regime, scene)
-        acceleration_into(base, buffers, rate)
+        slip_acceleration_into(base, buffers, rate)
         cross = _by_parts(rate, acceleration, t, before, after, regime, scene)
         sums[ACCELERATION_SQUARE] += 2.0 * cross + _own(acceleration, squares)
 
@@ -193,7 +223,7 @@ class _Squares(NamedTuple):
 
 @kernel
 def _squares(before: Vibration, after: Vibration, rates: Floats) -> _Squares:
-    """J = ∫ f fᵀ dt, of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] J = [f fᵀ] with the elements of F."""
+    """J = ∫ f fᵀ dt, of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] J = [f fᵀ] with the elements of Λ."""
     first, second = before
     one, two = after
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]

@@ -20,9 +20,9 @@ from damperlab.worker.solver.excitation.excitation import (
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.contact_rows import (
     OF_ABSOLUTE,
-    OF_DEPTH,
     OF_RELATIVE,
     OF_WALL_FORCE,
+    OF_Y,
     combine_rows,
 )
 from damperlab.worker.solver.motion.first_root import first_crossing
@@ -47,7 +47,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
     combine_rows(OF_RELATIVE, start, units, rows, buffers.relative)
     combine_rows(OF_ABSOLUTE, start, units, rows, buffers.absolute)
     add_start_of_base(scene.base, phase, buffers.absolute)
-    combine_rows(OF_DEPTH, start, units, rows, buffers.depth)
+    combine_rows(OF_Y, start, units, rows, buffers.y)
     combine_rows(OF_WALL_FORCE, start, units, rows, buffers.wall_force)
 
 
@@ -57,7 +57,7 @@ def to_event(
 ) -> tuple[State, float, int]:
     """To the first event on the expanded polynomials of contact, or to the end of the span."""
     buffers = buffers_of(scene)
-    relative, depth, scratch = buffers.relative, buffers.depth, buffers.scratch
+    relative, depth, scratch = buffers.relative, buffers.y, buffers.scratch
     t, kind = friction_event(state, phase, span, regime, scene)
     order = state.gap_order
     for i in range(TERMS - order):

@@ -1,9 +1,11 @@
 """A compliant wall: from the moment that it is struck to the moment that the particle is clear of it.
 
-The motion in contact is crossed in one of three ways. Before the contact's own vibration has died down, in spans of half a
-radian of its fastest rate, as polynomials of all six coordinates. Where an envelope of that vibration proves that it cannot
-cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has decayed
-below rounding, in whole windows, as a particle that rides: so resting on the stiffest wall costs no more than on a rigid one.
+The motion in contact is crossed in one of four ways. Before the contact's own vibration has died down, in spans of half of
+one over its fastest rate, as polynomials of all six coordinates. Where y' alone has come to follow the rest, in spans that
+the rate of y allows (`ContactRegime.between`). Where an envelope of the vibration proves that it cannot cause an event, in
+one long step: the slow motion as polynomials, the vibration by its exponential. And once it has decayed below rounding, as
+polynomials of the slow motion, in whole windows where y and y' are both fast: so resting on the stiffest wall costs no more
+than on a rigid one.
 
 The wall lets go where its force falls to zero, with some of the spring's energy left. The particle is then still in the
 wall: it flies until it is clear of it, or until spring and dashpot would push again.
@@ -14,12 +16,8 @@ from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.budget import spend
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.long_step import (
-    FEWEST_STEPS,
-    after_long_step,
-    coordinates_into,
-    longest_step,
-)
+from damperlab.worker.solver.contact.compliant.event_free_step import FEWEST_STEPS, longest_step
+from damperlab.worker.solver.contact.compliant.long_step import after_long_step, coordinates_into
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.release import release
 from damperlab.worker.solver.contact_regime import buffers_of, contact_regime_of, wall_of
@@ -45,7 +43,7 @@ from damperlab.worker.solver.excitation.excitation import (
     phase_at,
 )
 from damperlab.worker.solver.motion.slow_subspace import DIM
-from damperlab.worker.solver.motion.vibration import take_out, vibration_of
+from damperlab.worker.solver.motion.vibration import subtract_vibration, vibration_of
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
@@ -165,14 +163,14 @@ def _in_contact(
         if settled or remaining > FEWEST_STEPS * motion.step:
             t = min(remaining, motion.slow_step)
             if not settled:
-                take_out(start, vibration, motion)
+                subtract_vibration(start, vibration, motion)
             expand(start, DIM - motion.fast, motion.slow_rows, phase, scene)
             if settled:
                 return to_event(state, phase, t, regime, scene, meter)
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(state, regime, phase, start)
+            coordinates_into(state, regime, phase, start)  # they were made slow
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
@@ -189,14 +187,14 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     w = state.w
     riding = state.riding
     dwell = state.dwell
-    speed = approach_speed(dwell)
+    pen_rate = approach_speed(dwell)
     u_rate = w + phase.rate
     leaving = state.wall * (state.p_rate - u_rate)
     if scene.friction is not None:
         if kind in (TURN, SLIP_ONSET):
             wall_force = 0.0
             if riding > 0.0:
-                wall_force = state.wall * (wall.damping * speed - wall.stiffness * gap)
+                wall_force = state.wall * (wall.damping * pen_rate - wall.stiffness * gap)
             if kind == TURN:
                 scene.counts[TURNS] += 1
                 slip = _slip_from_rest(state.v, wall_force, phase, scene, scene.friction)
@@ -207,7 +205,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
             slip_order = 1 if slip != 0.0 else 0
     if kind == RELEASE:
         riding = 0.0
-        leaving = -speed
+        leaving = -pen_rate
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
             # the particle came to rest on the wall: how it yields is beyond the digits of the velocities
             if meter is not None:

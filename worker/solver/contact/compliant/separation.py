@@ -40,7 +40,8 @@ def separate(
 ) -> tuple[State, float, int]:
     """One segment of a particle that the wall has let go while still in it: nothing pulls it."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
-    relative, absolute, depth, scratch = buffers.relative, buffers.absolute, buffers.depth, buffers.scratch
+    relative, absolute, scratch = buffers.relative, buffers.absolute, buffers.scratch
+    pen = buffers.y  # wall · y here: how deep the particle is
     regime = regime_of(state, scene)
     expand_excitation(base, phase, buffers.excitation)
     if regime.sticks:
@@ -53,12 +54,12 @@ def separate(
         add_start_of_base(base, phase, absolute)
     for i in range(TERMS):
         buffers.wall_force[i] = 0.0
-        depth[i] = state.wall * absolute[i]
-    depth[0] = -state.gap
-    depth[1] = state.wall * (absolute[1] - state.p_rate)
+        pen[i] = state.wall * absolute[i]
+    pen[0] = -state.gap
+    pen[1] = state.wall * (absolute[1] - state.p_rate)
     t, kind = friction_event(state, phase, time_left, regime, scene)
-    near = 2.0 * depth[0] / -depth[1] if depth[1] < 0.0 else _NEAR * t
-    found = _crossing_from(depth, near, t)
+    near = 2.0 * pen[0] / -pen[1] if pen[1] < 0.0 else _NEAR * t
+    found = _crossing_from(pen, near, t)
     if found < inf:
         t, kind = found, CLEARANCE
     # spring and dashpot push again where K pen + C pen' rises through zero; at the start it may be zero by the release
@@ -66,9 +67,9 @@ def separate(
     lead = wall.damping / wall.stiffness
     for i in range(TERMS - order):
         n = i + order
-        scratch[i] = -depth[n]
+        scratch[i] = -pen[n]
         if n + 1 < TERMS:
-            scratch[i] -= lead * (n + 1) * depth[n + 1]
+            scratch[i] -= lead * (n + 1) * pen[n + 1]
     for i in range(TERMS - order, TERMS):
         scratch[i] = 0.0
     found = _crossing_from(scratch, near, t)
@@ -79,16 +80,16 @@ def separate(
     if not regime.sticks:
         v = state.v + change(relative, t)
         w = slope(relative, t)
-    pen = 0.0 if kind == CLEARANCE else value(depth, t)
+    pen_end = 0.0 if kind == CLEARANCE else value(pen, t)
     if meter is not None:
         if meter.energies is not None:
             measure_contact(meter, v - state.v, t, 0.0, regime, scene)
-            lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen)
+            lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen_end)
             meter.sums[IMPACT_LOSS] += lost
         elif regime.sticks:
             meter.sums[STUCK] += t
         raise_peaks(meter, t, regime, scene)
-    end = advanced(state, v, w, -pen, state.p_rate, Dwell(0.0, 0.0), 0)
+    end = advanced(state, v, w, -pen_end, state.p_rate, Dwell(0.0, 0.0), 0)
     return end, t, kind
 
 
@@ -96,7 +97,8 @@ def separate(
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
     """First fall through zero, looked for in spans that grow from `near`.
 
-    The curvature over the whole span would hide a root that is close: out of a stiff wall the particle moves slowly.
+    A bound on the curvature over the whole span would drown a root that is close: a stiff wall is entered by so little that
+    the particle is soon clear of it.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)

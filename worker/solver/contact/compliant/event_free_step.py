@@ -1,0 +1,102 @@
+"""The proof that a span in contact is free of events, by the slow motion and an envelope of the decaying vibration."""
+
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.contact_regime import ContactRegime, buffers_of, wall_of
+from damperlab.worker.solver.excitation.excitation import Phase, expand_forcing
+from damperlab.worker.solver.excitation.record_base import RecordBase
+from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.motion.taylor import TERMS, curvature_bound, rate_into, value
+from damperlab.worker.solver.motion.vibration import (
+    ENVELOPE_SAFETY,
+    Vibration,
+    form_of_w,
+    form_of_wall_force,
+    form_of_x,
+    gain_of,
+    size_of,
+)
+from damperlab.worker.solver.observe.measure_in_wall import LEAST_DECAY
+from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, Meter
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
+
+FEWEST_STEPS = 8.0  # a long step of fewer than this many steps is not worth its proof
+_SHORTER = 0.125
+
+
+@kernel
+def _lower_bound(polynomial: Floats, sign: float, t: float) -> float:
+    """Lower bound of sign · p over [0, t]: between its ends a function sags by at most t²/8 of its curvature."""
+    ends = min(sign * polynomial[0], sign * value(polynomial, t))
+    return ends - 0.125 * t * t * curvature_bound(polynomial, t)
+
+
+@kernel
+def longest_step(
+    state: State,
+    phase: Phase,
+    span: float,
+    vibration: Vibration,
+    regime: ContactRegime,
+    scene: Scene,
+    meter: Meter | None,
+) -> float:
+    """Longest span over which slow motion and vibration together provably cause no event; 0 where that is not worth it.
+
+    With a meter: over which, besides, no peak between the ends exceeds what the meter holds. The slow motion is expanded.
+    """
+    base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
+    wall, buffers = wall_of(scene), buffers_of(scene)
+    size = ENVELOPE_SAFETY * size_of(vibration, motion.weight)
+    wall_force_most = size * gain_of(form_of_wall_force(motion, wall), motion.weight)
+    if state.wall * buffers.wall_force[0] <= wall_force_most:
+        return 0.0
+    x_most = size * gain_of(form_of_x(motion), motion.weight)
+    w_most = size * gain_of(form_of_w(motion), motion.weight)
+    scratch, rate = buffers.scratch, buffers.rate
+    limit = 0.0
+    if friction is not None:
+        if regime.sticks:
+            expand_forcing(base, phase, 1.0, 1.0, scratch)
+            for i in range(TERMS):
+                scratch[i] -= buffers.wall_force[i]
+            scratch[0] -= state.v
+            limit = friction - wall_force_most
+        else:
+            rate_into(buffers.relative, 0, scratch)
+    if meter is not None:
+        rate_into(buffers.absolute, 0, rate)
+    t = span
+    while t > FEWEST_STEPS * motion.step:
+        clear = _lower_bound(buffers.wall_force, state.wall, t) > wall_force_most
+        if friction is not None:
+            if regime.sticks:
+                force = max(-_lower_bound(scratch, 1.0, t), -_lower_bound(scratch, -1.0, t))
+                clear = clear and force < limit
+            else:
+                clear = clear and _lower_bound(scratch, state.slip, t) > w_most
+        if meter is not None and clear:
+            # whether energies are asked for or not, so that a point has the same bits
+            clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
+            if isinstance(base, RecordBase):
+                if not regime.sticks:
+                    most = curvature_bound(buffers.absolute, t) + (
+                        base.two_zeta * w_most + x_most + wall_force_most
+                    )
+                    clear = clear and most <= meter.sums[ACCELERATION_PEAK]
+            sign = 1.0 if rate[0] > 0.0 else -1.0
+            if _lower_bound(rate, sign, t) <= w_most:
+                u_most = max(abs(buffers.absolute[0] - offset), abs(value(buffers.absolute, t) - offset))
+                u_most += 0.125 * t * t * curvature_bound(buffers.absolute, t) + x_most
+                clear = clear and u_most <= meter.sums[PEAK]
+            if friction is None and clear:
+                rate_into(buffers.relative, 0, scratch)
+                sign = 1.0 if scratch[0] > 0.0 else -1.0
+                if _lower_bound(scratch, sign, t) <= w_most:
+                    v_most = max(abs(buffers.relative[0]), abs(value(buffers.relative, t)))
+                    v_most += 0.125 * t * t * curvature_bound(buffers.relative, t) + x_most
+                    clear = v_most <= meter.sums[RELATIVE_PEAK]
+        if clear:
+            return t
+        t *= _SHORTER
+    return 0.0
