@@ -387,6 +387,7 @@ _DESIGN_ANSWER = _object(
             detuned=_WORST,
             detuned_by=NUMBER,
             stroke=_WORST,
+            detuned_stroke=_WORST,
             feasible=FLAG,
             exceeded=TEXTS,
             ratio=NUMBER,

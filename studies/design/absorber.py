@@ -17,7 +17,6 @@ from damperlab.studies.design.absorber_structure import (
     built,
     hardest,
     judged_of,
-    largest,
     over_bands,
     structures,
 )
@@ -36,6 +35,7 @@ LIMITED = {
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
 """What limits on results are about of a damper that neither rubs nor rattles; the others it keeps."""
+STROKE_OF = Judged(stroke=True)
 DETUNED = 0.02
 """By which the natural frequency of a tuned mass damper may be off, to show how much hangs on its tuning."""
 
@@ -58,8 +58,8 @@ class Beside:
     detuned : float
         The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that,
         on the nominal structure and on the one that moves most.
-    stroke : float
-        The largest displacement of its mass against the structure within the tolerances, over band, amplitudes and records.
+    stroke, detuned_stroke : float
+        The largest displacement of its mass against the structure within the tolerances, in tune and out of tune as above.
     exceeded : tuple of str
         Limits on results that it does not keep within the tolerances.
     """
@@ -70,6 +70,7 @@ class Beside:
     nominal: float
     detuned: float
     stroke: float
+    detuned_stroke: float
     exceeded: tuple[str, ...]
 
 
@@ -84,7 +85,8 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
         source.id not in records.motions for records in asked.records for source in records.sources
     ):
         return None
-    forced = bool(asked.excitations) and all(each.motion.force for each in asked.excitations)
+    # records shake the base
+    forced = not asked.records and all(each.motion.force for each in asked.excitations)
     usual = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
     tuned = [tuned_for(asked, usual)] if asked.excitations else []
     absorbers = [*tuned, *([usual] if asked.records else [])]
@@ -95,30 +97,30 @@ def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside
     """Judge an absorber: under the records on some structures, over the bands on the hardest."""
     tried = list(structures(asked))
     every = [_shaken(asked, absorber, shares) for shares in tried]
-    over, hard = hardest(asked, absorber, judged_of(asked))
     values = [_worst(asked, each) for each in every]
-    value = max(over, *values)
-    most = tried[max(range(len(tried)), key=lambda i: values[i])]
-    detuned = [_detuned(asked, absorber, shares) for shares in (*tried, hard)]
+    value = max(hardest(asked, absorber, judged_of(asked))[0], *values)
+    stroke = max((hardest(asked, absorber, STROKE_OF)[0], *map(_stroke_under, every)))
+    detuned = hardest(asked, absorber, judged_of(asked), DETUNED)[0]
+    detuned_stroke = hardest(asked, absorber, STROKE_OF, DETUNED)[0]
     if asked.records:
+        most = tried[max(range(len(tried)), key=lambda i: values[i])]
         off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]
-        detuned += [_under(_shaken(asked, one, shares)) for one in off for shares in (tried[0], most)]
-    strokes = [results[STROKE] for on in every for _, results in on.measured]
-    stroke = max(hardest(asked, absorber, Judged(stroke=True))[0], *strokes, 0.0)
+        shaken = [_shaken(asked, one, shares) for one in off for shares in (tried[0], most)]
+        detuned = max(detuned, *map(_under, shaken))
+        detuned_stroke = max(detuned_stroke, *map(_stroke_under, shaken))
     exceeded = tuple(
         name for name, limit in asked.limits.items() if max(_limited(asked, absorber, every, name)) > limit
     )
-    return Beside(absorber, for_bands, value, values[0], max(value, *detuned), stroke, exceeded)
-
-
-def _detuned(asked: Specification, absorber: Absorber, shares: dict[str, float]) -> float:
-    """Give the largest that is judged over the bands on a structure, with the absorber out of tune by up to `DETUNED`."""
-
-    def reached(share: float) -> float:
-        on = built(asked, absorber.detuned(share), shares)
-        return max(map(float, over_bands(asked, on, judged_of(asked))))
-
-    return largest(reached, DETUNED)[0] if asked.excitations else 0.0
+    return Beside(
+        absorber,
+        for_bands,
+        value,
+        values[0],
+        max(value, detuned),
+        stroke,
+        max(stroke, detuned_stroke),
+        exceeded,
+    )
 
 
 def _worst(asked: Specification, built: Built) -> float:
@@ -128,6 +130,11 @@ def _worst(asked: Specification, built: Built) -> float:
 def _under(built: Built) -> float:
     """The largest of the measure under the records."""
     return max((results[name] for name, results in built.measured), default=0.0)
+
+
+def _stroke_under(built: Built) -> float:
+    """The largest stroke under the records."""
+    return max((results[STROKE] for _, results in built.measured), default=0.0)
 
 
 def curve(

@@ -45,17 +45,21 @@ class Judged(NamedTuple):
 
 
 class Absorbers(NamedTuple):
-    """Absorbers of one mass, as arrays over them of a length n; see `Absorber`."""
+    """Absorbers as arrays over them of a length n, of one mass or of one each; see `Absorber`."""
 
-    mass_ratio: float
+    mass_ratio: float | Floats
     tuning: Floats
     damping_ratio: Floats
 
 
 def worst_of_each(
-    excitation: Excitation, judged: Judged, absorbers: Absorbers, damping_ratio: float, shift: float
+    excitation: Excitation,
+    judged: Judged,
+    absorbers: Absorbers,
+    damping_ratio: float | Floats,
+    shift: float | Floats,
 ) -> Floats:
-    """Give `worst_over` for many absorbers, shape (n,); without a closed form, at fewer frequencies."""
+    """Give `worst_over` for many absorbers on one structure or one each, (n,); without a closed form, at fewer frequencies."""
     return _sampled(excitation, judged, absorbers, damping_ratio, shift, (FEWER, FEWER_BESIDE))
 
 
@@ -63,15 +67,17 @@ def _sampled(
     excitation: Excitation,
     judged: Judged,
     absorbers: Absorbers,
-    damping_ratio: float,
-    shift: float,
+    damping_ratio: float | Floats,
+    shift: float | Floats,
     many: tuple[int, int],
 ) -> Floats:
     """Give what is judged of many absorbers, shape (n,), from `many` frequencies over the band and on either side of a peak."""
-    low, high = excitation.low / (1.0 + shift), excitation.high / (1.0 + shift)
+    share = 1.0 + np.reshape(shift, (-1, 1))
+    low, high = excitation.low / share, excitation.high / share
     samples, beside = (2, 0) if _is_closed(excitation, judged) else many if judged.mean else (many[0], 0)
     tuning, damping = absorbers.tuning[:, None], absorbers.damping_ratio[:, None]
-    if high > low:
+    wide = excitation.high > excitation.low
+    if wide:
         square, offset = absorbers.tuning**2, (absorbers.tuning - 1.0) * (absorbers.tuning + 1.0)
         heights = Heights(
             absorbers.mass_ratio,
@@ -84,15 +90,16 @@ def _sampled(
         peaks = heights.candidates()[0]
         apart = np.geomspace(CLOSEST, FARTHEST, beside) if beside else np.empty(0)
         near = (peaks[:, :, None] * (1.0 + np.concatenate([-apart, [0.0], apart]))).reshape(tuning.size, -1)
-        even = np.broadcast_to(np.linspace(low, high, samples), (tuning.size, samples))
+        even = np.broadcast_to(np.linspace(low[:, 0], high[:, 0], samples, axis=1), (tuning.size, samples))
         r = np.sort(np.concatenate([even, np.clip(near, low, high)], axis=1), axis=1)
     else:
-        r = np.full((tuning.size, 1), low)
-    base_m = excitation.base_m(excitation.highest_m, r * (1.0 + shift))
-    moved = response(excitation, judged, Absorbers(absorbers.mass_ratio, tuning, damping), damping_ratio, r)
+        r = np.broadcast_to(low, (tuning.size, 1))
+    base_m = excitation.base_m(excitation.highest_m, r * share)
+    columns = Absorbers(np.reshape(absorbers.mass_ratio, (-1, 1)), tuning, damping)
+    moved = response(excitation, judged, columns, np.reshape(damping_ratio, (-1, 1)), r)
     values: Floats = judged.factor * base_m * rates(judged, 1.0, r) * moved
-    if judged.mean and high > low:
-        return np.asarray(np.sqrt(np.trapezoid(values**2, r, axis=1) / (high - low)))
+    if judged.mean and wide:
+        return np.asarray(np.sqrt(np.trapezoid(values**2, r, axis=1) / (high - low)[:, 0]))
     return np.asarray(values.max(axis=1))
 
 
@@ -153,7 +160,7 @@ def response(
     excitation: Excitation,
     judged: Judged,
     absorber: "Absorber | Absorbers",
-    damping_ratio: float,
+    damping_ratio: float | Floats,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Amplitude ratio, absolute, against the base, or of the stroke.

@@ -1,28 +1,28 @@
 """The structure as it may be built, off by its tolerances, with an absorber on it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from damperlab.studies.design.absorber_band import Absorbers, Judged, worst_over
+from damperlab.studies.design.absorber_band import Absorbers, Floats, Judged, worst_of_each, worst_over
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 AGAINST_BASE = "worst_relative_displacement"
 """The measure of a band that is against the base."""
+FREQUENCY, DAMPING, TUNING = "natural_frequency_hz", "damping_ratio", "tuning"
 OFF = {
     "mass_kg": (-1.0, 0.0, 1.0),
-    "natural_frequency_hz": (-1.0, -0.5, 0.0, 0.5, 1.0),
-    "damping_ratio": (-1.0, 1.0),
+    FREQUENCY: (-1.0, -0.5, 0.0, 0.5, 1.0),
+    DAMPING: (-1.0, 1.0),
+    TUNING: (-1.0, 0.0, 1.0),
 }
-"""Shares of its tolerances by which a structure is tried first. Between them its response may be much larger: see `hardest`."""
-FREQUENCY = "natural_frequency_hz"
-PLACES, HIGHS = 41, 2
-"""Shares that are looked at over a range, and how many of its highest places are looked around."""
+"""Shares of its tolerances by which a structure is tried first, and of its detuning an absorber; between them: `hardest`."""
+PLACES, HIGHS, EXACT = 41, 16, 3
+"""Shares that are looked at over a range, how many of the highest places are looked around, and told exactly."""
 CLOSER, ROUNDS = 4, 6
 """How much closer about each of them every time, and how often."""
 
@@ -35,16 +35,16 @@ class Built:
     ----------
     absorber : Absorber or Absorbers
         In its ratios to this structure; many, where they are looked among.
-    damping, shift, stiffness : float
+    damping, shift, stiffness : float or array
         ζ, the share by which ω_n is off, and the stiffness over the nominal one.
     measured : tuple
         The variable of the measure under each record, and all results.
     """
 
     absorber: Any
-    damping: float
-    shift: float
-    stiffness: float
+    damping: Any
+    shift: Any
+    stiffness: Any
     measured: tuple[tuple[str, dict[str, float]], ...] = ()
 
 
@@ -56,23 +56,24 @@ def judged_of(asked: Specification) -> Judged:
 
 def structures(asked: Specification) -> Iterator[dict[str, float]]:
     """Shares by which what is known of the structure is off: first none, then some over the whole range of the tolerances."""
-    off = {name: sides for name, sides in OFF.items() if name in asked.tolerances}
+    off = {name: OFF[name] for name in OFF if name in asked.tolerances}
     yield dict.fromkeys(off, 0.0)
     for sides in product(*off.values()):
         if any(sides):
             yield {name: side * asked.tolerances[name].size for name, side in zip(off, sides, strict=True)}
 
 
-def built(asked: Specification, tuned: Absorber | Absorbers, shares: dict[str, float]) -> Built:
-    """Give the structure that is off by these shares; under no record yet."""
+def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
+    """Give the structure that is off by these shares, or many, with the absorber; under no record yet."""
     mass, shift = shares.get("mass_kg", 0.0), shares.get(FREQUENCY, 0.0)
-    damping = min(asked.structure.damping_ratio * (1.0 + shares.get("damping_ratio", 0.0)), 0.999)
-    absorber = type(tuned)(
-        tuned.mass_ratio / (1.0 + mass),
-        tuned.tuning / (1.0 + shift),  # type: ignore[arg-type]
-        tuned.damping_ratio,  # type: ignore[arg-type]
-    )
-    return Built(absorber, damping, shift, (1.0 + mass) * (1.0 + shift) ** 2)
+    damping = np.minimum(asked.structure.damping_ratio * (1.0 + shares.get(DAMPING, 0.0)), 0.999)
+    tuning = tuned.tuning * (1.0 + shares.get(TUNING, 0.0)) / (1.0 + shift)
+    ratio = tuned.mass_ratio / (1.0 + mass)
+    if isinstance(tuned, Absorber) and not any(map(np.ndim, shares.values())):
+        on: Absorber | Absorbers = Absorber(ratio, tuning, tuned.damping_ratio)  # type: ignore[arg-type]
+    else:
+        on = Absorbers(*np.broadcast_arrays(ratio, tuning, tuned.damping_ratio))
+    return Built(on, damping, shift, (1.0 + mass) * (1.0 + shift) ** 2)
 
 
 def over_bands(
@@ -85,42 +86,70 @@ def over_bands(
         yield value * own**judged.order / (built.stiffness if each.motion.force else 1.0)
 
 
-def hardest(asked: Specification, absorber: Absorber, judged: Judged) -> tuple[float, dict[str, float]]:
+def hardest(
+    asked: Specification, absorber: Absorber, judged: Judged, detuning: float = 0.0
+) -> tuple[float, dict[str, float]]:
     """Give the largest of what is judged over the bands within the tolerances, and the structure that reaches it.
 
-    Mass and damping are at the ends of their tolerances; the natural frequency is anywhere within its own, for a light damper
-    moves most where a narrow peak meets an end of the band.
+    Damping is at an end of its tolerance. Natural frequency, mass and, where it may be off, the tuning of the absorber are
+    anywhere within theirs, for a light damper moves most where a narrow peak meets an end of a band. They are looked over one
+    after the other through each structure of a coarse grid; about the highest places of all that is done ever closer.
+
+    Parameters
+    ----------
+    asked, absorber, judged
+        What shakes, what on it, and what counts.
+    detuning : float
+        The share by which the natural frequency of the absorber may be off.
+
+    Returns
+    -------
+    float
+        0 where there is no band.
+    dict of float
+        The shares by which the structure is off, and the absorber (`TUNING`).
     """
+    sizes = {name: asked.tolerances[name].size for name in OFF if name in asked.tolerances}
+    sizes |= {TUNING: detuning} if detuning else {}
+    names = list(sizes)
 
-    def reached(shares: dict[str, float]) -> float:
-        return max(map(float, over_bands(asked, built(asked, absorber, shares), judged)), default=0.0)
+    def exactly(place: Floats) -> tuple[float, dict[str, float]]:
+        shares = dict(zip(names, place.tolist(), strict=True))
+        on = built(asked, absorber, shares)
+        return max(map(float, over_bands(asked, on, judged)), default=0.0), shares
 
-    found = [(reached(shares), shares) for shares in structures(asked)]
-    if FREQUENCY in asked.tolerances:
-        size = asked.tolerances[FREQUENCY].size
-        for corner in [shares for _, shares in found if shares[FREQUENCY] == 0.0]:
-            value, share = largest(partial(_at, reached, corner), size)
-            found.append((value, {**corner, FREQUENCY: share}))
-    return max(found, key=lambda each: each[0])
+    if not names or not asked.excitations:
+        return exactly(np.zeros(len(names)))
+
+    def reached(places: Floats) -> Floats:
+        on = built(asked, absorber, dict(zip(names, places.reshape(-1, len(names)).T, strict=True)))
+        values = np.max(list(over_bands(asked, on, judged, worst_of_each)), axis=0)
+        return np.asarray(values.reshape(places.shape[:-1]))
+
+    grid = np.array([[0.0] * len(names), *product(*(np.multiply(OFF[name], sizes[name]) for name in names))])
+    places, heights = [grid], [reached(grid)]
+    anywhere = [(i, sizes[name]) for i, name in enumerate(names) if name != DAMPING]
+    for i, size in anywhere:
+        line = _along(grid[grid[:, i] == 0.0], i, np.linspace(-size, size, PLACES))
+        height = reached(line)
+        padded = np.pad(height, ((0, 0), (1, 1)), constant_values=-np.inf)
+        top = height >= np.maximum(padded[:, :-2], padded[:, 2:])
+        places.append(line[top])
+        heights.append(height[top])
+    best = np.concatenate(places)[np.argsort(-np.concatenate(heights), kind="stable")[:HIGHS]]
+    width = 2.0 / (PLACES - 1)
+    for _ in range(ROUNDS):
+        for i, size in anywhere:
+            near = best[:, i, None] + width * size * np.linspace(-1.0, 1.0, 2 * CLOSER + 1)
+            line = _along(best, i, np.clip(near, -size, size))
+            best = line[np.arange(len(best)), reached(line).argmax(axis=1)]
+        width /= CLOSER
+    highest = best[np.argsort(-reached(best), kind="stable")[:EXACT]]
+    return max(map(exactly, highest), key=lambda each: each[0])
 
 
-def _at(reached: Callable[[dict[str, float]], float], corner: dict[str, float], share: float) -> float:
-    return reached({**corner, FREQUENCY: share})
-
-
-def largest(reached: Callable[[float], float], size: float) -> tuple[float, float]:
-    """Give the largest that is reached where something is off by a share between −size and size, and that share."""
-    step = 2.0 * size / (PLACES - 1)
-    sides = np.linspace(-size, size, PLACES).tolist()
-    values = [reached(side) for side in sides]
-    padded = [-np.inf, *values, -np.inf]
-    tops = [i for i in range(PLACES) if values[i] >= max(padded[i], padded[i + 2])]
-    found = []
-    for i in sorted(tops, key=lambda i: -values[i])[:HIGHS]:
-        best, width = (values[i], sides[i]), step
-        for _ in range(ROUNDS):
-            near = np.clip(best[1] + width * np.linspace(-1.0, 1.0, 2 * CLOSER + 1), -size, size).tolist()
-            best = max([best, *((reached(side), side) for side in near)])
-            width /= CLOSER
-        found.append(best)
-    return max(found)
+def _along(places: Floats, i: int, shares: Floats) -> Floats:
+    """Places (n, k) with each of these shares, (m,) or (n, m), at position i: (n, m, k)."""
+    line = np.repeat(places[:, None], shares.shape[-1], axis=1)
+    line[:, :, i] = shares
+    return line

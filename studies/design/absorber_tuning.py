@@ -14,7 +14,7 @@ from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
 """How far below and above the tuning of the least peak at any frequency one is looked for, and how far apart, by logarithms."""
-BESIDE_BAND, FARTHEST = 0.25, 1.4
+BESIDE_BAND, FARTHEST = 0.25, 2.3
 """How far beyond each band, which may be far from resonance; and the farthest from that tuning, by logarithms."""
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
 """Where damping is looked for, over that of the least peak at any frequency."""

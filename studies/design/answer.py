@@ -219,6 +219,7 @@ def _absorber(found: Found) -> dict[str, Any] | None:
     beside = found.absorber
     if beside is None:
         return None
+    length = "m" if found.asked.in_units else "1"
     return {
         "mass_ratio": beside.absorber.mass_ratio,
         "tuning": beside.absorber.tuning,
@@ -227,7 +228,8 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "nominal": {"value": beside.nominal, "units": found.asked.unit},
         "detuned": {"value": beside.detuned, "units": found.asked.unit},
         "detuned_by": DETUNED,
-        "stroke": {"value": beside.stroke, "units": "m" if found.asked.in_units else "1"},
+        "stroke": {"value": beside.stroke, "units": length},
+        "detuned_stroke": {"value": beside.detuned_stroke, "units": length},
         "feasible": not beside.exceeded,
         "exceeded": [found.asked.limit_key(name) for name in beside.exceeded],
         "ratio": _times(beside.value, found),

@@ -40,7 +40,7 @@ def response(asked: Specification, value: float) -> str:
         return "without bound"
     if asked.in_units:
         return spelled(value, asked.unit)
-    return f"{value:.4g} times the base amplitude{' times ω_n²' if asked.measure.order else ''}"
+    return f"{value:.4g} times {_reference(asked)}{' times ω_n²' if asked.measure.order else ''}"
 
 
 def limited(asked: Specification, limit: str, value: float) -> str:
@@ -61,7 +61,14 @@ def rounded_up(value: float) -> float:
 
 def length(asked: Specification, value: float) -> str:
     """Write a displacement, whatever is measured; over the base amplitude where there are no units."""
-    return spelled(value, "m") if asked.in_units else f"{value:.4g} times the base amplitude"
+    return spelled(value, "m") if asked.in_units else f"{value:.4g} times {_reference(asked)}"
+
+
+def _reference(asked: Specification) -> str:
+    """Name what ratios are over."""
+    several = len({amplitude for each in asked.excitations for amplitude in (each.lowest_m, each.highest_m)}) > 1
+    varies = any(each.motion.order for each in asked.excitations)
+    return f"the {'largest ' if several else ''}base amplitude{' at the natural frequency' if varies else ''}"
 
 
 def level(asked: Specification, amplitude: Amplitude) -> str:

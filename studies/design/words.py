@@ -278,8 +278,11 @@ def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str
     )
     out = f"Out of tune by up to {100 * DETUNED:.0f} %, either way, it {comes_to(asked)}"
     yield f"{out} {response(asked, beside.detuned)}{_times(beside.detuned, ours.value)}."
-    if absorber.mass_ratio > 0.0 and isfinite(beside.stroke):
-        yield f"In tune its mass moves by up to {length(asked, beside.stroke)} against the structure, either way."
+    if isfinite(beside.detuned_stroke):
+        yield (
+            f"Its mass moves against the structure by up to {length(asked, beside.stroke)} to either side{off}, and by up to "
+            f"{length(asked, beside.detuned_stroke)} out of tune."
+        )
     if ours.violation > 0.0 and not beside.exceeded:
         yield "It keeps every limit on results, which this damper does not."
     if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):

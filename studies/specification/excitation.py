@@ -1,6 +1,6 @@
 """What shakes a structure: how its base moves, or a force on it, over a band and a range of amplitudes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -82,6 +82,10 @@ class Excitation:
         A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω²; a force makes Z = F₀/k.
         """
         return reference_m / frequency_ratio**self.motion.order
+
+    def over(self, length_m: float) -> "Excitation":
+        """Give the same with its amplitudes over a length."""
+        return replace(self, lowest_m=self.lowest_m / length_m, highest_m=self.highest_m / length_m)
 
     @property
     def largest(self) -> "Amplitude":

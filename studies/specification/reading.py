@@ -181,6 +181,9 @@ class _Reader(LimitFields):
             return None
         # of records no quantity is over an amplitude of the base
         largest_m = max((each.highest_m for each in excitations), default=1.0)
+        if not self._in_units:  # then everything is over the largest amplitude, also where that is given
+            excitations = tuple(each.over(largest_m) for each in excitations)
+            largest_m = 1.0
         choices = self._choices(largest_m, structure)
         self._touching(choices, structure)
         tolerances = self._tolerances(choices, largest_m, structure)

@@ -1,4 +1,4 @@
-"""Where the amplitude ratio of a structure with an absorber is stationary, for many absorbers of one mass at once."""
+"""Where the amplitude ratio of a structure with an absorber is stationary, for many at once."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ PAIR = 1e-4
 
 @dataclass(frozen=True)
 class Heights:
-    """The amplitude ratio of n absorbers of one mass on one structure.
+    """The amplitude ratio of n absorbers on a structure each, or on one.
 
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
     N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
@@ -26,23 +26,23 @@ class Heights:
 
     Parameters
     ----------
-    mass_ratio : float
+    mass_ratio : float or ndarray, (n,)
         μ, 0 or more.
     square, offset : ndarray, (n,)
         γ², and γ² − 1 by itself: a light absorber is tuned closer to 1 than γ² can tell, a slow one has γ² near 0.
     damping_ratio : ndarray, (n,)
         ζ = c/(2√(m k₁)).
-    structural_damping : float
+    structural_damping : float or ndarray, (n,)
         ζ_s.
     base : bool
         Base excitation; else a force on the structure.
     """
 
-    mass_ratio: float
+    mass_ratio: float | Floats
     square: Floats
     offset: Floats
     damping_ratio: Floats
-    structural_damping: float
+    structural_damping: float | Floats
     base: bool
 
     def candidates(self) -> tuple[Floats, Floats]:
@@ -75,7 +75,7 @@ class Heights:
 
     def at(self, s: Floats, from_one: Floats) -> Floats:
         """Give |H| at s = λ², (n, m), whose distance from 1 is known by itself."""
-        mu, structural = self.mass_ratio, self.structural_damping
+        mu, structural = _column(self.mass_ratio), _column(self.structural_damping)
         tuning, zeta = np.sqrt(self.square)[:, None], self.damping_ratio[:, None]
         # far below 1 the small terms of γ² − s are those of s, else those of the distances from 1
         spring = np.where(s < 0.5, tuning**2 - s, self.offset[:, None] - from_one)
@@ -101,7 +101,7 @@ class Heights:
         ours, theirs = (structural / width)[:, None], (zeta * tuning / width)[:, None]
         top = _times(spring, spring) + _long(4 * theirs**2 * s, 3)
         if self.base:
-            top = _times(top, 4 * structural**2 * s + _constant(one))
+            top = _times(top, 4 * _column(structural) ** 2 * s + _constant(one))
         real = _times(unit, spring) - _long(((mu * tuning**2 / width) / width)[:, None] * s, 3)
         real = real - _long(4 * ours * theirs * s, 3)
         imaginary = theirs * (unit - (mu / width)[:, None] * s) + ours * spring
@@ -120,6 +120,10 @@ def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
     kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
     offset = np.sort(step.real[kept])[None]
     return offset[0], heights.at(1 + offset, offset)[0]
+
+
+def _column(numbers: float | Floats) -> Floats:
+    return np.reshape(numbers, (-1, 1))
 
 
 def _constant(one: Floats) -> Floats:
