@@ -66,7 +66,9 @@ def length(asked: Specification, value: float) -> str:
 
 def _reference(asked: Specification) -> str:
     """Name what ratios are over."""
-    several = len({amplitude for each in asked.excitations for amplitude in (each.lowest_m, each.highest_m)}) > 1
+    several = (
+        len({amplitude for each in asked.excitations for amplitude in (each.lowest_m, each.highest_m)}) > 1
+    )
     varies = any(each.motion.order for each in asked.excitations)
     return f"the {'largest ' if several else ''}base amplitude{' at the natural frequency' if varies else ''}"
 
