@@ -35,7 +35,8 @@ LIMITED = {
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
 """What limits on results are about of a damper that neither rubs nor rattles; the others it keeps."""
-STROKE_OF = Judged(stroke=True)
+MOVED = Judged(stroke=True)
+"""What its mass moves against the structure."""
 DETUNED = 0.02
 """By which the natural frequency of a tuned mass damper may be off, to show how much hangs on its tuning."""
 
@@ -99,9 +100,9 @@ def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside
     every = [_shaken(asked, absorber, shares) for shares in tried]
     values = [_worst(asked, each) for each in every]
     value = max(hardest(asked, absorber, judged_of(asked))[0], *values)
-    stroke = max((hardest(asked, absorber, STROKE_OF)[0], *map(_stroke_under, every)))
+    stroke = max((hardest(asked, absorber, MOVED)[0], *map(_stroke_under, every)))
     detuned = hardest(asked, absorber, judged_of(asked), DETUNED)[0]
-    detuned_stroke = hardest(asked, absorber, STROKE_OF, DETUNED)[0]
+    detuned_stroke = hardest(asked, absorber, MOVED, DETUNED)[0]
     if asked.records:
         most = tried[max(range(len(tried)), key=lambda i: values[i])]
         off = [absorber.detuned(share) for share in (-DETUNED, DETUNED)]

@@ -66,15 +66,12 @@ def measures_under(
     }
     weights = np.full(base.size, 1.0)
     weights[[0, -1]] = 0.5
-    stroke = {STROKE: float(np.abs(states[:, 2]).max())}
-    return (
-        stroke
-        | {f"peak_{name}": float(np.abs(each).max()) for name, each in results.items()}
-        | {
-            f"rms_{name}": math.sqrt(float(np.average(each**2, weights=weights)))
-            for name, each in results.items()
-        }
-    )
+    peaks = {f"peak_{name}": float(np.abs(each).max()) for name, each in results.items()}
+    rms = {
+        f"rms_{name}": math.sqrt(float(np.average(each**2, weights=weights)))
+        for name, each in results.items()
+    }
+    return {STROKE: float(np.abs(states[:, 2]).max()), **peaks, **rms}
 
 
 def _system(

@@ -192,9 +192,8 @@ def test_out_of_tune_is_judged_on_the_structure_that_is_hardest_then() -> None:
         for share in np.linspace(-0.15, 0.15, 601)
         for amplitude, each in zip((0.0003, BASE_M), r, strict=True)
     )
-    assert (
-        0.9999 * most <= found.detuned <= 1.02 * most
-    )  # the coarse grid of this test misses up to that of a peak
+    # the coarse grid of this test misses up to that of a peak
+    assert 0.9999 * most <= found.detuned <= 1.02 * most
 
 
 @pytest.mark.parametrize("amplitude", ["base_amplitude_m", "base_velocity_m_per_s"])
