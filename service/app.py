@@ -14,7 +14,7 @@ from typing import Any
 import uvicorn
 from anyio import CapacityLimiter, create_task_group
 from anyio.to_thread import run_sync
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
@@ -33,6 +33,7 @@ from damperlab.service.ending import end_by
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
 from damperlab.service.logs import start_logging
+from damperlab.service.parameters import once
 from damperlab.service.routes import (
     accuracy,
     answers,
@@ -136,8 +137,8 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
+    app.include_router(home.router)
     for route in (
-        home,
         catalog,
         studies,
         remarks,
@@ -158,7 +159,7 @@ def create_app(settings: Settings) -> FastAPI:
         metrics,
         session,
     ):
-        app.include_router(route.router)
+        app.include_router(route.router, dependencies=[Depends(once)])
     if settings.docs_dir is not None:
         app.mount(PLACE, Documentation(settings.docs_dir))
     app.add_middleware(Apart, points=settings.question_points_apart)

@@ -7,6 +7,7 @@ from html import escape
 import damperlab
 from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
 from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import CALLED
 from damperlab.studies.design.answer import answer_document, cases_of
 from damperlab.studies.design.build import Build
@@ -247,6 +248,8 @@ def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
         mass = quantity(asked, "particle_mass_kg", found.build.particle_mass_kg)
         value = response(asked, found.absorber.value) + _exceeding(bool(found.absorber.exceeded))
         yield "tuned mass damper", "", "", mass, "", value
+        out = f"tuned mass damper, up to {100 * DETUNED:.0f} % out of tune"
+        yield out, "", "", mass, "", response(asked, found.absorber.detuned)
 
 
 def _exceeding(exceeds: bool) -> str:

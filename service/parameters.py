@@ -7,8 +7,10 @@ from typing import Annotated, Any
 from fastapi import Depends, Query
 from pydantic import AfterValidator, BaseModel, ConfigDict, WithJsonSchema, create_model
 from pydantic import Field as Described
+from starlette.requests import Request
 
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
+from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
@@ -26,6 +28,17 @@ RANGED: tuple[str, ...] = (
     *RESULTS,
 )
 """What may be kept within a range: dimensions, and results that are quantities."""
+
+
+def once(request: Request) -> None:
+    """Refuse a parameter that is given twice: one of the two would win without a word."""
+    names = [name for name, _ in request.query_params.multi_items()]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise StudyFaults(
+            Fault(name, "several values", "one value", "keep one of them", "{field} is given more than once.")
+            for name in twice
+        )
 
 
 def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:

@@ -76,7 +76,7 @@ class ResponseClass(IntEnum):
 _CLASS_SENTENCES = {
     ResponseClass.UNKNOWN: "Not computed, or failed.",
     ResponseClass.LINEAR: "Linear: neither friction nor impacts act; the closed form holds.",
-    ResponseClass.LOCKED: "Locked: friction holds the mass to the base all the time.",
+    ResponseClass.LOCKED: "Locked: friction holds the mass to the base all the time; a particle may still move.",
     ResponseClass.NO_IMPACT: "Periodic, and the particle never meets a wall.",
     ResponseClass.SYMMETRIC: "Periodic with the excitation, each half cycle the mirror of the other.",
     ResponseClass.ASYMMETRIC: "Periodic with the excitation, symmetry broken: a mirrored twin response exists.",
@@ -183,7 +183,8 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "energy_residual",
             "energy residual",
-            "|work in − (viscous + friction + impact loss) − stored| over work in, for the measured cycles.",
+            "|work in − (viscous + friction + impact loss) − stored| over the largest of these and of the energy "
+            "that goes to and fro, for the measured cycles.",
         ),
         Variable(
             "response_class",

@@ -9,7 +9,7 @@ from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
 from damperlab.studies.store.export import dimensions_of
 
-router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
+router = APIRouter(prefix=queries.prefix, tags=["queries"])
 
 
 @router.get(

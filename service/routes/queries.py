@@ -4,8 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Any
 
 import xarray as xr
-from fastapi import APIRouter, Depends
-from starlette.requests import Request
+from fastapi import APIRouter
 
 from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import map_document, ranking_document, response_document
@@ -34,18 +33,7 @@ ANSWER_POINTS = 4_000_000
 """Most points of one map; a screen has as many, and a larger answer would be built in memory."""
 
 
-def once(request: Request) -> None:
-    """Refuse a parameter that is given twice: one of the two would win without a word."""
-    names = [name for name, _ in request.query_params.multi_items()]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise StudyFaults(
-            Fault(name, "several values", "one value", "keep one of them", "{field} is given more than once.")
-            for name in twice
-        )
-
-
-router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"], dependencies=[Depends(once)])
+router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
 
 def answers(name: str) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
-router = APIRouter(prefix=queries.prefix, dependencies=queries.dependencies)
+router = APIRouter(prefix=queries.prefix)
 
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(

@@ -17,7 +17,7 @@ from damperlab.service.study_report import study_report
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import DocumentFormat
 
-router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
+router = APIRouter(prefix=queries.prefix, tags=["queries"])
 
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "

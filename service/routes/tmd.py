@@ -20,7 +20,7 @@ from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.questions import Design, Fragile, Tuning, Varied
 from damperlab.studies.variables import DIMENSIONS
 
-router = APIRouter(prefix=queries.prefix, tags=["queries"], dependencies=queries.dependencies)
+router = APIRouter(prefix=queries.prefix, tags=["queries"])
 
 
 @router.get(

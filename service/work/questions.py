@@ -11,12 +11,13 @@ from typing import IO, Any, cast
 
 from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response, StreamingResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import TAGGED_BYTES
+from damperlab.service.parameters import once
 from damperlab.service.problems import Problem, install, respond
 from damperlab.service.routes import queries, refine, report, studies, tmd
 from damperlab.service.settings import Settings
@@ -109,7 +110,7 @@ def _application(settings: Settings) -> FastAPI:
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     install(app)
     for route in (queries, tmd, report, refine, studies):
-        app.include_router(route.router)
+        app.include_router(route.router, dependencies=[Depends(once)])
     nothing = cast(Any, None)  # no question runs a study, compiles, or computes points
     store = settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
     app.state.service = Service(

@@ -73,7 +73,9 @@ VARIABLES: dict[str, Variable] = {
         _variable("loss_viscous_j", "Energy lost to viscous damping."),
         _variable("loss_friction_j", "Energy lost to friction."),
         _variable("loss_impact_j", "Energy lost in impacts."),
-        _variable("energy_residual", "What does not balance, over the largest of work, losses and stored energy."),
+        _variable(
+            "energy_residual", "What does not balance, over the largest of work, losses, stored energy and that of the peak."
+        ),
         _variable("duration_s", "Record and tail."),
         _variable("end_relative_displacement_m", "x − z at the end."),
         _variable("end_relative_velocity_m_s", "x' − z' at the end."),

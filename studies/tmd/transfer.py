@@ -12,8 +12,6 @@ from damperlab.studies.vocabulary import Excitation
 ALIKE = 1e-9
 """Relative difference of two heights that is rounding."""
 
-"""base: X/Z of a shaken base. force: X/X_st of a force on the primary mass, over its static deflection."""
-
 
 @dataclass(frozen=True)
 class Peak:

@@ -9,7 +9,7 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.absorber import Absorber
 
 STEPS = 40
-"""Least steps a period of the structure: an extremum between two is at most (π/40)²/2 = 0.3 % above them."""
+"""Least steps a period of the structure: an extremum at its frequency is at most (π/40)²/2 = 0.3 % above its samples."""
 STROKE = "peak_stroke_m"
 """What the absorber moves against the structure at most; no variable of a suite, whose dampers have a clearance instead."""
 _SERIES = 18

@@ -110,6 +110,25 @@ def test_parameters_are_checked_by_name_and_value(client: httpx.Client) -> None:
     _problem(client.post(STUDIES, params={"dry_run": "perhaps"}, json={}), 422)
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("POST", f"{STUDIES}?dry_run=true&dry_run=false", {"axes": {}}),
+        ("POST", "/api/v1/designs?dry_run=true&dry_run=true", {}),
+        ("POST", "/api/v1/simulate?dry_run=false&dry_run=true", {}),
+        ("GET", f"{STUDIES}?limit=1&limit=2", None),
+        ("GET", f"{STUDIES}/000000000000/designs?top=1&top=2", None),
+    ],
+)
+def test_a_parameter_that_is_given_twice_is_refused(
+    client: httpx.Client, method: str, path: str, body: dict[str, object] | None
+) -> None:
+    document = _problem(client.request(method, path, json=body), 422)
+    name = path.partition("?")[2].partition("=")[0]
+    assert document["errors"][0]["field"] == name
+    assert "given more than once" in str(document)
+
+
 def test_request_id_of_the_client_is_kept_if_it_is_harmless(client: httpx.Client) -> None:
     assert client.get("/health/live", headers={"x-request-id": "abc-1"}).headers["x-request-id"] == "abc-1"
     assert client.get("/health/live", headers={"x-request-id": "a b;c"}).headers["x-request-id"] != "a b;c"

@@ -282,3 +282,14 @@ def test_a_point_alone_tells_it_where_it_is_asked_for(gamma: float) -> None:
     plain = simulate_ready(design, settings=METERED._replace(acceleration=None), followed=False).metrics
     assert asked.keys() - plain.keys() == {"acceleration_ratio", "acceleration_ratio_rms"}
     assert asked["amplitude_ratio"] == plain["amplitude_ratio"]
+
+
+def test_the_acceleration_in_a_wall_is_measured_without_energies_too() -> None:
+    walls = Design(0.03, 0.9, 0.3, Particle(1.0, 0.5, 0.2, None, Wall(400.0, 0.6)))
+    asked, alone = (
+        simulate_ready(walls, settings=METERED._replace(energies=energies), followed=False).metrics
+        for energies in (True, None)
+    )
+    assert asked["impacts_per_cycle"] > 0
+    for name in ("acceleration_ratio", "acceleration_ratio_rms"):
+        assert alone[name] == asked[name]

@@ -131,3 +131,13 @@ def test_study_with_contact_time_by_name() -> None:
         assert found["amplitude_ratio"].flat[i] == alone["amplitude_ratio"]
         assert found["energy_residual"].flat[i] <= 1e-12
         assert found["status"].flat[i] in (Status.CONVERGED, Status.MAX_CYCLES)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_a_particle_without_mass_is_thrown_back_by_a_mass_that_is_held(restitution: float) -> None:
+    """It moves as one of next to no mass, whose push a held mass does not feel."""
+    found, other = (
+        simulate(Design(0.02, 0.5, 0.3, Particle(0.5, restitution, beta, 0.5)), 6) for beta in (0.0, 1e-13)
+    )
+    assert found.events["impacts"] == other.events["impacts"] > 6
+    assert list(found.state.values()) == pytest.approx(list(other.state.values()), abs=1e-9)

@@ -175,3 +175,14 @@ def test_history_of_a_steady_response_is_steady(design: Design) -> None:
     for name in ("u", "u_rate"):
         later, sooner = found.state[name], again.state[name]
         assert later == pytest.approx(sooner, abs=1e-9 * max(1.0, amplitude)), name
+
+
+def test_a_time_history_is_whole_whatever_room_there_was_at_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = Design(0.0038, 0.95, 0.4, Particle(2.0, 0.47, 0.1))
+    found = simulate(design, 3, history=2)
+    monkeypatch.setattr("damperlab.worker.point._LOG_SEGMENTS", 5)
+    again = simulate(design, 3, history=2)
+    del found.metrics["run_time"], again.metrics["run_time"]
+    assert (again.metrics, again.state, again.events) == (found.metrics, found.state, found.events)
+    for name, values in found.history.items():
+        assert values.tobytes() == again.history[name].tobytes(), name

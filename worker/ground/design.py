@@ -5,7 +5,7 @@ from math import pi
 
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.worker.lower import contact_time_of, wall_of
+from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
 from damperlab.worker.solver.particle import Particle
 
 INSTANT = InstantContact()
@@ -118,7 +118,7 @@ def particle_of(damper: Damper, scale: Scale) -> Particle | None:
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg
     return Particle(
         damper.clearance_m / scale.length_m,
-        restitution,
+        rebound_of(restitution),
         mass_ratio,
         contact_time_of(damper.contact),
         wall_of(damper.contact, restitution, mass_ratio),

@@ -51,6 +51,7 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.energy import energy_residual, stored_energy
 
 _SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve
+_LOGGED_PER_WINDOW = 20  # rows of a time history that there is room for at first
 
 HISTORY_COLUMNS = (
     "time_s",
@@ -84,7 +85,7 @@ class GroundResponse:
     work_in_j, loss_viscous_j, loss_friction_j, loss_impact_j : float
         Energies.
     energy_residual : float
-        What does not balance, over the largest of work, losses and stored energy.
+        What does not balance, over the largest of work, losses, stored energy and that of the peak.
     duration_s : float
         Record and tail.
     end_relative_displacement_m, end_relative_velocity_m_s : float
@@ -208,12 +209,17 @@ def _march(
     counts = np.zeros(COUNTS, np.int64)
     scene = Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
     time = base.windows * base.window
-    counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
     sums = np.zeros(RECORD_METERS)
     off = start or Perturbation()
     begun = start_on_record(base, friction, particle, off.v, off.w, off.place)
-    log = None if not logged else empty_log(20 * base.windows + 10_000)
-    end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
+    log = empty_log(_LOGGED_PER_WINDOW * base.windows) if logged else None
+    while True:
+        counts[:], sums[:] = 0, 0.0
+        counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
+        end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
+        if log is None or log.cursor[0] <= log.rows.shape[0]:
+            break
+        log = empty_log(int(log.cursor[0]))  # once more, with room for every segment
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None
@@ -270,7 +276,7 @@ def _history(
     damping_ratio: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Read the states at the segments' starts, and at the end."""
-    rows = log.rows[: min(int(log.cursor[0]), log.rows.shape[0])]
+    rows = log.rows[: log.cursor[0]]
     time = base.windows * base.window
     read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH]
     last = np.zeros(len(COLUMNS))

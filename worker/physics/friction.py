@@ -28,13 +28,13 @@ _ROUNDING = 1e-14
 
 
 @inlined
-def breakaway(friction_ratio: float, base_acceleration_most: float, inertia: float) -> float:
+def breakaway(friction_ratio: float, force_most: float) -> float:
     """Force at which a held mass starts to slip: γ_F, and more than the rounding of the force beyond it.
 
     A force that touches γ_F exactly (γ_F = r² and v = 0, say) then either holds or accelerates the mass for certain;
-    without the margin rounding alone would start and stop it without end.
+    without the margin rounding alone would start and stop it without end. `force_most` is the largest that excites the mass.
     """
-    return friction_ratio + _ROUNDING * (friction_ratio + inertia * base_acceleration_most)
+    return friction_ratio + _ROUNDING * (friction_ratio + force_most)
 
 
 @inlined

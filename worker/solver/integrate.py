@@ -84,9 +84,8 @@ def half_cycle_on_addresses(
                     if span.remaining <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
-            if (
-                is_free and span.whole and not isinstance(log, Log)
-            ):  # most windows; a time history needs the polynomials of all
+            # most windows; a time history has a row of each
+            if is_free and span.whole and not isinstance(log, Log):
                 if measured_at_ends(meter, segment, scene):
                     state = segment.end
                     since += segment.time

@@ -34,7 +34,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     Parameters
     ----------
     log : Log
-        The segments of the half cycle, in its mirrored frame.
+        All segments of the half cycle, in its mirrored frame.
     scene : Scene
         That they were integrated in.
     half : int
@@ -51,7 +51,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     r = base.frequency_ratio
     begin = half * np.pi / r
     out: list[tuple[float, ...]] = []
-    for logged in log.rows[: min(log.cursor[0], log.rows.shape[0])]:
+    for logged in log.rows[: log.cursor[0]]:
         start, duration = logged[START], logged[DURATION]
         sine, cosine = np.sin(r * start), np.cos(r * start)
         expand_base(base, phase_of_sine(sine, cosine, r), of_base)

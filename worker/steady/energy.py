@@ -44,7 +44,7 @@ def stored_energy(state, base_rate, particle):
 
 @kernel
 def energy_residual(sums, stored_before, stored_after):
-    """|work in − losses − change of stored energy| over work in, of what a meter added up."""
+    """What does not balance (see `unbalanced`), of what a meter added up."""
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     peak = max(sums[PEAK], sums[RELATIVE_PEAK])
     return unbalanced(sums[WORK_IN], losses, stored_before, stored_after, peak)
@@ -52,10 +52,11 @@ def energy_residual(sums, stored_before, stored_after):
 
 @kernel
 def unbalanced(work, losses, stored_before, stored_after, peak):
-    """|work in − losses − change of stored energy| over work in.
+    """|work in − losses − change of stored energy| over the largest energy there is.
 
-    Where next to no work goes in over the stretch (without loss, or locked, the base takes back in one half cycle what
-    it gave in the other) the energy that goes to and fro is the measure instead.
+    That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak: where next to no work
+    goes in over the stretch (without loss, or locked, the base takes back in one half cycle what it gave in the other) the
+    energy that goes to and fro is the measure.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
     if scale == 0.0:  # a force that friction withstands moves nothing

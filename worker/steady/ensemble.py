@@ -86,8 +86,9 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
     -----
     Periodic responses are one where class, period and impacts a period agree, and the amplitudes within 10⁻⁶ and four of
     their errors. Modulated and chaotic ones count as one kind, since no finite run tells the two apart for certain, and are
-    one where their means agree within four standard errors; neighbours are chained. Locked rest positions, of which there
-    is a whole interval, are one response. Mirror images agree in every measure, so they count once.
+    one where their means agree within four standard errors; neighbours are chained. Locked rest positions, of which there is
+    a whole interval, are one response, unless a particle goes on between the walls in another way. Mirror images agree in
+    every measure, so they count once.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -142,8 +143,6 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
 def _kind(response: Response) -> tuple[int, ...]:
     if response.response_class in _UNSTEADY:
         return (int(ResponseClass.MODULATED),)
-    if response.response_class == ResponseClass.LOCKED:
-        return (int(ResponseClass.LOCKED),)
     impacts = round(response.impacts_per_cycle * response.period)
     return (int(response.response_class), int(response.period), impacts)
 

@@ -11,7 +11,7 @@ from damperlab.worker.steady.section_coordinates import SECTION_SIZE
 Array = NDArray[np.float64]
 
 RING = 128
-"""Half cycles remembered, as section coordinates v, w, p, p'."""
+"""Half cycles remembered, each by its section coordinates."""
 
 LONGEST = 64
 """Longest period looked for, in half cycles: 32 excitation periods of an asymmetric response."""

@@ -126,11 +126,18 @@ def failed(status, cycles):
 
 
 @kernel
+def share_stuck(stretch, frequency_ratio):
+    """Share of a stretch in which friction holds the mass."""
+    cycles = 0.5 * (stretch.last - stretch.first)
+    return stretch.stuck / (cycles * 2.0 * pi / frequency_ratio)
+
+
+@kernel
 def periodic_class(period_halves, stuck, impacts):
     """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles."""
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
-    if stuck >= FEWEST_STUCK:
-        return _LOCKED, 1
+    if stuck >= FEWEST_STUCK:  # a particle may go on between walls that do not move it
+        return _LOCKED, 1 if impacts == 0 else period
     if impacts == 0:
         return _NO_IMPACT, period
     if period_halves == 1:
@@ -257,7 +264,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, acceleration, ki
         impacts_per_cycle=stretch.impacts / cycles,
         impacts_error=mean.impacts_error,
         impact_speed_max=stretch.speed,
-        stick_fraction=min(stretch.stuck / time, 1.0),
+        stick_fraction=min(share_stuck(stretch, frequency_ratio), 1.0),
         dissipation_per_cycle=per_cycle,
         dissipation_viscous=stretch.viscous * share,
         dissipation_friction=stretch.friction * share,

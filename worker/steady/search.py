@@ -93,11 +93,14 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     chunk = _CHUNK if scene.base.windows <= _LONG_HALF else _SHORT_CHUNK
     last_half = 2 * settings.max_cycles
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
-    burn_in = burn_in_of(scene.base, settings) // chunk * chunk
+    needed = burn_in_of(scene.base, settings)
+    burn_in = needed // chunk * chunk
+    # a burn-in shorter than the way to the first look is metered, and left out
+    left_out = 0 if burn_in > 0 else (needed + 1) // 2  # cycles
     state = start
     half = 0
     metered_halves = _NOT_METERED
-    next_estimate_cycles = FEWEST_MEASURED  # metered
+    next_estimate_cycles = left_out + FEWEST_MEASURED  # metered
     nearby = nothing_nearby(start, _CHUNK)
     look = SectionLook(0, 1.0, SECTION_SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
@@ -123,11 +126,11 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
             return Found(orbit.state, ARRIVED, look, orbit, mean, True)
         nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
         if metered_halves >= 2 * next_estimate_cycles:
-            mean = _mean_so_far(metered_halves, notes)
+            mean = _mean_so_far(left_out, metered_halves, notes)
             if is_known(mean, settings) and not nearby.rival:
                 return Found(state, ARRIVED, look, no_orbit(state), mean, True)
             next_estimate_cycles = next_estimate(mean, settings)
-    return _end_of_search(state, look, metered_halves, nearby.rival, scene, notes, settings)
+    return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
 
 
 @kernel
@@ -136,17 +139,18 @@ def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)
-            limit, creeps = creep_limit(state, scene.friction, forcing, scene.base.frequency_ratio)
+            limit, creeps = creep_limit(state, scene.friction, scene)
             if creeps or is_locked(state, scene.friction, forcing, notes.ring, half):
                 return Orbit(limit, _LOCKED_LAG, 0.0)
     return no_orbit(state)
 
 
 @kernel
-def _mean_so_far(metered_halves: int, notes: Notes) -> Estimate:
-    """Mean peak of the metered cycles, and how well it is known."""
+def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
+    """Mean peak of the metered cycles, but for those at the beginning that are left out, and how well it is known."""
     cycle_peaks(notes.trace, metered_halves, notes.cycles)
-    mean: Estimate = estimate(notes.cycles[0], 0, metered_halves // 2)
+    cycles = metered_halves // 2
+    mean: Estimate = estimate(notes.cycles[0], min(left_out, cycles - 1), cycles)
     return mean
 
 
@@ -154,6 +158,7 @@ def _mean_so_far(metered_halves: int, notes: Notes) -> Estimate:
 def _end_of_search(
     state: State,
     look: SectionLook,
+    left_out: int,
     metered_halves: int,
     rival: bool,
     scene: Scene,
@@ -170,6 +175,6 @@ def _end_of_search(
         if outcome != ARRIVED:
             mean = Estimate(0, 0, inf, inf, inf, False)
             return Found(state, outcome, look, no_orbit(state), mean, False)
-    mean = _mean_so_far(metered_halves, notes)
+    mean = _mean_so_far(left_out, metered_halves, notes)
     known = is_known(mean, settings) and not rival
     return Found(state, ARRIVED, look, no_orbit(state), mean, known)

@@ -12,12 +12,14 @@ from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.newton import march_with_jacobian
 from damperlab.worker.steady.orbit import orbit_multiplier
 from damperlab.worker.steady.response import (
+    FEWEST_STUCK,
     Kind,
     failed,
     mean_of_period,
     mean_of_run,
     measured_response,
     periodic_class,
+    share_stuck,
 )
 from damperlab.worker.steady.run import (
     advance,
@@ -36,6 +38,7 @@ from damperlab.worker.steady.trace import acceleration_of_period, acceleration_o
 __all__ = ["Settings", "at_rest", "settle"]
 
 _CONVERGED = int(Status.CONVERGED)
+_LOCKED = int(ResponseClass.LOCKED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
@@ -116,8 +119,8 @@ def _measured_orbit(found, scene, probe, notes):
     if complete:
         size = 2 if stretch.impacts == 0.0 else found.look.size
         multiplier = orbit_multiplier(notes.monodromy, size, period_halves)
-    stuck = stretch.stuck * probe.base.frequency_ratio / (halves * np.pi)
-    kind, period = periodic_class(period_halves, stuck, stretch.impacts)
+    stuck = share_stuck(stretch, probe.base.frequency_ratio)
+    response_class, period = periodic_class(period_halves, stuck, stretch.impacts)
     error = found.orbit.error
     response = measured_response(
         stretch,
@@ -125,7 +128,7 @@ def _measured_orbit(found, scene, probe, notes):
         probe.base.frequency_ratio,
         mean_of_period(notes.trace, period_halves, error),
         _acceleration_of_period(period_halves, halves, notes),
-        Kind(kind, period, multiplier, error, cycles, _CONVERGED),
+        Kind(response_class, period, multiplier, error, cycles, _CONVERGED),
     )
     return response, state
 
@@ -135,19 +138,24 @@ def _measured_run(found, scene, probe, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    chaotic = False
+    stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
+    response_class = _MODULATED
     # without a particle no two motions part: see `candidate.attracts_all`
     if probe.particle is not None:
-        begin_probe(probe, scene, HALVES_FOLLOWED)
-        chaotic = is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size)
+        if share_stuck(stretch, probe.base.frequency_ratio) >= FEWEST_STUCK:
+            response_class = _LOCKED  # the particle alone does not repeat
+        else:
+            begin_probe(probe, scene, HALVES_FOLLOWED)
+            if is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size):
+                response_class = _CHAOTIC
     response = measured_response(
-        stretch_of(notes.trace, 2 * mean.first, 2 * mean.last),
+        stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean_of_run(notes, mean.first, mean.last),
         _acceleration_of_run(mean.first, mean.last, notes),
         Kind(
-            _CHAOTIC if chaotic else _MODULATED,
+            response_class,
             0,
             nan,
             mean.error,

@@ -46,6 +46,30 @@ def carried(state, frequency_before, frequency_ratio):
     return State(state.v, state.w, state.slip, state.wall, state.gap, p_rate, state.riding, 0, 0, state.dwell)
 
 
+def over_another_length(state: State, excitation: float | Forced, shrinks: float) -> State:
+    """Return the same state at phase 0 where lengths are over another one, the base moving on at phase 0 as it did.
+
+    Parameters
+    ----------
+    state : State
+    excitation : float or Forced
+        Frequency of the state.
+    shrinks : float
+        The length of before over the one of now.
+    """
+    of_base = base_rate_at_phase_zero(excitation)
+    dwell = state.dwell
+    if dwell is not None:
+        dwell = dwell._replace(speed=shrinks * dwell.speed)
+    return state._replace(
+        v=shrinks * state.v,
+        w=shrinks * state.w,
+        gap=shrinks * state.gap,
+        p_rate=of_base + shrinks * (state.p_rate - of_base),
+        dwell=dwell,
+    )
+
+
 @kernel
 def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
     """A state given in the absolute frame, the particle in flight.

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.excitation.excitation import largest_forcing
+from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.recurrence import recurrence
 from damperlab.worker.steady.statistics import Estimate
@@ -22,7 +25,7 @@ _CORRELATIONS = 100.0  # correlation times that have to be measured
 # a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
-# Excess displacement, over min(1, r⁴), below which creep towards the locked set cannot overshoot it.
+# Excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it.
 _CREEP = 1e-2
 _TIE = 1e-12
 
@@ -78,13 +81,15 @@ def next_estimate(mean: Estimate, settings: Settings) -> int:
 
 
 @kernel
-def creep_limit(state: State, friction: float, forcing: float, frequency_ratio: float) -> tuple[State, bool]:
+def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
     """Locked state that a one-sided creep tends to.
 
     With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
-    for good. From just outside, each cycle slips inwards by less than the excess squared, so the edge is reached only as
-    1/N: take the limit instead of stepping towards it.
+    for good. From outside by an excess x, each cycle slips inwards by about x²/(P r²), so the edge is reached only as 1/N:
+    take the limit instead of stepping towards it. A particle rests where it is, if it stays clear of both walls.
     """
+    forcing = largest_forcing(scene.base)
+    frequency_ratio = scene.base.frequency_ratio
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
         edge = 0.0  # γ_F = r² but for the rounding of r²
@@ -92,10 +97,19 @@ def creep_limit(state: State, friction: float, forcing: float, frequency_ratio: 
     if (
         edge >= 0.0
         and state.slip == 0.0
+        and state.p_rate == 0.0
+        and state.riding == 0.0
         and edge < abs(state.v) <= edge + _CREEP * min(1.0, forcing * (frequency_ratio * frequency_ratio))
     ):
         v = edge if state.v > 0.0 else -edge
-        return State(v, 0.0, 0.0, state.wall, state.gap, state.p_rate, state.riding, 0, 0, state.dwell), True
+        gap = state.gap
+        clear = True
+        if scene.particle is not None:
+            gap = state.gap - state.wall * (v - state.v)
+            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # of the base
+            clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
+        if clear:
+            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell), True
     return state, False
 
 

@@ -49,7 +49,7 @@ class Stretch(NamedTuple):
         Rows.
     impacts : float
     work, viscous, friction, impact : float
-        Work done by the base and losses, over k Z².
+        Work that the excitation put in, and losses, over k Z².
     square, stuck : float
         ∫u² dτ, and the time in which friction holds the mass.
     stored_before, stored_after : float

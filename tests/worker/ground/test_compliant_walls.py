@@ -5,10 +5,10 @@ import pytest
 from tests.oracles.compliant_wall import Recorded, Scene
 from tests.worker.ground.test_ground_response import MASS, PAPER, part
 
-from damperlab.studies.choices import CompliantContact
+from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
-from damperlab.worker.ground.design import Damper, friction_of, particle_of, scale_of
+from damperlab.worker.ground.design import Damper, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.ground.response import ground_history, ground_response
 
 
@@ -120,3 +120,43 @@ def test_the_history_lies_on_the_response() -> None:
     assert accelerations.max() >= 0.9 * response.peak_absolute_acceleration_m_s2
     gap = np.abs(history["absolute_displacement_m"] - history["particle_displacement_m"])
     assert gap.max() > damper.clearance_m  # it presses into its wall
+
+
+@pytest.mark.parametrize(
+    ("samples", "damper"),
+    [
+        (
+            np.r_[np.full(30, 0.5), 0.6, np.full(49, 0.5)],
+            Damper(2.889, MASS, 1.216e-4, 0.65, compliant(0.18)),
+        ),
+        (np.r_[0.0, np.full(9, 0.5), 1.0, np.full(5, 0.5)], Damper(16.0, MASS, 4e-5, 0.8, compliant(0.02))),
+    ],
+    ids=["a pulse within a contact", "a short record"],
+)
+def test_a_mass_that_is_held_accelerates_with_its_base_through_a_contact(
+    samples: np.ndarray, damper: Damper
+) -> None:
+    """Friction holds it all the time, so its largest acceleration is that of the record, to rounding."""
+    motion = GroundMotion("pulse", 0.02, samples)
+    found = ground_response(Structure(), damper, motion)
+    assert found.stick_fraction == pytest.approx(1.0, abs=1e-12)
+    assert found.impacts >= 1
+    assert found.peak_absolute_acceleration_m_s2 == pytest.approx(motion.peak_m_s2, rel=1e-14)
+
+
+def test_a_rebound_that_rounding_would_drown_is_none() -> None:
+    motion = part("el-centro-180", 0.0, 1.0)
+    particle = particle_of(Damper(0.0, MASS, 0.01, 1e-15, InstantContact()), scale_of(PAPER, motion, 1.0))
+    assert particle is not None
+    assert particle.restitution == 0.0
+
+
+def test_a_history_is_whole_whatever_room_there_was_at_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = part("el-centro-180", 0.0, 2.0)
+    damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))
+    response, history = ground_history(PAPER, damper, motion)
+    monkeypatch.setattr("damperlab.worker.ground.response._LOGGED_PER_WINDOW", 0)
+    again, whole = ground_history(PAPER, damper, motion)
+    assert again == response
+    for name, values in history.items():
+        assert values.tobytes() == whole[name].tobytes(), name

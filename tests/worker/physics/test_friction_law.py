@@ -19,8 +19,9 @@ def test_the_mass_starts_only_where_friction_is_too_small_and_with_the_force(
     force = in_form(hold_force, form)(v, acceleration, inertia)
     # jitted, product and difference are rounded once
     assert abs(force - (inertia * acceleration - v)) <= EPS * (abs(inertia * acceleration) + abs(v))
-    limit = in_form(breakaway, form)(friction, abs(acceleration), inertia)
-    assert friction < limit <= friction + 2e-14 * (friction + inertia * abs(acceleration))
+    most = inertia * abs(acceleration)
+    limit = in_form(breakaway, form)(friction, most)
+    assert friction < limit <= friction + 2e-14 * (friction + most)
     slip = in_form(slip_direction, form)(force, limit)
     assert slip == (0.0 if abs(force) <= limit else (1.0 if force > 0.0 else -1.0))
     assert in_form(slip_direction, form)(-force, limit) == -slip

@@ -2,7 +2,7 @@
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
-from damperlab.worker.solver.excitation.excitation import largest_forcing
+from damperlab.worker.solver.excitation.excitation import largest_forcing, with_force_bound
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
@@ -58,7 +58,9 @@ def _is_steady_end(
     if impulse_left > chatter_left * closing:
         return False
     largest = largest_forcing(base)
-    change = chatter_left * (abs(w) + base.two_zeta * (abs(u_acceleration) + largest))
+    change = chatter_left * (
+        with_force_bound(abs(w), base, 1) + base.two_zeta * (abs(u_acceleration) + largest)
+    )
     if change > _STEADY_PUSH * closing:
         return False
     if scene.friction is not None:

@@ -23,7 +23,7 @@ from damperlab.worker.solver.events import (
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     force_to_hold,
-    largest_forcing,
+    largest_to_hold,
     net_resistance,
 )
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
@@ -70,8 +70,9 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
     it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
     A particle that dwells on its wall has no such choice.
     """
-    base, largest = scene.base, largest_forcing(scene.base)
-    slip = slip_direction(force_to_hold(base, phase, state.v, 1.0), breakaway(friction, largest, 1.0))
+    base = scene.base
+    limit = breakaway(friction, largest_to_hold(base, 1.0))
+    slip = slip_direction(force_to_hold(base, phase, state.v, 1.0), limit)
     riding = 0.0
     gap_order = 0
     p_rate = state.p_rate
@@ -86,8 +87,8 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
             if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
                 inertia = 1.0 + scene.particle.mass_ratio
-                force = force_to_hold(base, phase, state.v, inertia)
-                slip = slip_direction(force, breakaway(friction, largest, inertia))
+                limit = breakaway(friction, largest_to_hold(base, inertia))
+                slip = slip_direction(force_to_hold(base, phase, state.v, inertia), limit)
             else:
                 gap_order = 2
     return stopped(state, slip, p_rate, riding, gap_order)
@@ -124,7 +125,8 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        if state.w + jump == 0.0:  # without a push friction judges anew, as for a particle that rides
+        # without a push friction judges anew, as for a particle that rides
+        if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
                 w=0.0,
@@ -208,7 +210,7 @@ def _join(
             slip = 1.0 if w > 0.0 else -1.0
         else:
             inertia = 1.0 + scene.particle.mass_ratio
-            limit = breakaway(scene.friction, largest_forcing(scene.base), inertia)
+            limit = breakaway(scene.friction, largest_to_hold(scene.base, inertia))
             force = force_to_hold(scene.base, phase, state.v, inertia)
             slip = slip_direction(force, limit)
             slip_order = 1 if slip != 0.0 else 0

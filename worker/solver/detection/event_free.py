@@ -60,7 +60,8 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             sag = share * u_derivative_bound(4, segment, base)
             contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
             contact_force_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
-            if min(contact_force, contact_force_end) <= sag:
+            at_rest = contact_force == 0.0 and contact_force_end == 0.0 and sag == 0.0
+            if min(contact_force, contact_force_end) <= sag and not at_rest:
                 return False
         else:
             sag = share * segment.bounds.u2
@@ -91,7 +92,10 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
             return time_left(start.dwell) > time
         if start.riding > 0.0:
             contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
-            if contact_force <= time * u_derivative_bound(3, segment, base):
+            change = time * u_derivative_bound(3, segment, base)
+            if contact_force <= change and not (
+                contact_force == 0.0 and change == 0.0
+            ):  # 0 all along on a wall at rest
                 return False
         else:
             drift = gap_rate(start, segment.phase) * time

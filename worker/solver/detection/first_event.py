@@ -10,7 +10,7 @@ from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, NOTHING,
 from damperlab.worker.solver.excitation.excitation import (
     expand_forcing,
     forcing_derivative_bound,
-    largest_forcing,
+    largest_to_hold,
 )
 from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
@@ -49,7 +49,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
         inertia = 1.0 / segment.regime.medium.compliance
         expand_forcing(base, segment.phase, -1.0, inertia, scratch)
         curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
-        limit = breakaway(friction, largest_forcing(base), inertia)
+        limit = breakaway(friction, largest_to_hold(base, inertia))
         scratch[0] += start.v + limit
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:

@@ -242,6 +242,14 @@ def largest_forcing(base: Excitation) -> float:
 
 
 @inlined
+def largest_to_hold(base: Excitation, inertia: float) -> float:
+    """Largest force that friction takes of a held mass beside its spring: of inertia, or the one that acts on the mass."""
+    if isinstance(base, SineForce):
+        return 1.0
+    return inertia * largest_forcing(base)
+
+
+@inlined
 def contact_forcing(base: Excitation) -> ContactForcing:
     """What the motion in contact with a compliant wall has to know of the base."""
     if isinstance(base, RecordBase):

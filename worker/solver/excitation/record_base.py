@@ -137,7 +137,7 @@ def start_on_record(
         slip = float(np.sign(w))
         if w == 0.0:
             force = hold_force(v, -base.acceleration[0], 1.0)
-            slip = slip_direction(force, breakaway(friction, base.largest, 1.0))
+            slip = slip_direction(force, breakaway(friction, base.largest))
             slip_order = int(slip != 0.0)
     gap = 0.0 if particle is None else particle.clearance_ratio * (1.0 + place)
     return State(float(v), float(w), slip, 1.0, float(gap), 0.0, 0.0, slip_order, 0, dwell_at_rest(particle))

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 # Longest span of the whole motion times the contact's fastest rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
-_APART = 10.0  # ratio of rates from which fast and slow are told apart
+_APART = 10.0  # ratio of rates from which fast and slow are separated
 
 
 @kernel
@@ -103,7 +103,7 @@ def _contact_motion(
     weight = 1.0
     if fast > 0:
         p, b, fast_rates, fast_inverse, converged = split(a, fast)
-        if not converged:  # the whole motion over short spans, which needs nothing told apart
+        if not converged:  # the whole motion over short spans, which needs nothing separated
             fast = 0
             slow_step = step
     if fast > 0:

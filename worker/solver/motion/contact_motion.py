@@ -70,7 +70,7 @@ class ContactMotion(NamedTuple):
     step, slow_step : float
         Longest span of the whole motion, of the slow one [1/ω_n].
     fast : int
-        Fast coordinates told apart: 0, 1 or 2.
+        Fast coordinates separated: 0, 1 or 2.
     weight : float
         Ω = √det Λ with two fast coordinates, else 1: weighs f₁ in the size of the vibration (`vibration.size_of`).
     rows, slow_rows : array, shape (4 · DIM · TERMS,)

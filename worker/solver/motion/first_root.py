@@ -43,7 +43,7 @@ def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) 
 
 @inlined
 def first_crossing(polynomial: Floats, sign: float, start: float, end: float, curvature: float) -> float:
-    """First time in (start, end] at which sign · p falls through zero.
+    """First time in [start, end] at which sign · p falls through zero.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Returns
     -------
     float
-        The time; inf where there is none; `start` where the function is already negative.
+        The time; inf where there is none; 0 where `start` is 0 and the function is negative there, or zero and falling.
 
     Notes
     -----
-    At most 400 intervals are looked at. Motions within a window need few; a cluster of four or five roots in a
-    hundredth of the interval would need more, and then the sign at the end alone decides.
+    At most 400 intervals are looked at. Motions within a window need few; a cluster of four or five roots in a hundredth of
+    the interval would need more, and then the sign at the end decides, and the time is the end.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]
@@ -95,15 +95,15 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
         radius = 0.5 * (high - low)
         f = sign * value(polynomial, middle)
         d = sign * slope(polynomial, middle)
-        bend = curvature * radius
-        clear = f - (abs(d) + 0.5 * bend) * radius > 0.0
-        if not clear and abs(d) > bend:
+        turning = curvature * radius  # most that the slope changes from the middle
+        clear = f - (abs(d) + 0.5 * turning) * radius > 0.0
+        if not clear and abs(d) > turning:
             if d > 0.0:
                 clear = True
             else:
                 guess = middle - f / d  # of the tangent
                 # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside, without a look at the end
-                if guess + 0.5 * bend * radius / abs(d) < high:
+                if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:
                     clear = True

@@ -1,4 +1,4 @@
-"""Fast and slow motion of a contact told apart: the invariant subspace of the slow one, and the matrix of the fast one."""
+"""Fast and slow motion of a contact, separated: the invariant subspace of the slow one, and the matrix of the fast one."""
 
 from math import sqrt
 

@@ -14,8 +14,8 @@ from damperlab.worker.solver.scene import Curves, Scene
 def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Add ∫u''² over a segment and raise the peak to its largest |u''|; overwrites the polynomial of the excitation.
 
-    u'' jumps where a segment ends, by slip that reverses, by a release and by an impact: each of the two segments has its own
-    end there, and what an impulse does between them is in neither.
+    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall: each of the two segments has
+    its own end there, and what an impulse does between them is in neither.
     """
     sums, base, t = meter.sums, scene.base, segment.time
     acceleration, scratch = curves.excitation, curves.scratch

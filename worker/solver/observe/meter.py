@@ -35,9 +35,9 @@ class Meter(NamedTuple):
     sums : array, shape (METERS,) or (RECORD_METERS,)
         Added to; the longer one under a record, and with the acceleration. In a march that ends early, up to there.
     energies : True or None
-        None: the kernel holds no integral, and their entries stay 0.
+        None: the kernel integrates no energy and no square, and their entries mean nothing.
     acceleration : True or None
-        Whether u'' is measured beside the energies, as it always is under a record. None: the kernel holds nothing of it.
+        Whether u'' is measured too, as it always is under a record. None: the kernel holds nothing of it.
     """
 
     sums: NDArray[np.float64]

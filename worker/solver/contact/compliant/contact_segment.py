@@ -34,7 +34,7 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
-from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks
+from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks, takes_integrals
 from damperlab.worker.solver.observe.meter import STUCK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
@@ -75,7 +75,7 @@ def to_event(
     y = value(depth, t)
     y_rate = slope(depth, t)
     if meter is not None:
-        if meter.energies is not None:
+        if takes_integrals(meter):
             measure_contact(meter, v - state.v, t, wall_of(scene).damping, regime, scene)
         elif regime.sticks:
             meter.sums[STUCK] += t
@@ -100,7 +100,7 @@ def friction_event(
             expand_forcing(scene.base, phase, -1.0, 1.0, scratch)
             for i in range(TERMS):
                 scratch[i] += buffers.wall_force[i]
-            limit = breakaway(scene.friction, largest_forcing(scene.base) + abs(buffers.wall_force[0]), 1.0)
+            limit = breakaway(scene.friction, largest_forcing(scene.base) + abs(buffers.wall_force[0]))
             scratch[0] += state.v + limit
             most = curvature_bound(scratch, t)
             found = first_crossing(scratch, 1.0, 0.0, t, most)

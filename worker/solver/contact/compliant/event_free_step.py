@@ -43,7 +43,8 @@ def longest_step(
 ) -> float:
     """Longest span over which slow motion and vibration together provably cause no event; 0 where that is not worth it.
 
-    With a meter: over which, besides, no peak between the ends exceeds what the meter holds. The slow motion is expanded.
+    With a meter: over which, besides, no displacement has a peak between the ends that exceeds what the meter holds, nor, under
+    a record, u'' of a mass that slips. The slow motion is expanded.
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)

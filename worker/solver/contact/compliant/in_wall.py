@@ -88,7 +88,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 @kernel
 def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, friction: float) -> float:
     """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
-    limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force), 1.0)
+    limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force))
     return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - wall_force, limit)
 
 

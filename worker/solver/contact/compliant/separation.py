@@ -24,7 +24,7 @@ from damperlab.worker.solver.motion.taylor import (
     stick,
     value,
 )
-from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks
+from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks, takes_integrals
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
@@ -82,7 +82,7 @@ def separate(
         w = slope(relative, t)
     pen_end = 0.0 if kind == CLEARANCE else value(pen, t)
     if meter is not None:
-        if meter.energies is not None:
+        if takes_integrals(meter):
             measure_contact(meter, v - state.v, t, 0.0, regime, scene)
             lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen_end)
             meter.sums[IMPACT_LOSS] += lost

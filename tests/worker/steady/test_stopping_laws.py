@@ -1,0 +1,71 @@
+"""Rules by which a run ends: the creep towards the locked set, beside a particle."""
+
+import pytest
+
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import State
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.stopping import creep_limit
+
+ZETA, R, GAMMA = 0.0038, 1.0, 1.2
+EDGE = GAMMA - R * R
+"""Friction holds the mass for good where |v| does not exceed it."""
+PARTICLE = Particle(5.0, 0.47, 0.1)
+SETTINGS = Settings(4000, 0.02, 1e-9)
+
+
+def held(v: float, particle: Particle, position: float, p_rate: float = 0.0) -> State:
+    """The mass at rest on its base, the particle at an absolute position."""
+    return State(v, 0.0, 0.0, 1.0, particle.clearance_ratio - (v - position), p_rate, 0.0, 0, 0, None)
+
+
+def test_a_mass_beside_a_particle_that_flies_is_not_locked_for_good() -> None:
+    response, end = settle(ZETA, R, GAMMA, PARTICLE, SETTINGS, held(-EDGE - 0.005, PARTICLE, 0.0, 0.02))
+    assert response.status <= Status.MAX_CYCLES
+    assert end.p_rate != 0.02, "it has met a wall"
+
+
+def test_a_particle_at_rest_stays_where_it_is_while_the_mass_creeps() -> None:
+    found = simulate(Design(ZETA, R, GAMMA, PARTICLE))
+    assert found.metrics["response_class"] == ResponseClass.LOCKED
+    assert found.metrics["impacts_per_cycle"] == 0.0
+    # it has rested in the middle of its cavity all along; 5 less 5 to rounding
+    assert found.state["p"] == pytest.approx(0.0, abs=1e-14)
+    assert found.state["p_rate"] == 0.0
+
+
+def test_a_particle_in_the_way_of_the_creep_is_struck() -> None:
+    """The mass swings by 1 about where it is held: on its way in, the wall comes to a particle that it was just clear of."""
+    scene = make_scene(ZETA, R, GAMMA, PARTICLE, True)
+    v = EDGE + 0.005
+    reach = PARTICLE.clearance_ratio - 1.0  # of the mass from the particle without an impact
+    for position, creeps in ((0.0, True), (v + 0.998 * reach, True), (v + reach, False), (v - reach, True)):
+        limit, found = creep_limit(held(v, PARTICLE, position), GAMMA, scene)
+        assert found == creeps, position
+        assert limit.v == pytest.approx(EDGE if creeps else v, abs=1e-15)
+        assert limit.v - (PARTICLE.clearance_ratio - limit.gap) == pytest.approx(position, abs=1e-14)
+
+
+@pytest.mark.parametrize("damping", [0.0038, 0.2])
+def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(damping: float) -> None:
+    """A mass that friction holds once it has stopped: of its first slip nothing is in the losses.
+
+    At ζ = 0.2 the free vibration has died before the run is looked at for the first time.
+    """
+    from damperlab.studies.choices import CompliantContact
+    from damperlab.worker.lower import wall_of
+
+    contact = CompliantContact(model="compliant", contact_time=0.3)
+    particle = Particle(0.5, 0.9, 0.05, None, wall_of(contact, 0.9, 0.05))
+    found = simulate(Design(damping, 0.5, 30.0, particle)).metrics
+    assert found["period"] == 0
+    assert found["response_class"] == ResponseClass.LOCKED
+    assert found["stick_fraction"] == pytest.approx(1.0, abs=1e-12)
+    assert found["dissipation_friction"] == 0.0
+    # its peak is that of a base that shakes a box, and known: a trend of rounding is none
+    assert found["status"] == Status.CONVERGED
+    assert found["cycles"] < 1000
