@@ -24,7 +24,7 @@ from damperlab.worker.scenes import Scene
 from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.starts import Attractors, find_attractors
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 
 FIELDS = {each.name: each for each in fields_of(Simulated)}

@@ -21,9 +21,9 @@ from damperlab.worker.lower import (
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.closed_form import linear_response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest, carried, over_another_length
 from damperlab.worker.steady.stepped import settle_stepped

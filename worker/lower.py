@@ -12,7 +12,7 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.steady.response import ACCELERATION, INTEGRATED
+from damperlab.worker.steady.response.measures import ACCELERATION, INTEGRATED
 
 LEAST_REBOUND = 1e-14
 """Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""

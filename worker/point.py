@@ -30,9 +30,9 @@ from damperlab.worker.solver.particle import Particle, with_floats
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.time_history import HISTORY_COLUMNS, sample_half
-from damperlab.worker.steady.closed_form import linear_response
-from damperlab.worker.steady.energy import energy_residual, stored_energy
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.closed_form import linear_response
+from damperlab.worker.steady.response.energy import energy_residual, stored_energy
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 
 _SEGMENTS_PER_CYCLE = 20_000

@@ -10,9 +10,9 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import scenes_of
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.closed_form import linear_response
 from damperlab.worker.steady.ensemble import attractors, drawn_starts
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.closed_form import linear_response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 

@@ -24,7 +24,7 @@ from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.steady.closed_form import linear_response
+from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 
 POINTS = 1_000_000

@@ -27,7 +27,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import scene_on
 from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.section_coordinates import coordinates, state_at
+from damperlab.worker.steady.section.coordinates import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
 
 HALVES = 6

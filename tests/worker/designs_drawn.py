@@ -8,7 +8,7 @@ import numpy as np
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 

@@ -27,17 +27,17 @@ from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATIO
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.closed_form import linear_response
-from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.settle import Settings, settle
-from damperlab.worker.steady.start import at_rest
-from damperlab.worker.steady.trace import (
+from damperlab.worker.steady.response.closed_form import linear_response
+from damperlab.worker.steady.response.measures import Response
+from damperlab.worker.steady.response.trace import (
     ACCELERATION_COLUMNS,
     HALF_ACCELERATION,
     acceleration_of_period,
     acceleration_of_run,
     cycle_peaks,
 )
+from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest
 
 METERED = Settings(4000, 0.02, 1e-10, True, True)
 

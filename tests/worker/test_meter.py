@@ -30,7 +30,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response import INTEGRATED
+from damperlab.worker.steady.response.measures import INTEGRATED
 
 
 @pytest.mark.parametrize("frequency_ratio", [1e-3, 0.1, 0.9, 1.0, 3.0, 30.0, 1e3, 1e4])

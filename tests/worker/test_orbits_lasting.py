@@ -13,8 +13,8 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response import Response
-from damperlab.worker.steady.section_coordinates import coordinates, state_at
+from damperlab.worker.steady.response.measures import Response
+from damperlab.worker.steady.section.coordinates import coordinates, state_at
 
 MODELS = ("dwell", "compliant")
 DRAWN = 24

@@ -14,7 +14,7 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.cost import seconds_per_point
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.ensemble import HIGHEST, attractors, drawn_starts, ensemble_values
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 
 ENSEMBLE = {"kind": "ensemble", "n": 40, "seed": 7}

@@ -12,7 +12,7 @@ from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, WARNED, Point, 
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.stopping import FEWEST_MEASURED
 

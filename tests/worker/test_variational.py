@@ -42,8 +42,8 @@ from damperlab.worker.solver.transitions import (
     Transitions,
     empty_transitions,
 )
-from damperlab.worker.steady.section_coordinates import coordinates, state_at
-from damperlab.worker.steady.variational import propagate
+from damperlab.worker.steady.section.coordinates import coordinates, state_at
+from damperlab.worker.steady.variations.variational import propagate
 
 MODELS = ("instant", "dwell", "compliant")
 POINTS = 60

@@ -9,7 +9,7 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.structure_alone import march_alone
-from damperlab.worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 from damperlab.worker.steady.settle import at_rest
 
 _SEGMENTS_PER_CYCLE = 20_000

@@ -20,11 +20,11 @@ from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.recurrence import LONGEST
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
+from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.section.recurrence import LONGEST
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
-from damperlab.worker.steady.statistics import mean_and_error
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
 """The defaults of a study."""

@@ -48,7 +48,7 @@ from damperlab.worker.solver.segment_log import (
     empty_log,
 )
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.energy import energy_residual, stored_energy
+from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 
 _SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve
 _LOGGED_PER_WINDOW = 20  # rows of a time history that there is room for at first

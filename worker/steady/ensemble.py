@@ -10,7 +10,7 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response import Response
+from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0

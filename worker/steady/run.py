@@ -16,10 +16,8 @@ from damperlab.worker.solver.observe.meter import Meter, clear_meter, make_meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
-from damperlab.worker.steady.energy import stored_energy
-from damperlab.worker.steady.recurrence import LONGEST, RING
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
-from damperlab.worker.steady.trace import (
+from damperlab.worker.steady.response.energy import stored_energy
+from damperlab.worker.steady.response.trace import (
     ACCELERATION_COLUMNS,
     COLUMNS,
     IMPACTS_SO_FAR,
@@ -28,6 +26,8 @@ from damperlab.worker.steady.trace import (
     make_trace,
     note_half,
 )
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.recurrence import LONGEST, RING
 
 EVENTS_PER_CYCLE = 100
 """Events for which a run has room on the average of its longest, `max_cycles`: beyond it ends early, with what it measured."""

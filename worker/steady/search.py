@@ -12,12 +12,13 @@ from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
-from damperlab.worker.steady.orbit_watch import look_farther, look_nearby, nothing_nearby
-from damperlab.worker.steady.recurrence import extent, note_recurrences
+from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
+from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
+from damperlab.worker.steady.response.statistics import Estimate, estimate
+from damperlab.worker.steady.response.trace import cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, active_size, coordinates
-from damperlab.worker.steady.statistics import Estimate, estimate
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
+from damperlab.worker.steady.section.recurrence import extent, note_recurrences
 from damperlab.worker.steady.stopping import (
     FEWEST_MEASURED,
     LARGEST_BURN_IN,
@@ -28,7 +29,6 @@ from damperlab.worker.steady.stopping import (
     is_locked,
     next_estimate,
 )
-from damperlab.worker.steady.trace import cycle_peaks
 
 # Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
 # half cycle takes long.

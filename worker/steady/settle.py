@@ -8,10 +8,9 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
-from damperlab.worker.steady.lyapunov import HALVES_FOLLOWED, is_chaotic
-from damperlab.worker.steady.newton import march_with_jacobian
-from damperlab.worker.steady.orbit import orbit_multiplier
-from damperlab.worker.steady.response import (
+from damperlab.worker.steady.orbits.newton import march_with_jacobian
+from damperlab.worker.steady.orbits.orbit import orbit_multiplier
+from damperlab.worker.steady.response.measures import (
     FEWEST_STUCK,
     Kind,
     failed,
@@ -21,6 +20,7 @@ from damperlab.worker.steady.response import (
     periodic_class,
     share_stuck,
 )
+from damperlab.worker.steady.response.trace import acceleration_of_period, acceleration_of_run, stretch_of
 from damperlab.worker.steady.run import (
     advance,
     begin_probe,
@@ -30,10 +30,10 @@ from damperlab.worker.steady.run import (
     probe_of,
 )
 from damperlab.worker.steady.search import search
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.start import at_rest
 from damperlab.worker.steady.stopping import Settings
-from damperlab.worker.steady.trace import acceleration_of_period, acceleration_of_run, stretch_of
+from damperlab.worker.steady.variations.lyapunov import HALVES_FOLLOWED, is_chaotic
 
 __all__ = ["Settings", "at_rest", "settle"]
 

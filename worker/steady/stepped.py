@@ -8,8 +8,8 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
-from damperlab.worker.steady.response import Response, failed
-from damperlab.worker.steady.statistics import mean_and_error
+from damperlab.worker.steady.response.measures import Response, failed
+from damperlab.worker.steady.response.statistics import mean_and_error
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)

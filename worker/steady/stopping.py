@@ -11,8 +11,8 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.recurrence import recurrence
-from damperlab.worker.steady.statistics import Estimate
+from damperlab.worker.steady.response.statistics import Estimate
+from damperlab.worker.steady.section.recurrence import recurrence
 
 LARGEST_BURN_IN = 0.2
 """Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""

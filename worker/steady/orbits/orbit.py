@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.eigenvalues import spectral_radius
-from damperlab.worker.steady.newton import find_orbit, march_with_jacobian
-from damperlab.worker.steady.recurrence import RING, settled_period, stays_closed
+from damperlab.worker.steady.orbits.newton import find_orbit, march_with_jacobian
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.recurrence import RING, settled_period, stays_closed
 from damperlab.worker.steady.stopping import Settings
+from damperlab.worker.steady.variations.eigenvalues import spectral_radius
 
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 

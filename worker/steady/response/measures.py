@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
-from damperlab.worker.steady.energy import unbalanced
-from damperlab.worker.steady.statistics import mean_and_error
-from damperlab.worker.steady.trace import IMPACTS_SO_FAR, LOSSES
+from damperlab.worker.steady.response.energy import unbalanced
+from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, LOSSES
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)

@@ -4,7 +4,7 @@ A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: what
 rigid wall holds the particle for a contact time, y does not vary: (±δleft, ±δspeed) stand in its place, the time until it is
 let go and the speed at which it came, with the sign of the wall, so that they change sign with all others when half a
 cycle is mirrored. On the section, p and p' stand in the place of y and y' of a particle in flight
-(`section_coordinates.coordinates`).
+(`section.coordinates.coordinates`).
 """
 
 from typing import Any, NamedTuple
@@ -33,9 +33,9 @@ from damperlab.worker.solver.transitions import (
     Transitions,
     log_on_addresses,
 )
-from damperlab.worker.steady.saltation import Field, field, leaving_speed, pass_contact, pass_event
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, has_contact_coordinates
-from damperlab.worker.steady.variational_in_wall import flow_in_wall
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, has_contact_coordinates
+from damperlab.worker.steady.variations.saltation import Field, field, leaving_speed, pass_contact, pass_event
+from damperlab.worker.steady.variations.variational_in_wall import flow_in_wall
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def propagate(
     base, free, loaded, friction, particle
         As the fields of a `Scene`.
     tangents : array, shape (SECTION_SIZE, n)
-        n tangent vectors, in columns, in the coordinates of `section_coordinates.coordinates`.
+        n tangent vectors, in columns, in the coordinates of `section.coordinates.coordinates`.
 
     Notes
     -----

@@ -16,12 +16,12 @@ from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_
 from damperlab.worker.solver.observe.meter import PEAK, make_meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.eigenvalues import spectral_radius
-from damperlab.worker.steady.newton import norm
-from damperlab.worker.steady.orbit import Orbit, SectionLook, newton_orbit, no_orbit
-from damperlab.worker.steady.recurrence import LONGEST, RING, near_period
+from damperlab.worker.steady.orbits.newton import norm
+from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, newton_orbit, no_orbit
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.recurrence import LONGEST, RING, near_period
+from damperlab.worker.steady.variations.eigenvalues import spectral_radius
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 
 Array = NDArray[np.float64]
 

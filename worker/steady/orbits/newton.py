@@ -13,7 +13,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions
-from damperlab.worker.steady.section_coordinates import (
+from damperlab.worker.steady.section.coordinates import (
     SECTION_SIZE,
     active_size,
     are_comparable,
@@ -21,7 +21,7 @@ from damperlab.worker.steady.section_coordinates import (
     has_contact,
     state_at,
 )
-from damperlab.worker.steady.variational import propagate
+from damperlab.worker.steady.variations.variational import propagate
 
 Array = NDArray[np.float64]
 

@@ -6,14 +6,14 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.candidate import (
+from damperlab.worker.steady.orbits.candidate import (
     Candidate,
     closing_in,
     is_beside_stable_orbit,
     no_candidate,
     stable_orbit_nearby,
 )
-from damperlab.worker.steady.orbit import Orbit, SectionLook, no_orbit
+from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
 _BETWEEN_TRIES = 32  # half cycles of the run from one try at a stable orbit to the next

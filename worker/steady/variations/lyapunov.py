@@ -12,8 +12,8 @@ from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transitions import Transitions
-from damperlab.worker.steady.section_coordinates import SECTION_SIZE
-from damperlab.worker.steady.variational import propagate
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE
+from damperlab.worker.steady.variations.variational import propagate
 
 _BATCHES = 16
 # Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.

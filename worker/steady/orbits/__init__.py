@@ -1,0 +1,1 @@
+"""Periodic orbits that a run may tend to."""
