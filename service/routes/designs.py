@@ -65,7 +65,10 @@ class DesignsQuery(BaseModel):
     summary="Ask for a design",
 )
 async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
-    """Take a specification as JSON or YAML. The same one again answers 200 with the design that is there."""
+    """Take a specification as JSON or YAML. The same one again answers 200 with the design that is there.
+
+    One that was cancelled, or has failed, stays so until it is resumed.
+    """
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     written_in: Format = "json" if kind in JSON_TYPES else "yaml"

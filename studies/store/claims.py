@@ -187,7 +187,7 @@ def require_free(row: Row[Any], what: str) -> None:
                 "study",
                 f"{row.id} is {row.state}, worked on by {owner}",
                 f"a study that no process works on, to {what} it",
-                f"cancel it first with `damperlab cancel {row.id}`",
+                f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
                 f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
             )
         )
