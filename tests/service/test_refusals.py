@@ -117,7 +117,7 @@ def test_parameters_are_checked_by_name_and_value(client: httpx.Client) -> None:
         ("POST", "/api/v1/designs?dry_run=true&dry_run=true", {}),
         ("POST", "/api/v1/simulate?dry_run=false&dry_run=true", {}),
         ("GET", f"{STUDIES}?limit=1&limit=2", None),
-        ("GET", f"{STUDIES}/000000000000/designs?top=1&top=2", None),
+        ("GET", f"{STUDIES}/000000000000/optimal-designs?top=1&top=2", None),
     ],
 )
 def test_a_parameter_that_is_given_twice_is_refused(
