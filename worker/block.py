@@ -25,7 +25,7 @@ from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
-from damperlab.worker.steady.start import at_rest, carried, over_another_length
+from damperlab.worker.steady.start import at_rest, carried
 from damperlab.worker.steady.stepped import settle_stepped
 from damperlab.worker.warm import warm
 
@@ -136,7 +136,7 @@ def _solve_rows(
         row = i // frequencies
         start = at_rest(r, friction, particle)
         if last is not None and last[0] == row:
-            start = carried(_over_length_at(r, last[1], last[2], study), last[1], r)
+            start = carried(last[2], last[1], r, _shrinks(study, last[1], r))
         response, end = settle(zeta, r, friction, particle, settings, start)
         values["run_time"][i] = thread_time() - began
         for name, number in zip(Response._fields, response, strict=True):
@@ -144,13 +144,12 @@ def _solve_rows(
         last = (row, r, end) if response.status <= Status.MAX_CYCLES else None
 
 
-def _over_length_at(r: float | Forced, r_before: float | Forced, state: State, study: Study) -> State:
-    """Give a state over the base's displacement at another frequency, which is another where its velocity is constant."""
+def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float:
+    """Base displacement at one frequency by that at another: not 1 where its velocity or acceleration is constant."""
     constant = study.physical.constant if study.physical is not None else None
     if constant is None or isinstance(r, Forced) or isinstance(r_before, Forced):
-        return state
-    shrinks = base_amplitudes(1.0, r_before, constant) / base_amplitudes(1.0, r, constant)
-    return over_another_length(state, r_before, shrinks)
+        return 1.0
+    return float(base_amplitudes(1.0, r_before, constant) / base_amplitudes(1.0, r, constant))
 
 
 def _solve_ensembles(

@@ -170,13 +170,21 @@ def _steady(
         detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
         push = 1.0 if design.forced else r * r
         scale = push / (detuning**2 + loss**2) if detuning or loss else 0.0
-        state = rest._replace(v=-loss * scale, w=r * detuning * scale)
+        v = -loss * scale
+        state = rest._replace(v=v, w=r * detuning * scale, gap=_gap_of_one_at_rest(v, particle))
         return {name: column[0] for name, column in closed.items()}, state
     one = design.excitation
     response, end = settle(z, one, friction, acting, settings, at_rest(one, friction, acting))
-    if acting is None:  # a particle without mass is carried along from where it rests
-        end = rest._replace(v=end.v, w=end.w, slip=end.slip)
+    if acting is None:
+        end = rest._replace(v=end.v, w=end.w, slip=end.slip, gap=_gap_of_one_at_rest(end.v, particle))
     return dict(zip(Response._fields, response, strict=True)), end
+
+
+def _gap_of_one_at_rest(v: float, particle: Particle | None) -> float:
+    """Gap at the wall behind of a particle that rests where it began, or, where the cavity has left that, in its middle."""
+    if particle is None:
+        return 0.0
+    return particle.clearance_ratio - (v if abs(v) < particle.clearance_ratio else 0.0)
 
 
 def _plain(number: Any) -> float | int:

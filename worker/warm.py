@@ -254,7 +254,7 @@ def _particle(scene: Scene) -> Particle | None:
 def _steady(scene: Scene) -> None:
     from damperlab.worker.lower import excitation_of
     from damperlab.worker.steady.settle import Settings, settle
-    from damperlab.worker.steady.start import at_rest, carried, moving
+    from damperlab.worker.steady.start import at_rest, moving
 
     friction, particle = 0.5 if scene.friction else None, _particle(scene)
     settings = Settings(
@@ -267,9 +267,8 @@ def _steady(scene: Scene) -> None:
     one = excitation_of(1.0, scene.forced)
     rest = at_rest(one, friction, particle)
     settle(0.1, one, friction, particle, settings, rest)
-    # what ensembles and continuations start from
+    # what ensembles start from
     moving(0.0, 0.0, 0.0, 0.0, one, friction, particle)
-    carried(rest, one, one)
 
 
 def _stepped(scene: Scene) -> None:

@@ -31,3 +31,8 @@ def test_a_point_with_one_response_says_so() -> None:
 def test_without_friction_and_particle_every_start_leads_to_the_closed_form() -> None:
     found = find_attractors(Design(0.05, 0.8), 8, 0, SETTINGS)
     assert [one.response.response_class for one in found.met] == [ResponseClass.LINEAR]
+
+
+def test_under_a_force_nothing_is_next_to_a_structure_at_rest() -> None:
+    found = find_attractors(Design(0.05, 0.8, 0.5, None, forced=True), 4, 0, SETTINGS)
+    assert (found.met[0].starts, found.met[0].from_next_to_rest) == (4, False)

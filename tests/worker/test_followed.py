@@ -45,3 +45,11 @@ def test_kernels_that_show_an_orbit_are_needed_only_where_one_is_shown() -> None
     # a particle without mass is carried along, and has no steady state of its own
     carried = Design(0.05, 1.0, 0.3, PARTICLE._replace(mass_ratio=0.0))
     assert [scene.purpose for scene in scenes_of(carried, followed=False)] == ["steady", "orbit"]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_a_particle_without_mass_rests_where_it_began_if_no_wall_comes_to_it(friction: float) -> None:
+    found = simulate(Design(0.05, 1.0, friction, Particle(12.0, 0.8, 0.0)), history=2)
+    assert found.metrics["amplitude_ratio"] < 12.0
+    assert found.events["impacts"] == 0
+    assert abs(found.history["p"]).max() <= 1e-13

@@ -12,6 +12,9 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.variables import STEPPED, Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.steady.settle import Settings
+from damperlab.worker.steady.stepped import settle_stepped
 
 
 def study_of(steps: int | None, **changes: Any) -> Study:
@@ -79,3 +82,12 @@ def test_what_steps_do_not_know_is_refused_by_field(change: dict[str, Any], fiel
     with pytest.raises(StudyFaults) as refusal:
         study_of(400, **change)
     assert field in [fault.field for fault in refusal.value.faults]
+
+
+@pytest.mark.parametrize("cycles", [64, 65, 70, 129])
+def test_peaks_agree_over_whole_stretches_alone(cycles: int) -> None:
+    """A limit on cycles that leaves one cycle over does not make it agree with itself."""
+    settings = Settings(cycles, 0.002, 1e-9, None)
+    found = settle_stepped(0.02, 1.0, None, Particle(5.0, 0.6, 0.1), 100, settings)
+    assert found.status == Status.MAX_CYCLES
+    assert found.amplitude_error > 0.0

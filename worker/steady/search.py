@@ -15,7 +15,7 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.response.statistics import Estimate, estimate
-from damperlab.worker.steady.response.trace import cycle_peaks
+from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
 from damperlab.worker.steady.section.recurrence import extent, note_recurrences
@@ -95,8 +95,9 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     needed = burn_in_of(scene.base, settings)
     burn_in = needed // chunk * chunk
-    # a burn-in shorter than the way to the first look is metered, and left out
-    left_out = 0 if burn_in > 0 else (needed + 1) // 2  # cycles
+    left_out = (
+        needed - burn_in + 1
+    ) // 2  # cycles of the burn-in that are metered, since they end between two looks
     state = start
     half = 0
     metered_halves = _NOT_METERED
@@ -127,7 +128,11 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
         if metered_halves >= 2 * next_estimate_cycles:
             mean = _mean_so_far(left_out, metered_halves, notes)
-            if is_known(mean, settings) and not nearby.rival:
+            if (
+                is_known(mean, settings)
+                and not nearby.rival
+                and not _is_on_the_way(state, mean, scene, notes)
+            ):
                 return Found(state, ARRIVED, look, no_orbit(state), mean, True)
             next_estimate_cycles = next_estimate(mean, settings)
     return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
@@ -155,6 +160,19 @@ def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
 
 
 @kernel
+def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
+    """Whether a particle moves that has met no wall in the cycles that a mean is of: what it does at one is not in them."""
+    if scene.particle is not None:
+        before, after = (
+            notes.trace[2 * mean.first, IMPACTS_SO_FAR],
+            notes.trace[2 * mean.last, IMPACTS_SO_FAR],
+        )
+        on_the_way: bool = state.p_rate != 0.0 and after == before
+        return on_the_way
+    return False
+
+
+@kernel
 def _end_of_search(
     state: State,
     look: SectionLook,
@@ -172,9 +190,10 @@ def _end_of_search(
     if metered_halves < 2:
         state, _, outcome = advance(state, look.half, 2, metered_halves, scene, notes)
         metered_halves += 2
+        look = SectionLook(look.half + 2, look.scale, look.size)
         if outcome != ARRIVED:
             mean = Estimate(0, 0, inf, inf, inf, False)
             return Found(state, outcome, look, no_orbit(state), mean, False)
     mean = _mean_so_far(left_out, metered_halves, notes)
-    known = is_known(mean, settings) and not rival
+    known = is_known(mean, settings) and not rival and not _is_on_the_way(state, mean, scene, notes)
     return Found(state, ARRIVED, look, no_orbit(state), mean, known)

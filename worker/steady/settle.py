@@ -76,8 +76,9 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
     `periodic_tolerance`, and the orbit does not repel it. Or Newton finds a periodic orbit, stable by its multipliers, and
     the run closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the
-    way need not be stepped. Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`. Or
-    `max_cycles`, or the limit on events, is reached.
+    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so. Or, beyond a burn-in, the
+    standard error of the mean peak is below `tolerance`, and no particle is on its way to its first wall. Or `max_cycles`,
+    or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)

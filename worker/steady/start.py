@@ -29,35 +29,27 @@ def at_rest(frequency_ratio, friction, particle):
     )
 
 
-@kernel
-def carried(state, frequency_before, frequency_ratio):
-    """The same motion relative to the base under another frequency of excitation: nothing slips or strikes by the change.
+def carried(
+    state: State, excitation_before: float | Forced, excitation: float | Forced, shrinks: float = 1.0
+) -> State:
+    """Return the same motion under another frequency of excitation: nothing slips or strikes by the change.
+
+    The structure keeps its motion relative to the base, and a particle on its wall goes with it. One in flight, or at rest,
+    keeps its absolute velocity.
 
     Parameters
     ----------
     state : State
         At phase 0.
-    frequency_before, frequency_ratio : float or Forced
-        r of the state, and the new one.
-    """
-    p_rate = state.p_rate + (
-        base_rate_at_phase_zero(frequency_ratio) - base_rate_at_phase_zero(frequency_before)
-    )
-    return State(state.v, state.w, state.slip, state.wall, state.gap, p_rate, state.riding, 0, 0, state.dwell)
-
-
-def over_another_length(state: State, excitation: float | Forced, shrinks: float) -> State:
-    """Return the same state at phase 0 where lengths are over another one, the base moving on at phase 0 as it did.
-
-    Parameters
-    ----------
-    state : State
-    excitation : float or Forced
-        Frequency of the state.
+    excitation_before, excitation : float or Forced
+        Frequency of the state, and the new one.
     shrinks : float
-        The length of before over the one of now.
+        Displacement that lengths of the state are over, by that which they are over now.
     """
-    of_base = base_rate_at_phase_zero(excitation)
+    p_rate = shrinks * state.p_rate
+    if state.riding > 0.0 or state.gap < 0.0:
+        before = base_rate_at_phase_zero(excitation_before)
+        p_rate = base_rate_at_phase_zero(excitation) + shrinks * (state.p_rate - before)
     dwell = state.dwell
     if dwell is not None:
         dwell = dwell._replace(speed=shrinks * dwell.speed)
@@ -65,7 +57,9 @@ def over_another_length(state: State, excitation: float | Forced, shrinks: float
         v=shrinks * state.v,
         w=shrinks * state.w,
         gap=shrinks * state.gap,
-        p_rate=of_base + shrinks * (state.p_rate - of_base),
+        p_rate=p_rate,
+        slip_order=0,
+        gap_order=0,
         dwell=dwell,
     )
 

@@ -79,7 +79,7 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
             return failed(_UNBOUNDED, cycles)
         lowest = peaks[chunk:cycles, 0].min()
         highest = peaks[chunk:cycles, 0].max()
-        if chunk > 0 and highest - lowest <= settings.tolerance * highest:
+        if chunk > 0 and cycles - chunk == _CHUNK and highest - lowest <= settings.tolerance * highest:
             first = chunk
             impacts_before = impacts_of_run
             error = highest - lowest
@@ -93,7 +93,7 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
             if error <= settings.tolerance * mean:
                 status = _CONVERGED
                 break
-    if first == cycles:
+    if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too little is left after the burn-in
         first = 0
         impacts_before = 0
     if status == _MAX_CYCLES:

@@ -9,6 +9,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.start import at_rest, moving
 from damperlab.worker.steady.stopping import creep_limit
 
 ZETA, R, GAMMA = 0.0038, 1.0, 1.2
@@ -69,3 +70,35 @@ def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(dam
     # its peak is that of a base that shakes a box, and known: a trend of rounding is none
     assert found["status"] == Status.CONVERGED
     assert found["cycles"] < 1000
+
+
+@pytest.mark.parametrize(("r", "friction", "speed"), [(1.0, 2.0, 0.01), (0.5, None, 0.004)])
+def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
+    r: float, friction: float | None, speed: float
+) -> None:
+    """Its peaks repeat to the last digit until then: it flies through some 200 for a thousand cycles and more."""
+    particle = Particle(100.0, 0.8, 0.1)
+    response, _ = settle(
+        0.05, r, friction, particle, SETTINGS, moving(0.0, r, 0.0, speed, r, friction, particle)
+    )
+    assert response.cycles > 1200, "and it has met one by then"
+    assert response.impacts_per_cycle > 0.0
+    short, _ = settle(
+        0.05,
+        r,
+        friction,
+        particle,
+        SETTINGS._replace(max_cycles=1000),
+        moving(0.0, r, 0.0, speed, r, friction, particle),
+    )
+    assert short.status == Status.MAX_CYCLES
+
+
+@pytest.mark.parametrize(("damping", "restitution"), [(0.0199, 0.8), (0.0205, 0.5), (0.021, 0.6)])
+def test_the_largest_peak_is_none_of_the_way_there(damping: float, restitution: float) -> None:
+    """The free vibration has died but for a fiftieth between two looks, and a thirteenth at the first."""
+    particle = Particle(6.4, restitution, 0.033)
+    settings = Settings(3000, 0.02, 1e-9)
+    response, end = settle(damping, 1.02, None, particle, settings, at_rest(1.02, None, particle))
+    onwards, _ = settle(damping, 1.02, None, particle, settings, end)
+    assert response.amplitude_ratio_max <= 1.02 * onwards.amplitude_ratio_max

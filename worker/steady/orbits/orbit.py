@@ -77,7 +77,7 @@ def newton_orbit(
     probe: Scene,
     notes: Notes,
 ) -> tuple[Orbit, bool, int]:
-    """Periodic orbit by Newton from a state of the run, no farther off than `reach`.
+    """Periodic orbit by Newton from a state of the run, by steps no longer than `reach`.
 
     Returns
     -------

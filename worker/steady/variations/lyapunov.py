@@ -38,7 +38,8 @@ def is_chaotic(
     state : State
         On the attractor.
     longest : int
-        Excitation cycles over which the growth is averaged, at most; one sixteenth more go before, to turn the vector.
+        Excitation cycles over which the growth is averaged, at most, if more than 16; one sixteenth more go before, to turn the
+        vector.
 
     Notes
     -----
