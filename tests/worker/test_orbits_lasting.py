@@ -148,12 +148,17 @@ def test_short_contacts_have_the_multiplier_of_contacts_at_once(model: str) -> N
 
 @pytest.mark.parametrize("model", MODELS)
 def test_chaos_is_told_from_its_neighbours(model: str) -> None:
-    """A motion 1e-9 beside parts from one that is called chaotic, and joins one that is called periodic."""
+    """A motion 1e-9 beside parts from one that is called chaotic, and joins one that is called periodic.
+
+    Chaotic motions that have parted pass each other now and then, so one instant tells little: of three the largest counts.
+    """
     for instant, expected in ((CHAOTIC, ResponseClass.CHAOTIC), (ORBITS[0][0], ResponseClass.SYMMETRIC)):
         point = lasting(instant, model, 0.1)
         response, end = point.solve()
         assert response.response_class == expected
         beside = end._replace(v=end.v + 1e-9)
-        one, other = plain_end(point, end, 300), plain_end(point, beside, 300)
-        apart = abs(one.v - other.v) + abs(one.w - other.w)
-        assert apart > 0.1 if expected == ResponseClass.CHAOTIC else apart < 1e-11
+        apart = []
+        for cycles in (100, 200, 300):
+            one, other = plain_end(point, end, cycles), plain_end(point, beside, cycles)
+            apart.append(abs(one.v - other.v) + abs(one.w - other.w))
+        assert max(apart) > 0.1 if expected == ResponseClass.CHAOTIC else apart[-1] < 1e-11
