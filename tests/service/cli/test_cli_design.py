@@ -117,6 +117,7 @@ def test_the_report_loads_nothing_and_says_what_the_answer_says(
     assert ("<h2>More than one response</h2>" in page) == bool(several)
     assert not any(word in page for word in ("http://", "https://", "<script", "<link"))
     assert "tuned mass damper" in page
+    assert "tuned mass damper, up to 2 % out of tune" in page
 
 
 def test_a_dry_run_says_the_budget_and_stores_nothing(tmp_path: Path) -> None:
