@@ -95,9 +95,8 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     needed = burn_in_of(scene.base, settings)
     burn_in = needed // chunk * chunk
-    left_out = (
-        needed - burn_in + 1
-    ) // 2  # cycles of the burn-in that are metered, since they end between two looks
+    # cycles of the burn-in that are metered, since they end between two looks
+    left_out = (needed - burn_in + 1) // 2
     state = start
     half = 0
     metered_halves = _NOT_METERED

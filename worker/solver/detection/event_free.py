@@ -93,9 +93,8 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         if start.riding > 0.0:
             contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
             change = time * u_derivative_bound(3, segment, base)
-            if contact_force <= change and not (
-                contact_force == 0.0 and change == 0.0
-            ):  # 0 all along on a wall at rest
+            at_rest = contact_force == 0.0 and change == 0.0
+            if contact_force <= change and not at_rest:
                 return False
         else:
             drift = gap_rate(start, segment.phase) * time

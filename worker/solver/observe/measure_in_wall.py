@@ -166,9 +166,8 @@ def measure_long_step(
     if meter.acceleration is not None:
         if not isinstance(base, RecordBase):
             raise_over_long_step(meter, t, before, regime, scene)
-        elif (
-            regime.sticks
-        ):  # u'' of a mass that slips stays below the peak: the step was proved to be so long only
+        elif regime.sticks:
+            # that of a mass that slips stays below the peak: the step was proved to be so long only
             raise_acceleration_in_wall(meter, t, regime, scene)
 
 

@@ -20,9 +20,8 @@ _GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less
 _DIFFERENT = 3.0  # standard errors by which a beginning has to differ from the rest to be left out
 _STEADY_TREND = 0.9  # of a third's step to the one before: beyond it no end is in sight
 _TREND_BATCHES = 19
-_ROUNDING = (
-    1e-12  # relative error of a constant: what its samples differ by has a correlation and a trend of its own
-)
+# Relative error of a constant: what its samples differ by is rounding, which has a correlation and a trend of its own.
+_ROUNDING = 1e-12
 _TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
 
 
