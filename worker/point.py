@@ -218,12 +218,12 @@ def _march(
     for half in range(2 * cycles):
         sampled = half >= 2 * (cycles - history)
         log.cursor[0] = 0
-        before, counts_before, sums_before = state, counts.copy(), sums.copy()
+        before = (state, counts.copy(), sums.copy()) if sampled else None
         state, outcome = half_cycle(state, scene, meter, log)
-        if sampled and log.cursor[0] > log.rows.shape[0]:  # once more, with room for every segment
+        if before is not None and log.cursor[0] > log.rows.shape[0]:  # once more, with room for every segment
             log = empty_log(int(log.cursor[0]))
-            counts[:], sums[:] = counts_before, sums_before
-            state, outcome = half_cycle(before, scene, meter, log)
+            state, counts[:], sums[:] = before
+            state, outcome = half_cycle(state, scene, meter, log)
         if outcome != ARRIVED:
             break
         if sampled:

@@ -2,7 +2,9 @@
 
 import pytest
 
+from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.lower import wall_of
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
@@ -57,9 +59,6 @@ def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(dam
 
     At ζ = 0.2 the free vibration has died before the run is looked at for the first time.
     """
-    from damperlab.studies.choices import CompliantContact
-    from damperlab.worker.lower import wall_of
-
     contact = CompliantContact(model="compliant", contact_time=0.3)
     particle = Particle(0.5, 0.9, 0.05, None, wall_of(contact, 0.9, 0.05))
     found = simulate(Design(damping, 0.5, 30.0, particle)).metrics
